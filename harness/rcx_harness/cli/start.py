@@ -17,15 +17,18 @@ def main() -> int:
     """Load the command line and run it.
 
     Returns:
-        The exit code: 0, 1 or 2; 130 after Ctrl-C.
+        The exit code: 0, 1 or 2; 130 after Ctrl-C, 143 after SIGTERM.
     """
+    came: list[int] = []  # signals besides Ctrl-C
     try:
         gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
         from rcx_harness.output.console import spare_no_character
 
         spare_no_character()
         from rcx_harness.cli.app import main as command  # most of the first second
+        from rcx_harness.output.system import end_as_by_ctrl_c
 
+        came = end_as_by_ctrl_c()
         gc.enable()
         code = command()
         sys.stdout.flush()
@@ -43,4 +46,5 @@ def main() -> int:
     if code == INTERRUPTED:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         print("rcx: interrupted", file=sys.stderr)
+        return 128 + came[0] if came else code
     return code

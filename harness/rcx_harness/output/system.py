@@ -31,6 +31,7 @@ __all__ = [
     "APART",
     "COPIES",
     "DLL",
+    "GUARDED",
     "MOST_PROCESSES",
     "WHOLE",
     "DirectInput",
@@ -45,6 +46,7 @@ __all__ = [
     "copied",
     "copy_ended",
     "end_apart",
+    "end_as_by_ctrl_c",
     "fine_timers",
     "group_address",
     "interrupts_later",
@@ -77,6 +79,9 @@ DLL: Final = ".dll" if sys.platform == "win32" else ".so"
 WHOLE: Final = ("-static-libgcc", "-static-libstdc++") if sys.platform == "win32" else ()
 """For gcc and clang: a shared object that is loaded wherever the compiler's own are not found."""
 
+GUARDED: Final = sys.platform != "win32"
+"""Can a process notice the end of its parent, and end what it has started?"""
+
 COPIES: Final = sys.platform != "win32"
 """Can a process make copies of itself?"""
 MOST_PROCESSES: Final = 60 if sys.platform == "win32" else sys.maxsize
@@ -105,10 +110,36 @@ def cache_root() -> Path:
     return Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
 
 
+def end_as_by_ctrl_c() -> list[int]:
+    """From now on SIGTERM, SIGHUP and Ctrl-Break end this process as Ctrl-C does: in order.
+
+    So what is temporary is removed. One of them that is ignored stays so (nohup).
+
+    Returns:
+        The number of the one that has come, later; further ones change nothing.
+    """
+    came: list[int] = []
+
+    def end(number: int, frame: object) -> None:
+        came.append(number)
+        for one in numbers:
+            signal.signal(one, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    last = signal.SIGBREAK if sys.platform == "win32" else signal.SIGHUP
+    numbers = [n for n in (signal.SIGTERM, last) if signal.getsignal(n) is signal.SIG_DFL]
+    for number in numbers:
+        signal.signal(number, end)
+    return came
+
+
 @contextmanager
 def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
-    """Meanwhile Ctrl-C, Ctrl-Break and SIGTERM call this function, in the main thread."""
-    before = [(number, signal.signal(number, lambda *_: tell())) for number in _ENDS]
+    """Meanwhile Ctrl-C, Ctrl-Break, SIGTERM and SIGHUP call this function, in the main thread."""
+    numbers = [*_ENDS]
+    if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
+        numbers.append(signal.SIGHUP)
+    before = [(number, signal.signal(number, lambda *_: tell())) for number in numbers]
     try:
         yield
     finally:
@@ -138,12 +169,13 @@ def be_apart() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def end_apart(pid: int, *, has_ended: bool = False) -> None:
+def end_apart(pid: int, *, has_ended: bool = False, number: int | None = None) -> None:
     """End a process that may be apart; with what it has started, but for Windows.
 
     Args:
         pid: Its number.
         has_ended: It is gone: only what it has started is left.
+        number: Send this signal instead of the one that ends it by force; to its group alone.
     """
     if sys.platform == "win32":
         if not has_ended:
@@ -151,8 +183,8 @@ def end_apart(pid: int, *, has_ended: bool = False) -> None:
                 os.kill(pid, signal.SIGTERM)
         return
     with suppress(ProcessLookupError, PermissionError):
-        os.killpg(pid, signal.SIGKILL)
-    if not has_ended:
+        os.killpg(pid, signal.SIGKILL if number is None else number)
+    if not has_ended and number is None:
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
 
