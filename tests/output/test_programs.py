@@ -19,7 +19,7 @@ from rcx_harness.output.programs import Program, run
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the programs are shell scripts")
 
 _LONGEST = 60
-#: Says its number, and goes on until a line comes that never comes; its output stays open meanwhile.
+#: Says its number, and goes on for ever; its output stays open meanwhile.
 _ENDLESS = "echo $$; exec sleep 1000"
 
 

@@ -89,16 +89,17 @@ def _interfaces(tool: str) -> list[str]:
 
 def _capture(command: list[str]) -> tuple[int, str]:
     """Run the tool to its end; return its exit code, and its last line where it failed."""
-    process: programs.Program | None = None
+    running: list[programs.Program] = []
     asked = 0
 
     def end() -> None:
         nonlocal asked
         asked += 1
-        if process is not None:
-            (process.terminate if asked == 1 else process.kill)()  # first it may write the rest
+        for one in running:
+            (one.terminate if asked == 1 else one.kill)()  # first it may write the rest
 
     with told_to_end(end), programs.Program(command, stderr=subprocess.PIPE, text=True) as process:
+        running.append(process)
         if asked:
             process.terminate()
         _, said = process.communicate()
