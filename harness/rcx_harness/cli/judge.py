@@ -63,8 +63,8 @@ def judge(
     It follows the cyclic connections of a capture, prints every remote command and dedicated signal
     in plain language, what was lost on the way, and a table of response times. It only reads.
 
-    Exit code: 0 without a violation, 1 with violations, 2 on bad input, also where the file is cut
-    off: what comes before that is judged.
+    Exit code: 0 without a violation, 1 with violations, 2 on bad input, also where the file is
+    damaged or cut off: what comes before that is judged.
     """
     check_outputs({"trace": trace, "chart": chart}, None, file)
     check_port("--port", port)
@@ -92,9 +92,8 @@ def judge(
         print(json.dumps(as_json(result), indent=2))
     else:
         _print(result, show=show, silent=silent)
-    if result.capture is not None and result.capture.damage:
-        text = f"is cut off after packet {result.capture.packets}; what comes before was judged"
-        raise InputError(text, file=file, hint=result.capture.damage)
+    if result.capture is not None and (trouble := result.capture.trouble()):
+        raise trouble
     if result.count:
         raise typer.Exit(1)
 
