@@ -15,7 +15,6 @@ from rcx_harness.cell.build import check_outputs
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
 from rcx_harness.look.judge.judge import Judgement, JudgeOptions
 from rcx_harness.look.judge.judge import judge as judge_file
 from rcx_harness.look.judge.text import as_json, summary

@@ -125,7 +125,7 @@ def test_packets_that_are_not_there_are_told_by_compare(here: Path, capsys: Capt
     file.write_bytes(data)
     main(["compare", str(file), "--quiet"])
     assert "4 packets are missing: lost on the way" in capsys.readouterr().out, (
-        "2 in each direction"
+        "2 each way"
     )
 
 
