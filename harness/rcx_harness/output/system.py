@@ -53,6 +53,7 @@ __all__ = [
     "loaded",
     "nobody_reads",
     "processors",
+    "settings_root",
     "told_to_end",
     "unload",
 ]
@@ -131,6 +132,21 @@ def end_as_by_ctrl_c() -> list[int]:
     for number in numbers:
         signal.signal(number, end)
     return came
+
+
+def settings_root() -> Path:
+    """The folder in which programs keep what the user has chosen, or what is his alone.
+
+    Raises:
+        RuntimeError: the user has no home.
+    """
+    if named := os.environ.get("XDG_CONFIG_HOME"):
+        return Path(named)
+    if sys.platform == "win32":
+        roaming = os.environ.get("APPDATA")
+        return Path(roaming) if roaming else Path.home() / "AppData" / "Roaming"
+    mac = Path("Library", "Application Support")
+    return Path.home() / (mac if sys.platform == "darwin" else ".config")
 
 
 @contextmanager

@@ -75,10 +75,8 @@ def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -
     own = fingerprint(_HERE.iterdir())
     every = "\0".join([*parts, version(compiler), *_flags(), own])
     entry = folder / f"{hashlib.sha256(every.encode()).hexdigest()}.so"
-    with suppress(OSError):
-        image = entry.read_bytes()
-        os.utime(entry)
-        return image
+    with suppress(OSError, ValueError):
+        return cache.content(entry)
     image = make()
     with suppress(OSError):
         cache.put(entry, image)
