@@ -127,8 +127,12 @@ def end_as_by_ctrl_c() -> list[int]:
             signal.signal(one, signal.SIG_IGN)
         raise KeyboardInterrupt
 
-    last = signal.SIGBREAK if sys.platform == "win32" else signal.SIGHUP
-    numbers = [n for n in (signal.SIGTERM, last) if signal.getsignal(n) is signal.SIG_DFL]
+    both: list[signal.Signals] = [signal.SIGTERM]
+    if sys.platform == "win32":
+        both.append(signal.SIGBREAK)
+    else:
+        both.append(signal.SIGHUP)
+    numbers = [one for one in both if signal.getsignal(one) is signal.SIG_DFL]
     for number in numbers:
         signal.signal(number, end)
     return came

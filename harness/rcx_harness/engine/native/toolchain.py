@@ -123,4 +123,5 @@ def _flags() -> tuple[str, ...]:
 def version(compiler: str) -> str:
     """Path of a compiler, and what it says of itself."""
     done = programs.run([compiler, "--version"])
-    return compiler + done.stdout.decode("utf-8", "replace")
+    said: bytes = done.stdout
+    return compiler + said.decode("utf-8", "replace")

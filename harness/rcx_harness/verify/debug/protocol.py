@@ -58,8 +58,8 @@ def read_message(stream: BinaryIO) -> Message | None:
     if length < 0:
         return None
     if length > _LONGEST:
-        text = f"a message of {length:.3g} bytes is too long for the debug adapter protocol"
-        raise InputError(text, hint=f"the limit is {_LONGEST} bytes")
+        told = f"a message of {length:.3g} bytes is too long for the debug adapter protocol"
+        raise InputError(told, hint=f"the limit is {_LONGEST} bytes")
     body = stream.read(length)
     if len(body) < length:
         return None

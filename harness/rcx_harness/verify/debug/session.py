@@ -585,8 +585,7 @@ class Session:
 _PAGED = 100
 
 #: What a request with arguments of wrong types, or nested too deep, raises.
-_MISTYPED = (KeyError, TypeError, ValueError, IndexError, AttributeError)
-_MISTYPED += (ArithmeticError, RecursionError)
+_MISTYPED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
 #: Requests that need no program, and those that are answered while it runs.
 _ALWAYS = ("initialize", "launch", "attach", "disconnect", "terminate", "configurationDone")
