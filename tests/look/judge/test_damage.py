@@ -124,9 +124,7 @@ def test_packets_that_are_not_there_are_told_by_compare(here: Path, capsys: Capt
     file = here / "hole.pcap"
     file.write_bytes(data)
     main(["compare", str(file), "--quiet"])
-    assert "4 packets are missing: lost on the way" in capsys.readouterr().out, (
-        "2 each way"
-    )
+    assert "4 packets are missing: lost on the way" in capsys.readouterr().out, "2 each way"
 
 
 _HEAD = '{"format":"rcx-trace/1","scan_us":10000}\n'
