@@ -147,7 +147,7 @@ def test_an_unknown_variable_in_python_is_one_message(here: Path, capsys: Captur
         '    return cell["Main.Feed"] >= 0\n'
     )
     assert main([*_CAMPAIGN, "--properties", "mine.py"]) == 2
-    assert "mine.py: fed: " in (said := capsys.readouterr().err)
+    assert "mine.py:6: fed: " in (said := capsys.readouterr().err)
     assert "did you mean Fed" in said
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +11,7 @@ import pytest
 from rcx_harness.cell import Cell
 from rcx_harness.cell.elsewhere import Elsewhere
 from rcx_harness.cli.app import main
-from rcx_harness.cli.connect import confirm, ended_by_sigterm
+from rcx_harness.cli.connect import confirm
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import OwnerState
@@ -278,10 +277,3 @@ def test_ctrl_c_ends_the_run_with_zeros_and_all_that_was_asked_for(
     assert adapter.read_to_robot() == bytes(48)
     assert "0.4 s on the builtin engine: 40 scans" in capsys.readouterr().out
     assert len([one for one in read_trace(trace)[1] if isinstance(one, Scan)]) == 40
-
-
-def test_sigterm_ends_it_as_ctrl_c_does() -> None:
-    before = signal.getsignal(signal.SIGTERM)
-    with pytest.raises(KeyboardInterrupt), ended_by_sigterm():
-        signal.raise_signal(signal.SIGTERM)
-    assert signal.getsignal(signal.SIGTERM) is before

@@ -18,7 +18,10 @@ printf '%s\\n' "$@" > "$(dirname "$0")/called"
 while [ "$1" != -i ]; do shift; done
 [ "$2" = eth9 ] && { echo 'There is no device named "eth9"' >&2; exit 1; }
 while [ "$1" != -w ]; do shift; done
-echo captured > "$2"
+file=$2
+trap 'echo captured > "$file"; exit 0' TERM
+[ -z "$SENDS" ] || { kill "-$SENDS" "$TO"; while :; do sleep 1; done; }
+echo captured > "$file"
 """
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the stand-in is a shell script")
@@ -47,6 +50,22 @@ def test_it_captures_both_ports_with_and_without_a_vlan_tag(
         *("-w", str(file), "-a", "duration:1.5"),
     ]
     assert capsys.readouterr().out.endswith(f"written: {file}, 9 bytes; next: rcx judge {file}\n")
+
+
+@pytest.mark.parametrize("number", ["INT", "TERM", "HUP"])
+@pytest.mark.usefixtures("tools")
+def test_whatever_ends_it_ends_the_capture_which_is_kept(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, number: str
+) -> None:
+    """The stand-in sends the signal to the command, and then captures for ever.
+
+    Source: issue 38, 19: SIGTERM left dumpcap capturing.
+    """
+    monkeypatch.setenv("SENDS", number)
+    monkeypatch.setenv("TO", str(os.getpid()))
+    file = tmp_path / "cell.pcapng"
+    assert main(["record", str(file), "--interface", "eth0"]) == 0
+    assert f"written: {file}, 9 bytes" in capsys.readouterr().out
 
 
 def test_hosts_and_ports_can_be_chosen(tools: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 from collections import OrderedDict
 from pathlib import Path
 
@@ -124,6 +125,55 @@ def test_a_damaged_entry_is_made_anew(
     _forget(monkeypatch)
     assert _sum(program) == 12
     assert all(entry.read_bytes() != damage for entry in kept.iterdir())
+
+
+class _Evil:
+    """Does something when it is unpickled."""
+
+    def __reduce__(self) -> tuple[object, tuple[str, str]]:
+        return open, ("executed", "w")
+
+
+def test_what_somebody_else_has_put_there_is_not_executed(
+    program: Path, kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: issue 38, 24: the cache was read with pickle; a planted entry gave a traceback."""
+    monkeypatch.chdir(tmp_path)
+    _sum(program)
+    entries = list(kept.iterdir())
+    for planted in (pickle.dumps(_Evil()), pickle.dumps(5), bytes(32) + pickle.dumps(_Evil())):
+        for entry in entries:
+            entry.write_bytes(planted)
+        _forget(monkeypatch)
+        assert _sum(program) == 12
+    assert not Path("executed").exists()
+
+
+def test_an_entry_is_read_as_it_was_written_or_not_at_all(kept: Path) -> None:
+    """Source: issue 38, 24."""
+    kept.mkdir(parents=True)
+    entry = kept / "one.so"
+    cache.put(entry, b"library")
+    assert cache.content(entry) == b"library"
+    data = entry.read_bytes()
+    for other in (data[:-1], data + b"y", b"\0" + data[1:], b"library", b""):
+        entry.write_bytes(other)
+        with pytest.raises(ValueError, match="not signed"):
+            cache.content(entry)
+    (kept / "two.so").write_bytes(data)
+    with pytest.raises(ValueError, match="not signed"):
+        cache.content(kept / "two.so")
+
+
+def test_an_entry_of_another_kind_is_made_anew(
+    program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: issue 38, 24: both are ours, and one lies in the place of the other."""
+    _sum(program)
+    (code,), (project,) = kept.glob("*.code"), kept.glob("*.project")
+    code.write_bytes(project.read_bytes())
+    _forget(monkeypatch)
+    assert _sum(program) == 12
 
 
 def test_switched_off_nothing_is_kept(

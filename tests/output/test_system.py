@@ -21,7 +21,7 @@ from imports import modules
 from rcx_harness.output import system
 from system_names import SYSTEMS, names_of, used
 
-SYSTEM = "rcx_harness.output.system"
+SYSTEM, GUARD = "rcx_harness.output.system", "rcx_harness.output.guard"
 
 
 @pytest.mark.exhaustive
@@ -31,6 +31,7 @@ def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
         name: used(file.read_text(encoding="utf-8"))
         for name, file in modules(repository / "harness" / "rcx_harness").items()
     }
+    assert found.pop(GUARD) > {"os.killpg", "signal.SIGCHLD"}, "a script that Windows does not run"
     assert found.pop(SYSTEM) > {"os.sched_setscheduler", "fcntl", "_ctypes.dlclose"}
     assert {name: names for name, names in found.items() if names} == {}
 
@@ -44,7 +45,7 @@ def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
         if isinstance(node, ast.Attribute) and ast.unparse(node) in ("sys.platform", "os.name")
     }
-    assert asks == {SYSTEM}
+    assert asks == {SYSTEM, GUARD}
 
 
 @pytest.mark.parametrize(
@@ -126,6 +127,38 @@ def test_who_waits_is_told_to_end_and_then_no_more(number: signal.Signals) -> No
         signal.raise_signal(number)
         assert told.wait(30)
     assert signal.getsignal(number) is before
+
+
+@pytest.fixture
+def handlers() -> Iterator[None]:
+    """All handlers are as before in the end."""
+    before = {one: signal.getsignal(one) for one in (signal.SIGTERM, signal.SIGHUP)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("handlers")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_what_ends_a_command_ends_it_as_ctrl_c_does(number: signal.Signals) -> None:
+    """Source: issue 38, 24: SIGTERM leaves no temporary folders, for they are removed on Ctrl-C."""
+    for one in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(one, signal.SIG_DFL)
+    came = system.end_as_by_ctrl_c()
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(number)
+    assert came == [number]
+    signal.raise_signal(number)  # while it ends, a second one changes nothing
+
+
+@pytest.mark.usefixtures("handlers")
+def test_a_signal_that_is_ignored_stays_so() -> None:
+    """As `nohup` has it."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    system.end_as_by_ctrl_c()
+    signal.raise_signal(signal.SIGHUP)
+    with system.told_to_end(pytest.fail):
+        signal.raise_signal(signal.SIGHUP)
 
 
 @pytest.mark.parametrize(

@@ -79,13 +79,19 @@ class Editor:
         """
         self._seq += 1
         message = {"seq": self._seq, "type": "request", "command": command}
-        self._client.inbox.put({**message, "arguments": arguments})
+        found = self.answer_to({**message, "arguments": arguments})
+        assert found["request_seq"] == self._seq
+        if not found["success"]:
+            raise RefusedError(found["message"])
+        return found.get("body") or {}
+
+    def answer_to(self, message: dict[str, Any]) -> dict[str, Any]:
+        """Send any message; the answer to it, as it comes."""
+        self._client.inbox.put(message)
         while True:
             found = self._next()
-            if found["type"] == "response" and found["request_seq"] == self._seq:
-                if not found["success"]:
-                    raise RefusedError(found["message"])
-                return found.get("body") or {}
+            if found["type"] == "response":
+                return found
             self._events.append(found)
 
     def event(self, name: str) -> dict[str, Any]:

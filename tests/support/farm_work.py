@@ -6,8 +6,10 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from rcx_harness.errors import InputError
 
@@ -102,6 +104,13 @@ def process_number(item: int) -> int:
 def grandchild(item: int) -> int:
     """Starts a process that waits for ever; its number."""
     return subprocess.Popen([sys.executable, "-c", "import signal; signal.pause()"]).pid
+
+
+def waits_with_a_folder(item: str) -> None:
+    """Makes a temporary folder in this one, says so on standard output, and waits for ever."""
+    with TemporaryDirectory(dir=item):
+        os.write(1, b"begun\n")
+        threading.Event().wait()
 
 
 def noted(item: tuple[str, int]) -> int:

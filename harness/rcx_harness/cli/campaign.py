@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,6 +95,8 @@ def campaign(options: CampaignOptions) -> None:
     _say_what_is_missing(cells)
     farm = options.farm(Console(stderr=True))
     kept, notice = keep(options.out / "results.jsonl", options.about(of))
+    if kept.notice:
+        print(kept.notice, file=sys.stderr)
     if notice:
         print(notice)
         forget(options.out)

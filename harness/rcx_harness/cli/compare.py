@@ -75,7 +75,8 @@ def compare(
     key is tried where it has an influence; it says what the recording cannot decide, and what no
     key expresses. It only reads, and writes over nothing.
 
-    Exit code: 0 if both agree (with --fit: if nothing is left), 1 if not, 2 on bad input.
+    Exit code: 0 if both agree (with --fit: if nothing is left), 1 if not, 2 on bad input,
+    also where the recording is damaged: what comes before that is compared.
     """
     check_outputs({"chart": svg}, None, file, robot, events)
     output = JsonOutput(json_file, _BEGINNING, [one for one in (file, robot, events) if one])
@@ -128,6 +129,8 @@ def compare(
             if fit is not None:
                 print(f"written: {fit}")
         output.write(f"{json.dumps(as_json(replay, result, found), indent=2)}\n")
+        if recording.trouble is not None:
+            raise recording.trouble
         if result.differences if found is None else found.left:
             raise typer.Exit(1)
 

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import ipaddress
-import signal
 import socket
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from types import FrameType
 from typing import TYPE_CHECKING
 
 import typer
@@ -20,7 +16,7 @@ from rcx_harness.units import format_us
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 
-__all__ = ["Teller", "confirm", "ended_by_sigterm", "no_connection"]
+__all__ = ["Teller", "confirm", "no_connection"]
 
 _QUESTION = """\
 The program will drive the controller at {name}. If that is a real one, its robot moves.
@@ -86,17 +82,3 @@ class Teller:
         self.last = text
         for line in self._throttle.let_pass("connection", [text], now_us):
             print(f"{format_us(now_us)}: {line}", file=sys.stderr, flush=True)
-
-
-@contextmanager
-def ended_by_sigterm() -> Iterator[None]:
-    """Meanwhile SIGTERM ends the run as Ctrl-C does, so that the connection is closed."""
-
-    def end(number: int, frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

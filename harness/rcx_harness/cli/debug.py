@@ -10,7 +10,9 @@ from contextlib import redirect_stdout, suppress
 from dataclasses import fields
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO
+from secrets import compare_digest, token_urlsafe
+from threading import Timer
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperOption
@@ -40,15 +42,19 @@ Ctrl-C ends it."""
 _HOST = "127.0.0.1"
 _EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
 
-#: What a run has and a debugger has not: real time and networks, what a run writes.
-_OF_RUN_ONLY = (
-    *("link", "realtime", "connect", "yes", "input_instance", "output_instance", "config_instance"),
-    *("config_data", "address", "trace", "chart", "vcd", "watch", "positions", "scale", "show"),
-    *("coverage", "coverage_out", "coverage_library", "cover_fail_under"),
+#: The options of `rcx run` that a launch may give; all others write files, or leave virtual time.
+_OPTIONS = (
+    *("duration", "scan", "stimulus", "robot", "lib", "replace", "size", "m", "n", "seed"),
+    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine"),
 )
+#: The variable that may hold the token of the port, and how long such a token is at least.
+_TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
+#: A client of the port has launched with the token within this time, or makes room for others [s].
+_PATIENCE_S = 10.0
 #: What clients say about themselves.
 _OF_CLIENTS = (
     *("type", "request", "name", "noDebug", "cwd", "stopOnEntry", "recording", "debugServer"),
+    *("token",),
     *("presentation", "preLaunchTask", "postDebugTask", "internalConsoleOptions", "console"),
     *("serverReadyAction", "suppressMultipleSessionWarning", "restart"),
 )
@@ -72,8 +78,9 @@ def debug(
 ) -> None:
     """Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards.
 
-    An editor starts it and talks to it on standard input and output, or on --port. What it
-    launches takes the options of rcx run: see docs/debug.md.
+    An editor starts it and talks to it on standard input and output, or on --port; there its
+    launch has to name the token that is printed, or that RCX_DEBUG_TOKEN holds. What it launches
+    takes options of rcx run: see docs/debug.md.
 
     Exit code: 0, or 2 on bad input.
     """
@@ -88,18 +95,17 @@ def debug(
         print(_AT_A_TERMINAL, file=sys.stderr, flush=True)
     # Not sys.stdin, which could not be closed at the end while somebody reads from it.
     reading, writing = os.fdopen(os.dup(sys.stdin.fileno()), "rb"), sys.stdout.buffer
+    client = Client(reading, writing)
     with redirect_stdout(sys.stderr):  # nothing else goes to the client
-        code = _session(reading, writing, given)
+        code = Session(client, lambda arguments: launched(arguments, given)).run()
     if code:
         raise typer.Exit(code)
 
 
-def _session(reading: BinaryIO, writing: BinaryIO, given: list[Path]) -> int:
-    return Session(Client(reading, writing), lambda one: launched(one, given)).run()
-
-
 def _serve(port: int, given: list[Path]) -> None:
-    """One client after the other, until Ctrl-C."""
+    """Serve one client after the other, until Ctrl-C."""
+    token, told = _token()
+    given, folder = [file.absolute() for file in given], Path.cwd()
     with socket.socket() as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -109,18 +115,59 @@ def _serve(port: int, given: list[Path]) -> None:
             raise InputError(f"--port {port}: {error.strerror}", hint=hint) from None
         listening.listen(1)
         where = f"{_HOST}:{listening.getsockname()[1]}"
-        print(f"waiting for a debug client on {where}; Ctrl-C ends", file=sys.stderr, flush=True)
+        print(f"waiting for a debug client on {where}; Ctrl-C ends", file=sys.stderr)
+        print(told, file=sys.stderr, flush=True)
         while True:
             connection, _ = listening.accept()
             with connection:
-                both = connection.makefile("rb"), connection.makefile("wb")
                 try:
-                    _session(*both, given)
+                    _one_client(connection, token, given)
                 except InputError as error:
-                    print(f"rcx: {error}", file=sys.stderr)
-                finally:
-                    with suppress(OSError):  # so that nobody reads any longer
-                        connection.shutdown(socket.SHUT_RDWR)
+                    print(f"rcx: {error}", file=sys.stderr, flush=True)
+            os.chdir(folder)  # a launch may have named another
+
+
+def _one_client(connection: socket.socket, token: str, given: list[Path]) -> None:
+    """Serve a client that launches with the token in time; programs of others send nothing."""
+
+    def end() -> None:
+        with suppress(OSError):  # it has gone
+            connection.shutdown(socket.SHUT_RDWR)
+
+    patience = Timer(_PATIENCE_S, end)
+    patience.daemon = True
+    client = Client(connection.makefile("rb"), connection.makefile("wb"))
+
+    def launch(arguments: Mapping[str, Any]) -> Launched:
+        named = arguments.get("token")
+        if not isinstance(named, str) or not compare_digest(named.encode(), token.encode()):
+            hint = 'write the one that rcx debug has printed, "token": "..."'
+            raise InputError("the launch does not name the token of this port", hint=hint)
+        patience.cancel()
+        return launched(arguments, given)
+
+    patience.start()
+    try:
+        Session(client, launch).run()
+    finally:
+        patience.cancel()
+        end()
+        client.close()
+
+
+def _token() -> tuple[str, str]:
+    """Return the token of the port, and the line that says where a client finds it.
+
+    Raises:
+        InputError: The one that the environment gives can be guessed.
+    """
+    if not (token := os.environ.get(_TOKEN, "")):
+        token = token_urlsafe()
+        return token, f'its launch has to name this token: "token": "{token}"'
+    if len(token) < _TOKEN_LENGTH:
+        hint = f"give at least {_TOKEN_LENGTH} characters, or leave it out"
+        raise InputError(f"{_TOKEN} is too short for a token", hint=hint)
+    return token, f'its launch has to name the token of {_TOKEN}: "token": "..."'
 
 
 def _write_extension(folder: Path) -> None:
@@ -152,8 +199,8 @@ def launched(arguments: Mapping[str, Any], given: list[Path]) -> Launched:
     folder = arguments.get("cwd")
     if folder is not None:
         try:
-            os.chdir(folder)
-        except (OSError, TypeError):
+            os.chdir(_text("cwd", folder))
+        except (OSError, ValueError):
             raise InputError(f"cwd {folder!r} is no folder") from None
     recording = arguments.get("recording")
     if recording is None and "sources" not in arguments and "program" not in arguments:
@@ -163,7 +210,7 @@ def launched(arguments: Mapping[str, Any], given: list[Path]) -> Launched:
         if mixed:
             hint = "leave it out: a recording has its own options"
             raise InputError(f"{mixed[0]} does not go with a recording", hint=hint)
-        machine, notice, last = opened(Path(str(recording)))
+        machine, notice, last = opened(Path(_text("recording", recording)))
         return Launched(machine, notice, last)
     return _of_cell(_options(arguments, given))
 
@@ -202,29 +249,56 @@ def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
     app.command()(launch)
     command = typer.main.get_command(app)
     sources = arguments.get("sources", arguments.get("program"))
-    line = [str(one) for one in _several(sources if sources is not None else given)]
-    if not line:
+    files = list(map(os.fspath, given)) if sources is None else _files(sources)
+    if not files:
         raise InputError("no program is named", hint='write "sources": ["plc/Main.st"]')
-    options = {str(one.name): one for one in command.params if isinstance(one, TyperOption)}
+    options = {
+        name: one
+        for one in command.params
+        if isinstance(one, TyperOption) and (name := str(one.name)) in _OPTIONS
+    }
+    line: list[str] = []
     for key, value in arguments.items():
         if key in (*_OF_CLIENTS, "sources", "program") or key.startswith("__"):
             continue
         option = options.get(_name(key))
-        if option is None or option.name in _OF_RUN_ONLY:
+        if option is None:
             raise _unknown(key, options)
         for one in _several(value):
-            if one is not None and not isinstance(one, bool):
+            if isinstance(one, bool) or not isinstance(one, (str, int, float, type(None))):
+                raise InputError(f"{key} is neither a text nor a number")
+            if one is not None:
                 line.append(f"{option.opts[0]}={one}")
-            elif one:
-                line.append(option.opts[0])
     try:
-        command.main(line, prog_name="launch", standalone_mode=False)
+        # Behind the dashes nothing is an option: what a client calls a source stays one.
+        command.main([*line, "--", *files], prog_name="launch", standalone_mode=False)
     except Exception as error:
         told = getattr(error, "format_message", None)  # typer has click inside, or beside it
         if told is None:
             raise
         raise InputError(told().rstrip(".")) from None
     return made[0]
+
+
+def _files(sources: Any) -> list[str]:
+    """Return the sources that a launch names.
+
+    Raises:
+        InputError: One of them is not a text, or is an option.
+    """
+    found = [_text("sources", one) for one in _several(sources)]
+    for one in found:
+        if one.startswith("-"):
+            hint = f"options have keys of their own; a file of this name is ./{one}"
+            raise InputError(f"sources: {one} is an option, not a file", hint=hint)
+    return found
+
+
+def _text(key: str, value: Any) -> str:
+    """Return the value of a key that is a text (InputError: it is not)."""
+    if not isinstance(value, str):
+        raise InputError(f"{key} is not a text")
+    return value
 
 
 def _several(value: Any) -> list[Any]:
@@ -240,6 +314,5 @@ def _name(key: str) -> str:
 def _unknown(key: str, options: Mapping[str, Any]) -> InputError:
     if _name(key) in {one.name for one in fields(RunOptions)}:
         return InputError(f"{key} goes with rcx run, not with rcx debug", hint="leave it out")
-    known = [name for name in options if name not in _OF_RUN_ONLY]
-    near = did_you_mean(get_close_matches(_name(key), known, n=1))
-    return InputError(f"launch has no option {key!r}", hint=near or f"use {', '.join(known)}")
+    near = did_you_mean(get_close_matches(_name(key), options, n=1))
+    return InputError(f"launch has no option {key!r}", hint=near or f"use {', '.join(options)}")

@@ -16,7 +16,6 @@ from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
 from rcx_harness.look.judge.judge import Judgement, JudgeOptions
 from rcx_harness.look.judge.judge import judge as judge_file
 from rcx_harness.look.judge.text import as_json, summary
@@ -65,8 +64,8 @@ def judge(
     It follows the cyclic connections of a capture, prints every remote command and dedicated signal
     in plain language, what was lost on the way, and a table of response times. It only reads.
 
-    Exit code: 0 without a violation, 1 with violations, 2 on bad input, also where the file is cut
-    off: what comes before that is judged.
+    Exit code: 0 without a violation, 1 with violations, 2 on bad input, also where the file is
+    damaged or cut off: what comes before that is judged.
     """
     check_outputs({"trace": trace, "chart": chart}, None, file)
     output = JsonOutput(json_file, _BEGINNING, [file])
@@ -94,9 +93,8 @@ def judge(
     if not output.printed:
         _print(result, show=show, silent=silent)
     output.write(f"{json.dumps(as_json(result), indent=2)}\n")
-    if result.capture is not None and result.capture.damage:
-        text = f"is cut off after packet {result.capture.packets}; what comes before was judged"
-        raise InputError(text, file=file, hint=result.capture.damage)
+    if result.capture is not None and (trouble := result.capture.trouble()):
+        raise trouble
     if result.count:
         raise typer.Exit(1)
 

@@ -74,7 +74,7 @@ def mutants(given: Options) -> None:
     started = time.monotonic()
 
     from rcx_harness.verify.kept import Results
-    from rcx_harness.verify.mutants.judging import Judging
+    from rcx_harness.verify.mutants.judging import Judging, is_outcome
     from rcx_harness.verify.mutants.report import Reasons, write_rows
     from rcx_harness.verify.mutants.sessions import Run
     from rcx_harness.verify.mutants.user import UserMutants
@@ -87,7 +87,9 @@ def mutants(given: Options) -> None:
     with console.status("the tests, with the program as it is ..."):
         tests = work.baseline()
     until = None if given.minutes is None else started + 60 * given.minutes
-    results = Results(given.folder / "mutants.jsonl", fresh=given.fresh)
+    results = Results(given.folder / "mutants.jsonl", fresh=given.fresh, is_whole=is_outcome)
+    if results.notice:
+        print(results.notice, file=sys.stderr)
     judging, farm = Judging(console, results, until), given.farm(console)
     try:
         found = work.judged(tests, judging, farm, reasons)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import subprocess
 from pathlib import Path
 from typing import Annotated
@@ -15,13 +14,13 @@ from rcx_harness.cli.options import check_ipv4, check_port, counted, duration_us
 from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.errors import InputError
+from rcx_harness.output import programs
+from rcx_harness.output.system import told_to_end
 
 __all__ = ["record"]
 
 #: What captures, in the order of choice; all take the same options for what is asked of them here.
 _TOOLS = ("dumpcap", "tshark")
-#: So long after Ctrl-C it may go on by itself [s].
-_PATIENCE_S = 2.0
 _INSTALL = "install Wireshark, whose tools dumpcap or tshark capture (Debian: apt install tshark)"
 _RIGHTS = "Linux: root, or the group wireshark; macOS: ChmodBPF; Windows: Npcap"
 
@@ -84,23 +83,26 @@ def _filter(hosts: list[str], port: int, io_port: int) -> str:
 
 def _interfaces(tool: str) -> list[str]:
     """The names of the interfaces at which the tool can capture."""
-    found = subprocess.run([tool, "-D"], capture_output=True, text=True, check=False)
+    found = programs.run([tool, "-D"], text=True)
     lines = [line.split(maxsplit=1) for line in found.stdout.splitlines()]
     return [line[1] for line in lines if len(line) > 1] or ["none that you may capture at"]
 
 
 def _capture(command: list[str]) -> tuple[int, str]:
-    """Run the tool to its end; its exit code, and its last line where it failed."""
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    try:
-        _, said = process.communicate()
-    except KeyboardInterrupt:  # at a terminal the tool has got it, too, and writes the rest
-        handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        try:
-            _, said = process.communicate(timeout=_PATIENCE_S)
-        except subprocess.TimeoutExpired:
+    """Run the tool to its end; return its exit code, and its last line where it failed."""
+    running: list[programs.Program] = []
+    asked = 0
+
+    def end() -> None:
+        nonlocal asked
+        asked += 1
+        for one in running:
+            (one.terminate if asked == 1 else one.kill)()  # first it may write the rest
+
+    with told_to_end(end), programs.Program(command, stderr=subprocess.PIPE, text=True) as process:
+        running.append(process)
+        if asked:
             process.terminate()
-            _, said = process.communicate()
-        signal.signal(signal.SIGINT, handler)
+        _, said = process.communicate()
     lines = [line.strip() for line in said.splitlines() if line.strip()]
-    return process.returncode, lines[-1] if lines else ""
+    return 0 if asked else process.returncode, lines[-1] if lines else ""

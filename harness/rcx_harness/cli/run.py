@@ -23,7 +23,7 @@ from rcx_harness.cell.build import blame_lib, check_outputs, several, source_fil
 from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
-from rcx_harness.cli.connect import Teller, confirm, ended_by_sigterm, no_connection
+from rcx_harness.cli.connect import Teller, confirm, no_connection
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
@@ -356,7 +356,7 @@ def _run(
             if wave is not None:
                 cell.trace.listen(wave.take)
             reported = 0.0
-            with ended_by_sigterm() if options.connect else nullcontext(), _panel(options, cell):
+            with _panel(options, cell):
                 for number in range(1, _SLICES + 1):
                     cell.run(end_us * number // _SLICES - cell.now_us)
                     connected = connected or cell.connected

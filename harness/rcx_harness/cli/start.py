@@ -5,10 +5,10 @@ from __future__ import annotations
 import gc
 import sys  # more here would take time in which Ctrl-C shows where the imports are
 
-__all__ = ["ENDED", "INTERRUPTED", "main"]
+__all__ = ["INTERRUPTED", "main"]
 
-#: Exit codes after Ctrl-C and SIGTERM, as shells give them.
-INTERRUPTED, ENDED = 130, 143
+#: Exit code after Ctrl-C, as shells give it.
+INTERRUPTED = 130
 _OWN_ERROR = 3
 
 
@@ -18,7 +18,11 @@ def main() -> int:
     Returns:
         The exit code: 0, 1 or 2; 3 after an error of our own, 130 after Ctrl-C, 143 after SIGTERM.
     """
+    came: list[int] = []  # signals that end a process as Ctrl-C does
     try:
+        from rcx_harness.output.system import end_as_by_ctrl_c
+
+        came = end_as_by_ctrl_c()
         code = _run()
     except KeyboardInterrupt:
         code = INTERRUPTED
@@ -26,6 +30,8 @@ def main() -> int:
 
     if code == INTERRUPTED:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
+        if came:
+            return 128 + came[0]
         print("rcx: interrupted", file=sys.stderr)
     elif signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # all is done: the end of Python shows nothing
@@ -40,9 +46,7 @@ def _run() -> int:
     try:
         gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
         from rcx_harness.output.console import spare_no_character
-        from rcx_harness.output.system import end_with
 
-        end_with(ENDED)
         spare_no_character()
         from rcx_harness.cli.app import main as command  # most of the first second
 
@@ -57,8 +61,6 @@ def _run() -> int:
             return 1
         print(f"rcx: standard output cannot be written: {error.strerror}", file=sys.stderr)
         return 2
-    except SystemExit as ended:  # SIGTERM before there was a command
-        return ended.code if isinstance(ended.code, int) else _OWN_ERROR
     except Exception as error:
         if _was_interrupted(error):
             return INTERRUPTED

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -95,6 +96,8 @@ def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
     if cells.demands.recovery is None:
         print("no [recover]: whether the cell works again is not asked")
     kept, notice = keep(options.out / "results.jsonl", options.about(of, f"seed {options.seed}"))
+    if kept.notice:
+        print(kept.notice, file=sys.stderr)
     if notice:
         print(notice)
         forget(options.out)

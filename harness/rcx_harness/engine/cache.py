@@ -3,11 +3,15 @@
 The folder is `rcx-harness` in the system's folder for that, `~/.cache` on Linux, or in
 `XDG_CACHE_HOME`; `RCX_CACHE=off` does without it. Entries are written under another name and
 renamed, so that several processes may work at once.
+
+What is in an entry is executed. So each is signed with a key that lies in another folder of the
+user, and one that somebody else has put there, or that is damaged, is made anew.
 """
 
 from __future__ import annotations
 
 import hashlib
+import hmac
 import os
 import pickle
 import sys
@@ -20,12 +24,15 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from rcx_harness.output.paths import real
-from rcx_harness.output.system import cache_root
+from rcx_harness.output.system import cache_root, settings_root
 
-__all__ = ["folder", "is_lasting", "kept", "made_of", "memory", "put", "remembered", "sources_key"]
+__all__ = ["content", "folder", "is_lasting", "kept", "made_of", "memory", "put", "remembered"]
+__all__ += ["sources_key"]
 
 #: Entries of one kind in the folder, and of all kinds in this process.
 IN_FOLDER, IN_PROCESS = 256, 48
+
+_KEY_SIZE = _SIGNATURE_SIZE = 32
 
 _T = TypeVar("_T")
 memory: OrderedDict[tuple[str, str], Any] = OrderedDict()
@@ -50,16 +57,57 @@ def put(entry: Path, content: bytes) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    with tempfile.NamedTemporaryFile(dir=entry.parent, delete=False) as file:
-        file.write(content)
-    try:
-        os.replace(file.name, entry)
-    except OSError:  # on Windows, while another process reads that one
-        os.unlink(file.name)
-        raise
+    _replace(entry, _signature(entry, content) + content)
     entries = sorted(entry.parent.glob(f"*{entry.suffix}"), key=lambda path: path.stat().st_mtime)
     for old in entries[:-IN_FOLDER]:
         old.unlink(missing_ok=True)
+
+
+def content(entry: Path) -> bytes:
+    """Return what `put` has written.
+
+    Raises:
+        OSError: There is no such entry.
+        ValueError: Somebody else has written it, or it is damaged.
+    """
+    found = entry.read_bytes()
+    signature, rest = found[:_SIGNATURE_SIZE], found[_SIGNATURE_SIZE:]
+    if not hmac.compare_digest(signature, _signature(entry, rest)):
+        raise ValueError(f"{entry} is not signed with the key of this user")
+    with suppress(OSError):
+        os.utime(entry)
+    return rest
+
+
+def _signature(entry: Path, content: bytes) -> bytes:
+    """Return the signature of an entry, which is of this name and no other."""
+    return hmac.digest(_key(), entry.name.encode() + b"\0" + content, "sha256")
+
+
+@lru_cache(maxsize=1)
+def _key() -> bytes:
+    """Return the key of this user; where it cannot be saved, one of this process."""
+    try:
+        place = settings_root() / "rcx-harness" / "cache.key"
+        with suppress(FileNotFoundError):
+            if len(found := place.read_bytes()) == _KEY_SIZE:
+                return found
+        place.parent.mkdir(parents=True, exist_ok=True)
+        _replace(place, os.urandom(_KEY_SIZE))
+        return place.read_bytes()  # perhaps that of a process that was later
+    except (OSError, RuntimeError):
+        return os.urandom(_KEY_SIZE)
+
+
+def _replace(file: Path, content: bytes) -> None:
+    """Write a file that only this user can read, at once and as a whole."""
+    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as written:
+        written.write(content)
+    try:
+        os.replace(written.name, file)
+    except OSError:  # on Windows, while another process reads that one
+        os.unlink(written.name)
+        raise
 
 
 def sources_key(paths: Sequence[Path]) -> str:
@@ -112,8 +160,7 @@ def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
         return make()
     entry = place / f"{key}.{kind}"
     with suppress(Exception):  # not there, or not whole: it is made anew
-        found: _T = pickle.loads(entry.read_bytes())
-        os.utime(entry)
+        found: _T = pickle.loads(content(entry))
         return found
     made = make()
     with suppress(OSError, RecursionError):  # a full disk; more depth than pickle can write

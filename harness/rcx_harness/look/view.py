@@ -62,9 +62,8 @@ def view_file(
         except CutOffError as error:
             cut = error
         else:
-            if result.capture is not None and result.capture.damage:
-                text = f"is cut off after packet {result.capture.packets}"
-                cut = InputError(text, file=file, hint=result.capture.damage)
+            if result.capture is not None:
+                cut = result.capture.trouble("taken")
         if not followed.exists():
             raise cut or InputError("there is no area of a controller in it", file=file)
         if not is_capture(file) and "positions" in (own := read_trace(file))[0]:

@@ -20,7 +20,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import FrameType
 from typing import IO, Any, Final, Literal, NoReturn
 
 if sys.platform == "win32":
@@ -32,6 +31,7 @@ __all__ = [
     "APART",
     "COPIES",
     "DLL",
+    "GUARDED",
     "MOST_PROCESSES",
     "WHOLE",
     "DirectInput",
@@ -46,13 +46,14 @@ __all__ = [
     "copied",
     "copy_ended",
     "end_apart",
-    "end_with",
+    "end_as_by_ctrl_c",
     "fine_timers",
     "group_address",
     "interrupts_later",
     "loaded",
     "nobody_reads",
     "processors",
+    "settings_root",
     "told_to_end",
     "unload",
 ]
@@ -78,6 +79,9 @@ DLL: Final = ".dll" if sys.platform == "win32" else ".so"
 
 WHOLE: Final = ("-static-libgcc", "-static-libstdc++") if sys.platform == "win32" else ()
 """For gcc and clang: a shared object that is loaded wherever the compiler's own are not found."""
+
+GUARDED: Final = sys.platform != "win32"
+"""Can a process notice the end of its parent, and end what it has started?"""
 
 COPIES: Final = sys.platform != "win32"
 """Can a process make copies of itself?"""
@@ -107,39 +111,69 @@ def cache_root() -> Path:
     return Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
 
 
+def end_as_by_ctrl_c() -> list[int]:
+    """From now on SIGTERM, SIGHUP and Ctrl-Break end this process as Ctrl-C does: in order.
+
+    So what is temporary is removed. One of them that is ignored stays so (nohup).
+
+    Returns:
+        The number of the one that has come, later; further ones change nothing.
+    """
+    came: list[int] = []
+
+    def end(number: int, frame: object) -> None:
+        came.append(number)
+        for one in numbers:
+            signal.signal(one, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    both: list[signal.Signals] = [signal.SIGTERM]
+    if sys.platform == "win32":
+        both.append(signal.SIGBREAK)
+    else:
+        both.append(signal.SIGHUP)
+    numbers = [one for one in both if signal.getsignal(one) is signal.SIG_DFL]
+    for number in numbers:
+        signal.signal(number, end)
+
+    def leave() -> None:
+        """End a copy of this process at once: it has begun nothing that it has to remove."""
+        for number in numbers:
+            if signal.getsignal(number) is end:
+                signal.signal(number, signal.SIG_DFL)
+
+    if sys.platform != "win32":
+        os.register_at_fork(after_in_child=leave)
+    return came
+
+
+def settings_root() -> Path:
+    """The folder in which programs keep what the user has chosen, or what is his alone.
+
+    Raises:
+        RuntimeError: the user has no home.
+    """
+    if named := os.environ.get("XDG_CONFIG_HOME"):
+        return Path(named)
+    if sys.platform == "win32":
+        roaming = os.environ.get("APPDATA")
+        return Path(roaming) if roaming else Path.home() / "AppData" / "Roaming"
+    mac = Path("Library", "Application Support")
+    return Path.home() / (mac if sys.platform == "darwin" else ".config")
+
+
 @contextmanager
 def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
-    """Meanwhile Ctrl-C, Ctrl-Break and SIGTERM call this function, in the main thread."""
-    before = [(number, signal.signal(number, lambda *_: tell())) for number in _ENDS]
+    """Meanwhile Ctrl-C, Ctrl-Break, SIGTERM and SIGHUP call this function, in the main thread."""
+    numbers = [*_ENDS]
+    if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
+        numbers.append(signal.SIGHUP)
+    before = [(number, signal.signal(number, lambda *_: tell())) for number in numbers]
     try:
         yield
     finally:
         for number, handler in before:
             signal.signal(number, handler)
-
-
-def end_with(code: int) -> None:
-    """Let SIGTERM raise SystemExit from now on: what a command has begun is cleaned up.
-
-    A copy of this process ends at once, as before: it has begun nothing that is its own.
-
-    Args:
-        code: The exit code.
-    """
-
-    def end(number: int, frame: FrameType | None) -> None:
-        del number, frame
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one changes nothing
-        raise SystemExit(code)
-
-    def leave() -> None:
-        if signal.getsignal(signal.SIGTERM) is end:
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-        signal.signal(signal.SIGTERM, end)
-        if sys.platform != "win32":
-            os.register_at_fork(after_in_child=leave)
 
 
 @contextmanager
@@ -164,12 +198,13 @@ def be_apart() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def end_apart(pid: int, *, has_ended: bool = False) -> None:
+def end_apart(pid: int, *, has_ended: bool = False, number: int | None = None) -> None:
     """End a process that may be apart; with what it has started, but for Windows.
 
     Args:
         pid: Its number.
         has_ended: It is gone: only what it has started is left.
+        number: Send this signal instead of the one that ends it by force; to its group alone.
     """
     if sys.platform == "win32":
         if not has_ended:
@@ -177,8 +212,8 @@ def end_apart(pid: int, *, has_ended: bool = False) -> None:
                 os.kill(pid, signal.SIGTERM)
         return
     with suppress(ProcessLookupError, PermissionError):
-        os.killpg(pid, signal.SIGKILL)
-    if not has_ended:
+        os.killpg(pid, signal.SIGKILL if number is None else number)
+    if not has_ended and number is None:
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
 

@@ -256,7 +256,7 @@ def read_trace(
     except BaseException:
         file.close()
         raise
-    return header, _records(file, path, lambda read: progress(min(1.0, read / length)))
+    return header, _records(file, header, path, lambda read: progress(min(1.0, read / length)))
 
 
 def _header(line: bytes, path: str | Path) -> dict[str, Any]:
@@ -273,16 +273,24 @@ def _header(line: bytes, path: str | Path) -> dict[str, Any]:
 
 
 def _records(
-    file: BinaryIO, path: str | Path, progress: Callable[[int], None]
+    file: BinaryIO,
+    header: Mapping[str, Any],
+    path: str | Path,
+    progress: Callable[[int], None],
 ) -> Generator[Record, None, None]:
     read = 0
+    order = _Order(changes="only" in header)
     with file:
         for number, line in enumerate(file, start=2):
             read += len(line)
             if number % _REPORT_EVERY == 0:
                 progress(read)
             try:
-                yield _record(_load(line, path, number))
+                record = _record(_load(line, path, number))
+                if wrong := order.wrong(record):
+                    hint = "the trace is damaged: record it again"
+                    raise InputError(wrong, file=path, line=number, hint=hint)
+                yield record
             except InputError as error:
                 if line.endswith(b"\n"):
                     raise
@@ -291,10 +299,38 @@ def _records(
                 raise InputError("not a record of a trace", file=path, line=number) from None
 
 
+class _Order:
+    """The order of scans and cycles in a trace, which shows lines that are missing.
+
+    Args:
+        changes: Only records with changes are in it: their numbers have gaps.
+    """
+
+    def __init__(self, *, changes: bool) -> None:
+        self._changes = changes
+        self._last: dict[tuple[str, int], tuple[int, int]] = {}
+
+    def wrong(self, record: Record) -> str:
+        """Return what is wrong with the place of a record; empty if nothing is."""
+        if isinstance(record, Violation):
+            return ""
+        kind, number = "cycle", record[1]
+        if isinstance(record, Scan):
+            kind = "scan"
+        key = kind, record.controller
+        before_us, before = self._last.get(key, (0, number - 1))
+        self._last[key] = record.t_us, number
+        if record.t_us < before_us:
+            return f"the time goes back by {(before_us - record.t_us) / 1e6:.3f} s"
+        if number > before if self._changes else number == before + 1:
+            return ""
+        return f"{kind} {number} follows {kind} {before}: lines are missing, or not in order"
+
+
 def _load(line: bytes, path: str | Path, number: int) -> dict[str, Any]:
     try:
         entry = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         entry = None
     if not isinstance(entry, dict):
         raise InputError("not a line of a trace", file=path, line=number)

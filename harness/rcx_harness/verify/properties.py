@@ -15,11 +15,13 @@ In a TOML file they are conditions in Structured Text, in a Python file function
 
 from __future__ import annotations
 
+import dis
 import importlib.util
+import os
 import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, overload
 
@@ -131,25 +133,70 @@ def from_python(file: Path) -> list[Declared]:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
+    exits = sys.exit
     try:
         spec.loader.exec_module(module)
-    except InputError:
-        raise
-    except Exception as error:
-        line = _line(error, file)
-        raise InputError(f"{type(error).__name__}: {error}", file=file, line=line) from None
+    except BaseException as error:
+        raise _blamed(error, str(file)) from None
+    finally:
+        sys.exit = exits  # the command ends with it, and its exit code must be its own
     found = [one for one in vars(module).values() if isinstance(one, Declared)]
     if not found:
         raise InputError("declares no property", file=file, hint="write @rcx.always above one")
-    return found
+    own = os.path.abspath(file)
+    return [replace(one, file=str(file)) if one.file == own else one for one in found]
 
 
-def _line(error: Exception, file: Path) -> int | None:
+def _blamed(error: BaseException, file: str | None, property_: str = "") -> BaseException:
+    """Return the error that the user reads of one that his code has raised.
+
+    `sys.exit(0)` in it, too, is an error: it must not end the command as if all were well.
+
+    Args:
+        error: What was raised.
+        file: His file.
+        property_: The name of the property that was asked; empty while the file is loaded.
+    """
+    if isinstance(error, KeyboardInterrupt) and not _is_raised(error):
+        return error  # Ctrl-C
+    name = f"{property_}: " if property_ else ""
+    line = _line(error, file)
+    if isinstance(error, InputError):
+        if error.file is not None:
+            return error
+        return InputError(f"{name}{error.message}", file=file, line=line, hint=error.hint)
+    hint = "return True or False from a property" if isinstance(error, SystemExit) else ""
+    return InputError(f"{name}{_words(error)}", file=file, line=line, hint=hint)
+
+
+def _is_raised(error: BaseException) -> bool:
+    """Return whether a `raise` statement has raised this; Ctrl-C comes at any other instruction."""
+    last = error.__traceback__
+    while last is not None and last.tb_next is not None:
+        last = last.tb_next
+    if last is None:
+        return False
+    return dis.opname[last.tb_frame.f_code.co_code[last.tb_lasti]] == "RAISE_VARARGS"
+
+
+def _words(error: BaseException) -> str:
+    """Return the kind and the text of an error of the user's code, on one printable line."""
+    try:
+        text = " ".join(str(error).split())
+    except Exception:  # its own method fails
+        text = "no text"
+    shown = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+    kind = type(error).__name__
+    return f"{kind}: {shown}" if shown else kind
+
+
+def _line(error: BaseException, file: str | None) -> int | None:
+    """Return the line of the user's file that has led to an error; the innermost one."""
+    places = [(one.filename, one.lineno) for one in traceback.extract_tb(error.__traceback__)]
     if isinstance(error, SyntaxError):
-        return error.lineno
-    places = [one.lineno for one in traceback.extract_tb(error.__traceback__)]
-    files = [one.filename for one in traceback.extract_tb(error.__traceback__)]
-    own = [line for line, at in zip(places, files, strict=True) if at == str(file)]
+        places.append((error.filename or "", error.lineno))
+    whole = os.path.abspath(file or "")
+    own = [line for at, line in places if os.path.abspath(at) == whole]
     return own[-1] if own else None
 
 
@@ -169,15 +216,20 @@ class _Asked:
         if isinstance(self._that, Condition):
             return self._that.holds()
         assert self._cell is not None
+        declared = self._declared
         try:
-            return bool(self._that(self._cell))
-        except InputError as error:
-            text = f"{self._declared.name}: {error.message}"
-            raise InputError(text, file=self._declared.file, hint=error.hint) from None
-        except Exception as error:
-            text = f"{self._declared.name}: {type(error).__name__}: {error}"
-            line = _line(error, Path(self._declared.file or ""))
-            raise InputError(text, file=self._declared.file, line=line) from None
+            holds = self._that(self._cell)
+        except BaseException as error:
+            raise _blamed(error, declared.file, declared.name) from None
+        if holds is True or holds is False:
+            return holds
+        code = getattr(self._that, "__code__", None)
+        raise InputError(
+            f"{declared.name}: a property returns {type(holds).__name__}, not bool",
+            file=declared.file,
+            line=getattr(code, "co_firstlineno", None),
+            hint="return True or False, say of a comparison",
+        )
 
 
 class Followed:

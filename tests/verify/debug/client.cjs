@@ -1,13 +1,13 @@
 // Drives rcx debug with the DebugClient of @vscode/debugadapter-testsupport, which VS Code's own
-// adapters are tested with. Arguments: the port, the program. Prints what it saw, as JSON.
+// adapters are tested with. Arguments: the port, its token, the program. Prints what it saw, as JSON.
 const { DebugClient } = require("@vscode/debugadapter-testsupport");
 
-async function main(port, program) {
+async function main(port, token, program) {
   const client = new DebugClient("none", "none", "rcx");
   await client.start(port);
   const seen = {};
   await Promise.all([
-    client.launch({ sources: [program], for: "1s" }),
+    client.launch({ token, sources: [program], for: "1s" }),
     client.waitForEvent("initialized").then(async () => {
       await client.setBreakpointsRequest({
         source: { path: program },
@@ -54,7 +54,7 @@ async function main(port, program) {
   console.log(JSON.stringify(seen));
 }
 
-main(Number(process.argv[2]), process.argv[3]).then(
+main(Number(process.argv[2]), process.argv[3], process.argv[4]).then(
   () => process.exit(0),
   (error) => {
     console.error(error);

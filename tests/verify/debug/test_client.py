@@ -36,10 +36,11 @@ def test_a_client_of_others_debugs_forwards_and_backwards(lamps: Path) -> None:
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     try:
         assert process.stderr is not None
-        found = re.search(r"127\.0\.0\.1:(\d+)", process.stderr.readline())
-        assert found is not None
+        said = process.stderr.readline() + process.stderr.readline()
+        found = re.search(r'127\.0\.0\.1:(\d+).*"token": "([^"]+)"', said, re.DOTALL)
+        assert found is not None, said
         script = Path(__file__).with_name("client.cjs")
-        client = ["node", str(script), found[1], str(lamps)]
+        client = ["node", str(script), found[1], found[2], str(lamps)]
         ended = subprocess.run(client, capture_output=True, text=True, timeout=_LONGEST)
     finally:
         process.terminate()

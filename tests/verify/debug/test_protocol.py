@@ -8,17 +8,21 @@ import re
 import socket
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from editor import Editor, RefusedError
+from rcx_harness.cli.app import main as rcx
 from rcx_harness.errors import InputError
 from rcx_harness.verify.debug.protocol import encoded, read_message
 
 _RCX = [sys.executable, "-m", "rcx_harness", "debug"]
 _LONGEST = 60
+LAMPS = Path(__file__).parent / "programs" / "Lamps.st"
 
 
 def test_a_message_is_json_behind_its_length() -> None:
@@ -33,19 +37,51 @@ def test_a_message_is_json_behind_its_length() -> None:
         (b'content-length:8\r\nX: y\r\n\r\n{"b": 1}rest', {"b": 1}),
         (b"", None),
         (b"Content-Length: 20\r\n\r\n{}", None),
-        (b"hello\r\n\r\n", None),
     ],
 )
 def test_messages_are_read(data: bytes, message: dict[str, Any] | None) -> None:
     assert read_message(io.BytesIO(data)) == message
 
 
+_DEEP = b"[" * 100_000
+
+
 @pytest.mark.parametrize(
-    "data", [b"Content-Length: 4\r\n\r\nhaha", b"Content-Length: 99999999999\r\n\r\n"]
+    "data",
+    [
+        b"Content-Length: 4\r\n\r\nhaha",
+        b"Content-Length: 99999999999\r\n\r\n",
+        b"Content-Length: 1048577\r\n\r\n",
+        b"Content-Length: -4\r\n\r\n",
+        b"Content-Length: 100000\r\n\r\n" + _DEEP,
+        b"Content-Length: 2\r\n\r\n[]",
+        b"hello\r\n\r\n",
+        b'POST / HTTP/1.1\r\nContent-Length: 8\r\n\r\n{"b": 1}',
+        b'POST http://127.0.0.1:4711/ HTTP/1.1\r\nContent-Length: 8\r\n\r\n{"b": 1}',
+        b"Content-Length: 8\r\nX: " + b"y" * 5000,
+        b"X: y\r\n" * 1000 + b'Content-Length: 8\r\n\r\n{"b": 1}',
+        b"y" * 5000,
+    ],
 )
-def test_what_is_no_message_ends_it_with_one_line(data: bytes) -> None:
-    with pytest.raises(InputError, match="debug adapter protocol"):
+def test_what_is_no_message_is_refused_before_it_is_obeyed(data: bytes) -> None:
+    """A web page can send HTTP to any port; a header of the protocol has fields only.
+
+    Source: issue 38, 16; the protocol's overview, Base Protocol.
+    """
+    with pytest.raises(InputError):
         read_message(io.BytesIO(data))
+
+
+def test_a_header_without_end_is_not_read_on() -> None:
+    """Source: issue 38, 16: the port limits header and body."""
+    stream = io.BytesIO(b"x" * 100_000)
+    with pytest.raises(InputError, match="debug adapter protocol"):
+        read_message(stream)
+    assert stream.tell() < 10_000
+
+
+def test_what_is_no_message_ends_it_with_one_line() -> None:
+    data = b"Content-Length: 4\r\n\r\nhaha"
     ended = subprocess.run(_RCX, input=data, capture_output=True, timeout=_LONGEST)
     assert ended.returncode == 2
     assert ended.stderr.decode().startswith("rcx: ")
@@ -96,28 +132,79 @@ def test_it_ends_with_its_client_also_where_that_leaves_the_line_open(lamps: Pat
         assert process.stderr.read() == b""
 
 
-def test_on_a_port_of_this_computer_one_client_comes_after_the_other(lamps: Path) -> None:
+@pytest.fixture(scope="module")
+def port() -> Iterator[tuple[int, str]]:
+    """A port that waits for clients, and its token."""
     process = subprocess.Popen(
-        [*_RCX, "--port", "0", str(lamps)], stderr=subprocess.PIPE, text=True
+        [*_RCX, "--port", "0", str(LAMPS)], stderr=subprocess.PIPE, text=True
     )
     try:
         assert process.stderr is not None
-        said = process.stderr.readline()
+        said = process.stderr.readline() + process.stderr.readline()
         found = re.search(r"waiting for a debug client on 127\.0\.0\.1:(\d+)", said)
+        token = re.search(r'"token": "([^"]+)"', said)
         assert found is not None, said
-        for _ in range(2):
-            with socket.create_connection(("127.0.0.1", int(found[1])), _LONGEST) as client:
-                stream = client.makefile("rwb")
-                for k, command in enumerate(("initialize", "attach", "disconnect"), 1):
-                    stream.write(encoded({"seq": k, "type": "request", "command": command}))
-                stream.flush()
-                answers = []
-                while (message := read_message(stream)) is not None:  # type: ignore[arg-type]
-                    answers += [message["success"]] if message["type"] == "response" else []
-                assert answers == [True, True, True], "the program is that of the command line"
+        assert token is not None, said
+        yield int(found[1]), token[1]
     finally:
-        process.terminate()
+        process.kill()
         process.wait(_LONGEST)
+
+
+def _answers(port: int, data: bytes) -> list[dict[str, Any]]:
+    """What a client is told that sends this; until the adapter ends the connection."""
+    with socket.create_connection(("127.0.0.1", port), _LONGEST) as client:
+        client.sendall(data)
+        received = b""
+        with suppress(ConnectionError):  # ended with something unread
+            while some := client.recv(65536):
+                received += some
+    return _messages(received)
+
+
+def _launches(**arguments: Any) -> bytes:
+    every = [("initialize", {}), ("attach", arguments), ("disconnect", {})]
+    return b"".join(
+        encoded({"seq": k, "type": "request", "command": command, "arguments": given})
+        for k, (command, given) in enumerate(every, 1)
+    )
+
+
+def test_on_a_port_of_this_computer_one_client_comes_after_the_other(
+    port: tuple[int, str],
+) -> None:
+    number, token = port
+    for _ in range(2):
+        told = _answers(number, _launches(token=token))
+        answers = [one["success"] for one in told if one["type"] == "response"]
+        assert answers == [True, True, True], "the program is that of the command line"
+
+
+@pytest.mark.parametrize("given", [{}, {"token": "guessed"}, {"token": None}, {"token": ["x"]}])
+def test_who_does_not_know_the_token_launches_nothing(
+    port: tuple[int, str], given: dict[str, Any]
+) -> None:
+    """Source: issue 38, 16: the port asks for a token."""
+    told = _answers(port[0], _launches(**given))
+    (answer,) = [one for one in told if one.get("command") == "attach"]
+    assert not answer["success"]
+    assert "token" in answer["message"]
+
+
+def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
+    """Source: issue 38, 16: it refuses what is not the debug adapter protocol."""
+    body = _launches(token=port[1])
+    head = f"POST / HTTP/1.1\r\nOrigin: http://evil.example\r\nContent-Length: {len(body)}\r\n\r\n"
+    assert _answers(port[0], head.encode() + body) == []
+
+
+def test_a_token_of_the_environment_that_can_be_guessed_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: docs/debug.md, any other client."""
+    monkeypatch.setenv("RCX_DEBUG_TOKEN", "short")
+    assert rcx(["debug", "--port", "0"]) == 2
+    assert "RCX_DEBUG_TOKEN is too short" in capsys.readouterr().err
 
 
 def test_a_port_that_is_taken_is_named() -> None:
@@ -145,6 +232,18 @@ def test_a_port_that_is_taken_is_named() -> None:
         ({"sources": ["LAMPS"], "link": "enip"}, "link goes with rcx run"),
         ({"sources": ["LAMPS"], "engine": "matiec"}, "the matiec engine cannot be debugged"),
         ({"sources": ["LAMPS"], "cwd": "/no/such"}, "cwd '/no/such' is no folder"),
+        ({"sources": ["LAMPS"], "properties": "p.py"}, "properties goes with rcx run"),
+        ({"sources": ["LAMPS"], "panel": 0}, "panel goes with rcx run"),
+        ({"sources": ["LAMPS"], "view": "v.html"}, "view goes with rcx run"),
+        ({"sources": ["--trace=t.jsonl", "x.st"]}, "sources: --trace=t.jsonl is an option"),
+        ({"sources": "-v"}, "sources: -v is an option"),
+        ({"program": ["--connect=1.2.3.4", "--yes"]}, "--connect=1.2.3.4 is an option"),
+        ({"sources": [["--trace=t.jsonl"]]}, "sources is not a text"),
+        ({"sources": {"a": 1}}, "sources is not a text"),
+        ({"sources": ["LAMPS"], "scan": True}, "scan is neither a text nor a number"),
+        ({"sources": ["LAMPS"], "for": {"a": 1}}, "for is neither a text nor a number"),
+        ({"sources": ["LAMPS"], "cwd": 1}, "cwd is not a text"),
+        ({"recording": 1}, "recording is not a text"),
         ({"recording": "gone.jsonl"}, "gone.jsonl: the recording cannot be read"),
     ],
 )
@@ -191,6 +290,74 @@ def test_requests_out_of_order_or_unknown_are_refused(editor: Editor, lamps: Pat
         editor.request("variables")
     with pytest.raises(RefusedError, match="arguments of 'scopes' are not as the protocol says"):
         editor.request("scopes", frameId=99)
+
+
+_WRONG: list[Any] = [[], 0, -1, "x", {}, None, True, 1e308, [1], [[]], {"a": 1}, [None], "\0"]
+
+
+@pytest.mark.parametrize(
+    ("command", "keys"),
+    [
+        ("initialize", ["linesStartAt1"]),
+        ("setBreakpoints", ["source", "breakpoints", "lines"]),
+        ("setFunctionBreakpoints", ["breakpoints"]),
+        ("setDataBreakpoints", ["breakpoints"]),
+        ("setExceptionBreakpoints", ["filters", "filterOptions"]),
+        ("breakpointLocations", ["source", "line", "endLine"]),
+        ("dataBreakpointInfo", ["variablesReference", "name"]),
+        ("threads", []),
+        ("stackTrace", ["threadId", "startFrame", "levels"]),
+        ("scopes", ["frameId"]),
+        ("variables", ["variablesReference", "start", "count"]),
+        ("setVariable", ["variablesReference", "name", "value"]),
+        ("setExpression", ["expression", "value", "frameId"]),
+        ("evaluate", ["expression", "frameId", "context"]),
+        ("completions", ["text", "column", "frameId"]),
+        ("rcx/backToChange", ["variable", "frameId"]),
+    ],
+)
+def test_arguments_of_wrong_types_are_answered(
+    at_entry: Callable[..., Editor], command: str, keys: list[str]
+) -> None:
+    """Whatever comes, the next request is answered.
+
+    Source: issue 38, 23: the debug adapter with wrong types or deep JSON.
+    """
+    editor = at_entry()
+    editor.scope("Variables")
+    whole: dict[str, Any] = {"source": {"path": str(LAMPS)}, "line": 1, "variablesReference": 1}
+    whole |= {"name": "Lamp", "value": "1", "expression": "Lamp", "text": "L", "column": 1}
+    for key in keys:
+        for wrong in _WRONG:
+            with suppress(RefusedError):
+                editor.request(command, **{**whole, key: wrong})
+    for wrong in _WRONG:
+        with suppress(RefusedError):
+            editor.request(command, **dict.fromkeys(keys, wrong))
+    assert editor.value("C.Value") == "0", "it stands before the first scan, and answers"
+
+
+def test_a_request_that_is_no_request_is_answered(editor: Editor) -> None:
+    """Source: issue 38, 23."""
+    for message in (
+        {"type": "request", "command": ["launch"]},
+        {"type": "request", "command": "launch", "arguments": [1]},
+        {"type": "request", "command": "launch", "arguments": "x", "seq": [[[]]]},
+    ):
+        answer = editor.answer_to(message)
+        assert not answer["success"]
+        assert isinstance(answer["request_seq"], int)
+
+
+def test_a_number_that_nothing_has_opens_nothing(at_entry: Callable[..., Editor]) -> None:
+    """Source: the protocol: a reference of 0 is none; frames and variables have those from 1."""
+    editor = at_entry()
+    editor.scope("Variables")
+    for number in (0, -1, 999):
+        with pytest.raises(RefusedError, match="not as the protocol says"):
+            editor.request("variables", variablesReference=number)
+    with pytest.raises(RefusedError, match="not as the protocol says"):
+        editor.request("scopes", frameId=-1)
 
 
 def test_the_extension_for_vs_code_is_written(tmp_path: Path) -> None:

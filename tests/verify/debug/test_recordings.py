@@ -166,6 +166,24 @@ def test_what_is_no_recording_is_refused(
     assert str(refused.value) == f"{file}: {message}"
 
 
+@pytest.mark.parametrize("line", [1, 2, -1])
+def test_a_recording_with_a_hole_is_damaged(tmp_path: Path, editor: Editor, line: int) -> None:
+    """Source: issue 38, 17: every reader of recordings reports damage."""
+    program = Path(shutil.copy(LAMPS, tmp_path))
+    cell, recorded = _cell(program)
+    with cell:
+        cell.scan(4)
+        cell["Main.Go"] = False
+        cell.scan(3)
+        cell["Main.Divisor"] = 5
+    file = _written(tmp_path, cell, recorded, program)
+    lines = file.read_text().splitlines()
+    del lines[line]
+    file.write_text("\n".join([*lines, ""]))
+    with pytest.raises(RefusedError, match="the recording is damaged; run the test again"):
+        editor.request("launch", recording=str(file))
+
+
 def test_it_goes_with_no_other_options(tmp_path: Path, editor: Editor) -> None:
     with pytest.raises(RefusedError, match="scan does not go with a recording"):
         editor.request("launch", recording="x.jsonl", scan="5ms")

@@ -127,6 +127,48 @@ def test_a_line_that_was_cut_off_is_done_again(tmp_path: Path, file: Path) -> No
     assert done.read_text().split() == ["0", "1", "1"]
 
 
+@pytest.mark.parametrize(
+    "damage", [b"\xff\x00", b'{"key": "1"}', b"[1]", b'{"key": 5, "result": 1}', b"[" * 99_999, b""]
+)
+def test_a_damaged_line_is_done_again_and_the_file_stays_under_another_name(
+    file: Path, damage: bytes
+) -> None:
+    """Source: issue 38, 24: damaged result files are moved aside, and said to be."""
+    list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
+    lines = file.read_bytes().split(b"\n")
+    lines[2] = damage
+    file.write_bytes(b"\n".join(lines))
+    found = kept(file)
+    aside = file.with_name("results.jsonl.damaged")
+    assert found.notice.startswith(f"{file}: 1 line is damaged; the file is now {aside}, ")
+    assert aside.read_bytes() == b"\n".join(lines)
+    assert [found.knows(number) for number in range(3)] == [True, False, True]
+    assert kept(file).notice == "", "it is whole again"
+
+
+def test_results_that_have_lost_what_they_rest_on_are_moved_aside(file: Path) -> None:
+    """Source: issue 38, 24."""
+    list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
+    before = b"x" + file.read_bytes()
+    for name in ("results.jsonl.damaged", "results.jsonl.damaged1"):
+        file.write_bytes(before)
+        found = kept(file)
+        assert "its first line is damaged" in found.notice
+        assert file.with_name(name).read_bytes() == before, "also beside an earlier one"
+        assert not found.knows(0)
+
+
+def test_a_result_that_cannot_be_read_back_is_done_again(file: Path) -> None:
+    def back(value: list[int]) -> tuple[int, ...]:
+        return tuple(value)
+
+    list(Farm(0).run(divmod_by_3, [1], kept=kept(file, to_json=list, from_json=back)))
+    file.write_text(file.read_text().replace("[0, 1]", "5"))
+    found = kept(file, to_json=list, from_json=back)
+    assert "1 line is damaged" in found.notice
+    assert not found.knows(1)
+
+
 def test_a_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be used: Is a directory; name another file"):
         kept(tmp_path)

@@ -6,6 +6,9 @@ import itertools
 import math
 import os
 import select
+import signal
+import subprocess
+import sys
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
@@ -191,3 +194,31 @@ def test_what_a_worker_has_started_ends_with_it() -> None:
     running.close()
     assert select.select([handle], [], [], 60)[0]
     os.close(handle)
+
+
+_PARENT = """
+import sys
+from farm_work import waits_with_a_folder
+from rcx_harness.verify.farm import Farm
+list(Farm(1).run(waits_with_a_folder, [sys.argv[1]]))
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_worker_ends_with_its_parent_and_removes_what_is_temporary(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    """In the middle of an item; the pipe that both write to ends when both have.
+
+    Source: issue 38, 19 and 24.
+    """
+    found = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-c", _PARENT, str(tmp_path)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, env=found, stdout=pipe, stderr=pipe) as parent:
+        assert parent.stdout is not None
+        assert parent.stdout.readline() == b"begun\n"
+        parent.send_signal(number)
+        assert select.select([parent.stdout], [], [], 60)[0], "the worker goes on"
+        assert parent.stdout.read() == b""
+    assert list(tmp_path.iterdir()) == []

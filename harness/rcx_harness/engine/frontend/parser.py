@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib.resources import files
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from lark import Lark, Token, v_args
@@ -409,15 +411,28 @@ def _parser() -> tuple[Lark, _Builder]:
     names |= {"WORD", *ACCESSORS}
     declared = f"\n%declare {' '.join(sorted(names))} LATCH ERROR\n"
     builder = _Builder()
-    kept = cache.folder()
-    lark = Lark(
+    make = partial(
+        Lark,
         grammar + declared,
         parser="lalr",
         lexer=_NoLexer,
         transformer=builder,
         maybe_placeholders=True,
-        cache=kept is not None and str(kept / _TABLES),  # lark makes them anew for another grammar
     )
+    kept = cache.folder()
+    if kept is None:
+        return make(), builder
+    before: bytes | None = None
+    # lark executes what is in its file: it gets a copy of an entry that is ours.
+    with TemporaryDirectory(prefix="rcx-") as folder:
+        tables = Path(folder, _TABLES)
+        with suppress(OSError, ValueError):
+            before = cache.content(kept / _TABLES)
+            tables.write_bytes(before)
+        lark = make(cache=str(tables))  # anew for another grammar
+        with suppress(OSError):
+            if (after := tables.read_bytes()) != before:
+                cache.put(kept / _TABLES, after)
     return lark, builder
 
 

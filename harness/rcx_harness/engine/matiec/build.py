@@ -6,8 +6,6 @@ import functools
 import os
 import re
 import shutil
-import signal
-import subprocess
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,6 +19,7 @@ from rcx_harness.engine.native.toolchain import (
     from_cache,
 )
 from rcx_harness.errors import InputError
+from rcx_harness.output import programs
 from rcx_harness.output.paths import real
 
 __all__ = [
@@ -225,12 +224,8 @@ class Matiec:
             TranslationError: any exit status but 0; iec2c may crash after it printed errors.
         """
         command = [str(self.iec2c), *_OPTIONS, "-I", str(self.library), "-T", str(target)]
-        done = subprocess.run(
-            [*command, source.name], cwd=source.parent, capture_output=True, check=False
-        )
+        done = programs.run([*command, source.name], cwd=source.parent)
         output = (done.stderr + done.stdout).decode("utf-8", "replace")
-        if done.returncode == -signal.SIGINT:  # Ctrl-C goes to it, too
-            raise KeyboardInterrupt
         if done.returncode != 0:
             found = list(_messages(output, source.name))
             raise TranslationError(found, output, done.returncode)

@@ -6,12 +6,12 @@ import functools
 import hashlib
 import os
 import shutil
-import subprocess
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from rcx_harness.engine import cache
+from rcx_harness.output import programs
 from rcx_harness.output.system import DLL, WHOLE
 
 __all__ = [
@@ -75,10 +75,8 @@ def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -
     own = fingerprint(_HERE.iterdir())
     every = "\0".join([*parts, version(compiler), *_flags(), own])
     entry = folder / f"{hashlib.sha256(every.encode()).hexdigest()}.so"
-    with suppress(OSError):
-        image = entry.read_bytes()
-        os.utime(entry)
-        return image
+    with suppress(OSError, ValueError):
+        return cache.content(entry)
     image = make()
     with suppress(OSError):
         cache.put(entry, image)
@@ -101,7 +99,7 @@ def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
     """
     shared = unit.with_suffix(DLL)
     command = [compiler, *_flags(), *options, "-I", str(_HERE), str(unit), "-lm", "-o", str(shared)]
-    done = subprocess.run(command, capture_output=True, check=False)
+    done = programs.run(command)
     if done.returncode != 0:
         raise CompilerError(done.stderr.decode("utf-8", "replace"))
     return shared.read_bytes()
@@ -124,5 +122,6 @@ def _flags() -> tuple[str, ...]:
 @functools.lru_cache(maxsize=8)
 def version(compiler: str) -> str:
     """Path of a compiler, and what it says of itself."""
-    done = subprocess.run([compiler, "--version"], capture_output=True, check=False)
-    return compiler + done.stdout.decode("utf-8", "replace")
+    done = programs.run([compiler, "--version"])
+    said: bytes = done.stdout
+    return compiler + said.decode("utf-8", "replace")

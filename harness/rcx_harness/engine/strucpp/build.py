@@ -6,8 +6,6 @@ import functools
 import os
 import re
 import shutil
-import signal
-import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -25,6 +23,7 @@ from rcx_harness.engine.native.toolchain import (
 from rcx_harness.engine.source import origin, source_text
 from rcx_harness.engine.strucpp.memory import NAMESPACE
 from rcx_harness.errors import InputError
+from rcx_harness.output import programs
 from rcx_harness.output.paths import real
 
 __all__ = ["MISSING_STRUCPP", "Strucpp", "compile_project", "find_strucpp"]
@@ -157,11 +156,7 @@ def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder:
     # Of the libraries beside it only the standard's: names of the others may be the user's.
     shutil.copy(strucpp.blocks, folder)
     options = ("-o", "program.cpp", "--line-directives", "--no-default-libs", "-L", ".")
-    done = subprocess.run(
-        [*strucpp.command, *names, *options], cwd=folder, capture_output=True, check=False
-    )
-    if done.returncode == -signal.SIGINT:  # Ctrl-C goes to it, too
-        raise KeyboardInterrupt
+    done = programs.run([*strucpp.command, *names, *options], cwd=folder)
     if done.returncode == 0:
         return
     output = (done.stderr + done.stdout).decode("utf-8", "replace")

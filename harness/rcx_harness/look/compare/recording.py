@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rcx_harness.enip.originator.client import PORT
@@ -34,6 +34,8 @@ class Recording:
         end_us: The end.
         tolerance_us: By so much later or earlier an answer may be seen without being another one.
         from_power_on: It begins with the controller's power-on.
+        trouble: The file is damaged: the recording ends before that.
+        missing: So many packets are missing: lost on the way, or not captured as a whole.
     """
 
     size: int
@@ -43,6 +45,8 @@ class Recording:
     end_us: int
     tolerance_us: int
     from_power_on: bool
+    trouble: InputError | None = None
+    missing: int = 0
 
     @property
     def begin_us(self) -> int:
@@ -180,6 +184,8 @@ def _of_capture(
             progress(min(1.0, capture.read_bytes / length))
         samples += [one for one in network.take(packet) if isinstance(one, Sample)]
     found = sorted({one.controller for one in samples})
+    if not found and (trouble := capture.trouble("read")):
+        raise trouble
     if not found:
         hint = advice(network, hosts, sizes)
         raise InputError("no connection of a controller in it", file=path, hint=hint)
@@ -190,7 +196,10 @@ def _of_capture(
     robot = next(one for one in network.robots.values() if one.number == found[0])
     intervals = [one.to_master_us for one in robot.connections]
     slowest_us = max(intervals, default=0) or _interval_us(robot.connections)
-    return _of_samples(path, samples, slowest_us + 2 * CYCLE_US)
+    recording = _of_samples(path, samples, slowest_us + 2 * CYCLE_US)
+    ways = [way for one in robot.connections for way in (one.to_robot, one.to_master)]
+    missing = sum(way.lost + way.cut for way in ways)
+    return replace(recording, trouble=capture.trouble("compared"), missing=missing)
 
 
 def _interval_us(connections: Sequence[object]) -> int:

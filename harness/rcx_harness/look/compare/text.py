@@ -71,6 +71,9 @@ def lines(replay: Replay, result: Replayed) -> Iterator[str]:
             else f"times within {format_us(recording.tolerance_us)}"
         )
     )
+    if recording.missing:
+        packets = "1 packet is" if recording.missing == 1 else f"{recording.missing} packets are"
+        yield f"{packets} missing: lost on the way, or not captured as a whole"
     found = result.differences
     if not found:
         yield "the virtual controller answers the same"
@@ -132,6 +135,8 @@ def as_json(replay: Replay, result: Replayed, fit: Fit | None) -> dict[str, Any]
         "begin_us": begin_us,
         "end_us": end_us,
         "tolerance_us": replay.recording.tolerance_us,
+        "missing_packets": replay.recording.missing,
+        "trouble": str(replay.recording.trouble or ""),
         "differences": [_difference(one, replay.recording) for one in result.differences],
     }
     if fit is not None:

@@ -34,6 +34,8 @@ _FAMILY_IP = 2
 _BARE = (12, 14, 101, 228)  # raw IP, as systems number it; IPv4
 _KNOWN = {*_PLACES, _NULL, _LOOP, *_BARE}
 _PERHAPS = "save it with Wireshark from Ethernet, Linux cooked, loopback or raw IP"
+#: Packets of several interfaces may be some time out of order; more than that is damage.
+_MOST_BACK_US, _MOST_AHEAD_US = 1_000_000, 24 * 3600 * 1_000_000
 _RECORD_HEADER = 32  # bytes of a file around a packet, for the progress
 
 
@@ -67,7 +69,7 @@ class Capture:
         packets: How many there were so far, of any kind.
         others: What cannot be read here, and how often: `IPv6`, `IP fragments` ...
         begin_us: Time of the first packet, microseconds since 1970; the others count from it.
-        damage: How the file ends too early; empty where it does not.
+        damage: What is wrong with the file behind the last packet; empty where nothing is.
         read_bytes: So much of the file has been read, about.
 
     Raises:
@@ -106,6 +108,9 @@ class Capture:
                     t_us = round(header.ts * 1e6)
                     if self.begin_us is None:
                         self.begin_us = t_us
+                    self.damage = self._damage(t_us - self.begin_us, header.len, len(data))
+                    if self.damage:
+                        return
                     self.last_us = t_us - self.begin_us
                     self.packets += 1
                     self.read_bytes += len(data) + _RECORD_HEADER
@@ -114,6 +119,31 @@ class Capture:
                         yield found
             except self._library.Error as error:
                 self.damage = str(error.args[-1])
+
+    def _damage(self, t_us: int, length: int, kept: int) -> str:
+        """Return what shows that a packet is none, though libpcap can read it; else nothing."""
+        if not length:
+            return "a packet of 0 bytes follows"
+        if length < kept:
+            return f"a packet of {length} bytes follows, of which {kept} are there"
+        if t_us < self.last_us - _MOST_BACK_US:
+            return f"the clock goes back by {(self.last_us - t_us) / 1e6:.3f} s"
+        if t_us > self.last_us + _MOST_AHEAD_US:
+            return f"the clock goes ahead by {(t_us - self.last_us) / 1e6:.0f} s"
+        return ""
+
+    def trouble(self, what: str = "judged") -> InputError | None:
+        """Return the error of a file that is damaged, once it has been read; else None.
+
+        Args:
+            what: What was done with the packets before the damage.
+        """
+        if not self.damage:
+            return None
+        how = "cut off" if "truncated" in self.damage else "damaged"
+        at = f"packet {self.packets}, {self.last_us / 1e6:.3f} s"
+        text = f"is {how} after {at}; what comes before was {what}"
+        return InputError(text, file=self._path, hint=self.damage)
 
     def _packet(self, data: bytes, cut: bool) -> Packet | None:
         at = self._at_ip(data)
@@ -131,6 +161,9 @@ class Capture:
             return None
         begin = at + 4 * (version & 0x0F)
         end = at + length if length else len(data)  # 0: the network card was to cut it up
+        if len(data) < end and not cut:
+            self.others["packets shorter than their IP header says"] += 1
+            return None
         body = data[begin:end]
         least = _TCP_HEAD.size if protocol == _TCP else _UDP_HEAD.size
         if len(body) < least:

@@ -6,7 +6,9 @@ https://microsoft.github.io/debug-adapter-protocol/overview, "Base Protocol".
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
+from contextlib import suppress
 from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import Any, BinaryIO
@@ -18,8 +20,14 @@ __all__ = ["Client", "Message", "encoded", "read_message"]
 #: A message as it comes out of JSON.
 Message = dict[str, Any]
 
-#: No message is longer; a length above it is none [bytes].
-_LONGEST = 64 * 1024 * 1024
+#: No header and no message of a client is longer [bytes].
+_LONGEST_HEADER = 4096
+_LONGEST = 1024 * 1024
+#: So many messages wait at most; further ones stay with the client.
+_MOST_WAITING = 1000
+#: A field of the header. The first line of HTTP or TLS is not a field.
+_FIELD = re.compile(rb"([A-Za-z-]+)[ \t]*:[ \t]*(.*)", re.DOTALL)
+_HINT = "rcx debug talks to editors: see docs/debug.md"
 
 
 def encoded(message: Mapping[str, Any]) -> bytes:
@@ -29,35 +37,38 @@ def encoded(message: Mapping[str, Any]) -> bytes:
 
 
 def read_message(stream: BinaryIO) -> Message | None:
-    """The next message; None at the end of the stream.
+    """Return the next message; None at the end of the stream.
 
     Raises:
-        InputError: what came is no message of the protocol.
+        InputError: The stream is not one of messages, or a header or body is too long.
     """
-    length = -1
-    while line := stream.readline():
+    length, size = -1, 0
+    while line := stream.readline(_LONGEST_HEADER):
+        size += len(line)
         text = line.strip()
-        if not text:
-            if length >= 0:
-                break
-            continue
-        name, _, value = text.partition(b":")
-        if name.lower() == b"content-length" and value.strip().isdigit():
-            length = int(value)
+        if not text and length >= 0:
+            break
+        field = _FIELD.fullmatch(text)
+        if size >= _LONGEST_HEADER or (text and field is None):
+            raise InputError("this is not a header of the debug adapter protocol", hint=_HINT)
+        if field is not None and field[1].lower() == b"content-length":
+            if not field[2].isdigit():
+                raise InputError("Content-Length is not a number", hint=_HINT)
+            length = int(field[2])
     if length < 0:
         return None
     if length > _LONGEST:
-        raise InputError(f"a message of {length} bytes is none of the debug adapter protocol")
+        told = f"a message of {length:.3g} bytes is too long for the debug adapter protocol"
+        raise InputError(told, hint=f"the limit is {_LONGEST} bytes")
     body = stream.read(length)
     if len(body) < length:
         return None
     try:
         message = json.loads(body)
-    except ValueError:
+    except (ValueError, RecursionError):
         message = None
     if not isinstance(message, dict):
-        hint = "rcx debug talks to editors: see docs/debug.md"
-        raise InputError("what came is no message of the debug adapter protocol", hint=hint)
+        raise InputError("this is not a message of the debug adapter protocol", hint=_HINT)
     return message
 
 
@@ -70,7 +81,7 @@ class Client:
     """
 
     def __init__(self, reading: BinaryIO | None, writing: BinaryIO) -> None:
-        self.inbox: Queue[Message | InputError | None] = Queue()
+        self.inbox: Queue[Message | InputError | None] = Queue(_MOST_WAITING)
         self._writing, self._lock, self._seq = writing, Lock(), 0
         self._gone = False
         if reading is not None:
@@ -78,7 +89,7 @@ class Client:
 
     def _read(self, stream: BinaryIO) -> None:
         try:
-            while (message := read_message(stream)) is not None:
+            while not self._gone and (message := read_message(stream)) is not None:
                 self.inbox.put(message)
         except InputError as error:
             self.inbox.put(error)
@@ -106,21 +117,25 @@ class Client:
             raise message
         return message
 
+    def close(self) -> None:
+        """Read nothing any more; a reader that waits for room in the inbox goes on and ends."""
+        self._gone = True
+        with suppress(Empty):
+            while True:
+                self.inbox.get_nowait()
+
     def event(self, event: str, body: Mapping[str, Any] | None = None) -> None:
         """Tell the client what has happened."""
         self._send({"type": "event", "event": event}, body)
 
     def answer(self, request: Message, body: Mapping[str, Any] | None = None) -> None:
         """Answer a request that was fulfilled."""
-        head = {"type": "response", "request_seq": request.get("seq", 0), "success": True}
-        self._send({**head, "command": request.get("command", "")}, body)
+        self._send(_response(request, success=True), body)
 
     def refuse(self, request: Message, text: str) -> None:
         """Answer a request that cannot be fulfilled, with one message for the user."""
-        head = {"type": "response", "request_seq": request.get("seq", 0), "success": False}
         error = {"id": 1, "format": text.replace("{", "{{"), "showUser": True}
-        named = {"command": request.get("command", ""), "message": text}
-        self._send({**head, **named}, {"error": error})
+        self._send({**_response(request, success=False), "message": text}, {"error": error})
 
     def say(self, text: str, category: str = "console") -> None:
         """A line in the client's console."""
@@ -136,4 +151,15 @@ class Client:
                 self._writing.write(encoded(whole))
                 self._writing.flush()
             except (OSError, ValueError):
-                self.inbox.put(None)  # the client has gone
+                self._gone = True
+
+
+def _response(request: Message, *, success: bool) -> dict[str, Any]:
+    """Return the head of a response; what the client names is repeated if it has the right type."""
+    number, command = request.get("seq"), request.get("command")
+    return {
+        "type": "response",
+        "request_seq": number if isinstance(number, int) else 0,
+        "success": success,
+        "command": command if isinstance(command, str) else "",
+    }

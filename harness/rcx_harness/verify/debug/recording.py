@@ -172,6 +172,11 @@ def _value(found: Any) -> Any:
     return found
 
 
+def _digest(lines: Sequence[str]) -> str:
+    """Return a digest of the lines behind the first: one that is missing or changed is noticed."""
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
 # --- writing ------------------------------------------------------------------------------------
 
 
@@ -230,7 +235,9 @@ def write_recording(
         "areas": cell.areas,
         "violations": [[one.t_us, one.rule, one.text] for one in cell.violations],
     }
-    lines = [json.dumps(head, **_COMPACT), *recorded.lines(), ""]
+    rest = list(recorded.lines())
+    head["digest"] = _digest(rest)
+    lines = [json.dumps(head, **_COMPACT), *rest, ""]
     replace_files({file: "\n".join(lines).encode()})
 
 
@@ -264,9 +271,11 @@ def opened(file: Path) -> tuple[Tape, str, str]:
     if not is_recording(file) or not lines:
         raise InputError(f"not a recording of format {FORMAT}", file=file)
     try:
-        head, *rest = map(json.loads, lines)
-        if head["format"] != FORMAT:
+        if json.loads(lines[0])["format"] != FORMAT:
             raise InputError(f"not a recording of format {FORMAT}", file=file)
+        head, *rest = map(json.loads, lines)
+        if head["digest"] != _digest(lines[1:]):
+            raise ValueError
         folder = _folder(head)
         given = [folder / one for one in head["program"]]
         lib = None if head["lib"] is None else folder / head["lib"]
@@ -277,7 +286,7 @@ def opened(file: Path) -> tuple[Tape, str, str]:
         violations = [Violation(t_us, rule, text) for t_us, rule, text in head["violations"]]
         tape = Tape(program, rest, [tuple(one) for one in head["areas"]], violations)
         test, failed, engine = head["test"], head["failed"], head["engine"]
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError):
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, RecursionError):
         raise InputError("the recording is damaged", file=file, hint="run the test again") from None
     notice = f"{test}: {tape.length} scans, from their end you can go back"
     if engine != "builtin":

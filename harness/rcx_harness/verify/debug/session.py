@@ -200,13 +200,19 @@ class Session:
     def _handle(self, message: Message) -> Order | None:
         if message.get("type") != "request":
             return None
-        command = str(message.get("command", ""))
+        command = message.get("command", "")
+        if not isinstance(command, str):
+            self._client.refuse(message, "the command of a request is not a text")
+            return None
         name = command.removeprefix("rcx/")
         handler = getattr(self, f"_on_{name}", None) if name.isidentifier() else None
         if handler is None:
-            self._client.refuse(message, f"rcx debug does not know the request {command!r}")
+            self._client.refuse(message, f"rcx debug does not know the request {command[:60]!r}")
             return None
         arguments = message.get("arguments") or {}
+        if not isinstance(arguments, dict):
+            self._client.refuse(message, f"the arguments of {command!r} are not an object")
+            return None
         if name not in _ALWAYS and self._launched is None:
             self._client.refuse(message, "nothing is debugged yet: launch comes first")
             return None
@@ -221,7 +227,7 @@ class Session:
                 self._exit = 2
                 self._client.event("terminated")
             return None
-        except (KeyError, TypeError, ValueError, IndexError):
+        except _MISTYPED:
             self._client.refuse(
                 message, f"the arguments of {command!r} are not as the protocol says"
             )
@@ -349,7 +355,7 @@ class Session:
         name = str(arguments["name"])
         reference = arguments.get("variablesReference")
         if reference:
-            found = [one for one in self._opened[reference - 1]() if one.name == name]
+            found = [one for one in self._of(reference)() if one.name == name]
             item = found[0] if found else None
             path = item.path if isinstance(item, Held) else ""
             frame = self._scope_frames.get(reference) or self._frame(arguments)
@@ -441,6 +447,8 @@ class Session:
         """The frame that is asked about; without one the innermost."""
         number = arguments.get("frameId")
         if number:
+            if not 1 <= int(number) <= len(self._frames):
+                raise IndexError(number)
             return self._frames[int(number) - 1]
         tracer = self._player.tracer
         return self._scopes.stack(tracer, self._scopes.running(tracer))[0]
@@ -473,15 +481,21 @@ class Session:
         self._held.append(None)
         return len(self._opened)
 
+    def _of(self, reference: int) -> Callable[[], list[Item]]:
+        """Return what gives the parts of an opened item; IndexError if none has this number."""
+        if not 1 <= reference <= len(self._opened):
+            raise IndexError(reference)
+        return self._opened[reference - 1]
+
     def _on_variables(self, arguments: Message) -> Message:
         reference = int(arguments["variablesReference"])
-        of = self._held[reference - 1]
+        opened, of = self._of(reference), self._held[reference - 1]
         frame = self._scope_frames.get(reference)
         if of is not None:
             first, count = int(arguments.get("start") or 0), int(arguments.get("count") or 0)
             items: list[Item] = list(self._memory.parts(of, first, count or None))
         else:
-            items = self._opened[reference - 1]()
+            items = opened()
         return {"variables": [self._variable(one, frame) for one in items]}
 
     def _variable(self, item: Item, frame: Frame | None) -> Message:
@@ -517,7 +531,7 @@ class Session:
 
     def _on_setVariable(self, arguments: Message) -> Message:  # noqa: N802
         reference, name = int(arguments["variablesReference"]), arguments["name"]
-        found = [one for one in self._opened[reference - 1]() if one.name == name]
+        found = [one for one in self._of(reference)() if one.name == name]
         if not found or not isinstance(found[0], Held):
             raise InputError(f"{name} is no variable of the program and cannot be set")
         frame = self._scope_frames.get(reference) or self._frame({})
@@ -569,6 +583,9 @@ class Session:
 
 #: Arrays with more elements are shown page by page.
 _PAGED = 100
+
+#: What a request with arguments of wrong types, or nested too deep, raises.
+_MISTYPED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
 #: Requests that need no program, and those that are answered while it runs.
 _ALWAYS = ("initialize", "launch", "attach", "disconnect", "terminate", "configurationDone")

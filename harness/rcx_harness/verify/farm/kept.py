@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from rcx_harness.errors import InputError
-from rcx_harness.verify.kept import Results
+from rcx_harness.verify.kept import Results, move_aside, read_entry
 
 __all__ = ["Kept"]
 
@@ -35,6 +35,9 @@ class Kept(Generic[Item, Result]):
         from_json: A result as it was; results are taken as if they had been read.
         fresh: Forget what is there.
 
+    Attributes:
+        notice: A line for the user where the file was damaged; else empty.
+
     Raises:
         InputError: the file has results that rest on something else, or is none of ours.
     """
@@ -51,18 +54,28 @@ class Kept(Generic[Item, Result]):
     ) -> None:
         self.key = key
         self._to_json, self._from_json = to_json, from_json
-        there = _first_line(file)
-        if there is not None and not fresh:
-            _check(file, there, about)
         try:
-            self._results = Results(file, fresh=fresh)
+            self.notice = _rescued(file)
+            there = _first_line(file)
+            if there is not None and not fresh:
+                _check(file, there, about)
+            self._results = Results(file, fresh=fresh, is_whole=self._is_whole)
+            self.notice = self.notice or self._results.notice
             if self._results.get(_ABOUT) is None:
                 self._results.add({"key": _ABOUT, "format": _FORMAT, "about": dict(about)})
         except OSError as error:
             raise _unusable(file, error) from None
-        except ValueError:
-            raise InputError("is not a file of results", file=file, hint="remove it") from None
         self._file = file
+
+    def _is_whole(self, entry: Mapping[str, Any]) -> bool:
+        """Return whether an entry is a result, or says what all rest on."""
+        if entry["key"] == _ABOUT:
+            return _is_first(entry)
+        try:
+            self._from_json(entry["result"])
+        except (LookupError, TypeError, ValueError, AttributeError):
+            return False
+        return True
 
     def knows(self, item: Item) -> bool:
         """Is there a result?"""
@@ -82,25 +95,38 @@ class Kept(Generic[Item, Result]):
             raise _unusable(self._file, error) from None
 
 
+def _is_first(entry: Mapping[str, Any]) -> bool:
+    return entry.get("format") == _FORMAT and isinstance(entry.get("about"), dict)
+
+
+def _rescued(file: Path) -> str:
+    """Move a file of results aside that has lost what they rest on; return what is to be told."""
+    if not file.is_file():
+        return ""
+    first, *others = file.read_bytes().split(b"\n")
+    entry = read_entry(first)
+    if entry is not None and _is_first(entry):
+        return ""
+    if not any(found and {"key", "result"} == found.keys() for found in map(read_entry, others)):
+        return ""  # not ours
+    aside = move_aside(file)
+    return f"{file}: its first line is damaged; the file is now {aside}, and all is done again"
+
+
 def _first_line(file: Path) -> dict[str, Any] | None:
     """What an earlier call has written first; None: there is no such file, or nothing in it."""
     try:
-        with file.open(encoding="utf-8") as stream:
-            text = stream.readline()
+        with file.open("rb") as stream:
+            line = stream.readline()
     except FileNotFoundError:
         return None
     except OSError as error:
         raise _unusable(file, error) from None
-    except ValueError:
-        text = "?"
-    if not text:
+    if not line:
         return None
-    try:
-        found = json.loads(text)
-        if found["format"] == _FORMAT and isinstance(found["about"], dict):
-            return dict(found["about"])
-    except (ValueError, TypeError, KeyError):
-        pass
+    found = read_entry(line)
+    if found is not None and _is_first(found):
+        return dict(found["about"])
     raise InputError(
         "is there already, and is not a file of results; nothing was written",
         file=file,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import signal
 import time
 import weakref
+from _thread import interrupt_main
 from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
@@ -15,7 +17,7 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from queue import SimpleQueue
-from threading import Thread
+from threading import Event, Thread
 from typing import Any
 
 from rcx_harness.output.system import be_apart, end_apart, interrupts_later
@@ -27,6 +29,8 @@ __all__ = ["LocalCrew"]
 #: one that takes long it would wait while another worker is free.
 _SHORT_S = 0.5
 _ENDS_WITHIN_S = 5.0
+#: So long has a worker that is to end in the middle of an item for what is temporary [s].
+_GRACE_S = 2.0
 
 
 @dataclass
@@ -106,10 +110,15 @@ class LocalCrew:
 
 
 def _end(workers: list[_Worker]) -> None:
+    """End them; those in the middle of an item may remove what is temporary."""
     for worker in workers:
         worker.pipe.close()
-        _kill(worker.process)
+        if not worker.numbers:
+            _kill(worker.process)
+    end_s = time.monotonic() + _GRACE_S
     for worker in workers:
+        worker.process.join(max(0.0, end_s - time.monotonic()))
+        _kill(worker.process)
         worker.process.join()
     workers.clear()
 
@@ -130,11 +139,12 @@ def _why(process: SpawnProcess) -> str:
 
 
 def _serve(pipe: Connection[Any, Any], work: bytes) -> None:
-    """A worker: one item after the other until its pipe is closed."""
+    """Do one item after the other until the pipe is closed, at the latest by the parent's end."""
     be_apart()
     items: SimpleQueue[bytes | None] = SimpleQueue()
+    busy = Event()
     # The pipe is always read, so that nobody waits for room in it while the other side writes.
-    Thread(target=_read, args=(pipe, items), daemon=True).start()
+    Thread(target=_read, args=(pipe, items, busy), daemon=True).start()
     do: Any = None
 
     def one(item: bytes) -> Any:
@@ -142,13 +152,20 @@ def _serve(pipe: Connection[Any, Any], work: bytes) -> None:
         do = do or doer(pickle.loads(work))
         return do(pickle.loads(item))
 
-    with suppress(OSError):
+    with suppress(OSError, KeyboardInterrupt):
         for item in iter(items.get, None):
-            pipe.send_bytes(attempt(partial(one, item)))
+            busy.set()
+            result = attempt(partial(one, item))
+            busy.clear()
+            pipe.send_bytes(result)
 
 
-def _read(pipe: Connection[Any, Any], items: SimpleQueue[bytes | None]) -> None:
+def _read(pipe: Connection[Any, Any], items: SimpleQueue[bytes | None], busy: Event) -> None:
     with suppress(EOFError, OSError):
         while True:
             items.put(pipe.recv_bytes())
+    if busy.is_set():
+        interrupt_main()  # nobody waits for the result
     items.put(None)
+    time.sleep(_GRACE_S)
+    end_apart(os.getpid())

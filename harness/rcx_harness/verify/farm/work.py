@@ -124,11 +124,13 @@ def attempt(do: Callable[[], Any]) -> bytes:
     """Do something; a pickled `Done`, whatever comes of it."""
     try:
         return pickle.dumps(Done(do()))
-    except Exception as one:
-        error = one
+    except KeyboardInterrupt:
+        raise
+    except BaseException as one:  # also SystemExit, which would end the worker, or this process
+        error = one if isinstance(one, Exception) else RuntimeError(repr(one))
         if isinstance(error, InputError):
             return pickle.dumps(Done(error=error))
-        where = "".join(traceback.format_exception(type(error), error, error.__traceback__))
+        where = "".join(traceback.format_exception(type(one), one, one.__traceback__))
     try:
         kept = pickle.dumps(Done(error=error, where=where))
         pickle.loads(kept)

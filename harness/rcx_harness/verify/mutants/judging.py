@@ -17,7 +17,7 @@ from rcx_harness.verify.mutants.mutant import Mutant
 from rcx_harness.verify.mutants.report import Judged
 from rcx_harness.verify.progress import progress_bar
 
-__all__ = ["ENDLESS", "Judges", "Judging", "Outcome", "Task"]
+__all__ = ["ENDLESS", "Judges", "Judging", "Outcome", "Task", "is_outcome"]
 
 #: What is said to have found a mutant with which a run does not end.
 ENDLESS = "a test does not end"
@@ -41,6 +41,12 @@ class Outcome:
     killed: bool
     by: str
     seconds: float
+
+
+def is_outcome(entry: Mapping[str, Any]) -> bool:
+    """Return whether an entry of the results has what is asked of it."""
+    types = {"killed": bool, "by": str, "tests": str}
+    return all(isinstance(entry.get(name), one) for name, one in types.items())
 
 
 class Judges(Protocol):

@@ -9,17 +9,18 @@ from __future__ import annotations
 import os
 import shlex
 import socket
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from subprocess import STDOUT, TimeoutExpired
 from tempfile import TemporaryDirectory, mkdtemp
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.paths import real
+from rcx_harness.output.programs import Program
 from rcx_harness.output.system import COPIES
 from rcx_harness.verify.mutants.judging import ENDLESS, Outcome, Task
 from rcx_harness.verify.mutants.order import VARIABLE, Order
@@ -53,7 +54,7 @@ class Run:
         command = [sys.executable, "-m", "pytest"] if first in _PYTEST else [first]
         return cls((*command, *rest), real(folder))
 
-    def started(self, order: Order) -> subprocess.Popen[bytes]:
+    def started(self, order: Order) -> Program:
         """Start it with an order; what it prints goes to a file in the order's folder.
 
         Raises:
@@ -66,13 +67,12 @@ class Run:
         place |= {"COVERAGE_FILE": str(order.folder / "coverage")}
         try:
             with (order.folder / "printed").open("wb") as printed:
-                return subprocess.Popen(
+                return Program(
                     self.command,
                     cwd=self.folder,
                     env={**os.environ, **place},
-                    stdin=subprocess.DEVNULL,
                     stdout=printed,
-                    stderr=subprocess.STDOUT,
+                    stderr=STDOUT,
                 )
         except OSError as error:
             told = f"{self.command[0]} cannot be started: {error.strerror}"
@@ -83,7 +83,7 @@ class Run:
         process = self.started(order)
         try:
             return process.wait(seconds)
-        except subprocess.TimeoutExpired:
+        except TimeoutExpired:
             return None
         finally:
             process.kill()
@@ -148,7 +148,7 @@ class _Copies:
     def __init__(self, judge: Judge) -> None:
         self._judge = judge
         self._lines: socket.SocketIO | None = None
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: Program | None = None
         self._given_up = False
 
     def __call__(self, task: Task) -> Outcome:

@@ -37,7 +37,7 @@ def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
 def _rests_on_other(file: Path, about: Mapping[str, str]) -> bool:
     """Are there results of ours that rest on something else?"""
     try:
-        with file.open(encoding="utf-8") as stream:
+        with file.open("rb") as stream:
             first = json.loads(stream.readline())
         return bool(first["about"] != dict(about))
     except (OSError, ValueError, TypeError, KeyError):

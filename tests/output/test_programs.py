@@ -1,0 +1,101 @@
+"""Programs of others: what is known of their end, and that they end with who started them."""
+
+from __future__ import annotations
+
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import IO
+
+import pytest
+
+from imports import modules
+from rcx_harness.output.programs import Program, run
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="the programs are shell scripts")
+
+_LONGEST = 60
+#: Says its number, and goes on for ever; its output stays open meanwhile.
+_ENDLESS = "echo $$; exec sleep 1000"
+
+
+def test_its_output_and_exit_code_are_those_of_the_program(tmp_path: Path) -> None:
+    done = run(["sh", "-c", "pwd; echo no >&2; exit 7"], cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (7, b"no\n")
+    assert Path(done.stdout.decode().strip()).samefile(tmp_path)
+
+
+@pytest.mark.parametrize("number", [signal.SIGSEGV, signal.SIGKILL, signal.SIGINT])
+def test_a_program_that_a_signal_ends_is_told_from_one_that_exits(number: signal.Signals) -> None:
+    """Source: subprocess: a negative return code is the signal's."""
+    assert run(["sh", "-c", f"kill -{int(number)} $$"]).returncode == -number
+
+
+@pytest.mark.parametrize("name", ["no/such/program", "file"])
+def test_what_cannot_be_started_raises(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("no program")
+    with pytest.raises(OSError, match=name):
+        run([f"./{name}"])
+
+
+def test_what_it_has_started_is_killed_with_it() -> None:
+    with Program(["sh", "-c", f"{_ENDLESS} & wait"], stdout=subprocess.PIPE) as program:
+        assert program.stdout is not None
+        program.stdout.readline()
+        program.kill()
+        _assert_closed(program.stdout)
+    assert program.returncode == -signal.SIGKILL
+
+
+#: Starts a program, then waits for its own end.
+_PARENT = f"""
+import subprocess, sys
+from rcx_harness.output.programs import Program
+Program(["sh", "-c", {_ENDLESS!r}])
+sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_a_program_ends_with_who_started_it(number: signal.Signals) -> None:
+    """The pipe that both write to ends when both have.
+
+    Source: issue 38, 19: a child never outlives its parent, whatever ends it.
+    """
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", _PARENT], stdin=pipe, stdout=pipe) as parent:
+        assert parent.stdout is not None
+        parent.stdout.readline()
+        parent.send_signal(number)
+        _assert_closed(parent.stdout)
+
+
+def _assert_closed(stream: IO[bytes]) -> None:
+    """Nobody holds the other end any more; what is a zombie holds nothing."""
+    assert select.select([stream], [], [], _LONGEST)[0], "somebody still has it"
+    assert stream.read() == b""
+
+
+#: Who starts processes of this package, which end with their standard input.
+_OWN = {"enip.child", "serve.host", "output.system", "output.guard"}
+_STARTS = re.compile(
+    r"(subprocess\.(run|call|check_\w+|Popen\()|(?<!\w)Popen\(|create_subprocess|"
+    r"os\.(fork|system|popen|spawn|exec|posix_spawn)\w*\()"
+)
+
+
+def test_nobody_else_starts_processes(repository: Path) -> None:
+    """Source: docs/architecture.md: one place that starts programs of others."""
+    starting = {
+        name.removeprefix("rcx_harness.")
+        for name, file in modules(repository / "harness" / "rcx_harness").items()
+        if _STARTS.search(file.read_text(encoding="utf-8"))
+    }
+    assert starting == _OWN
