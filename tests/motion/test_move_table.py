@@ -500,3 +500,56 @@ def test_row_0_is_begun_with_its_movement() -> None:
     plc = bench(row, StartArrived=True)
     start(plc)
     assert sent(plc)[0] == 0x0001
+
+
+@pytest.mark.parametrize("kind", ["MOVE_BY_PTP", "MOVE_BY_LINEAR", "MOVE_BY_MM"])
+@pytest.mark.parametrize("lost", ["no call", "time-out", "link"])
+def test_a_relative_row_that_may_be_done_is_not_repeated_unseen(kind: str, lost: str) -> None:
+    """Somebody says that it is done, or that it is not.
+
+    Source: guide 4.2.2: a relative movement adds to where the robot stands
+    """
+    for known in ({"StartArrived": True}, {"Acknowledge": True}):
+        plc = bench(*rows_to(1), {"Kind": kind, "Axes": 1}, *rows_to(3), Timeout="T#100ms")
+        plc["Table.StartRow"] = 2
+        start(plc)
+        sent(plc)
+        if lost == "link":
+            plc["Connected"] = False
+        elif lost == "no call":
+            plc["CallTable"] = False
+        plc.scan(20)
+        plc["Connected"] = plc["CallTable"] = True
+        plc.scan()
+        assert (shown(plc), plc["Table.Row"], plc["Table.Arrived"]) == ("Error", 2, False)
+        plc.answer(0x0200)
+        plc.scan(2)
+        plc.answer(0)
+        plc.scan(40)
+        for _ in range(2):
+            restart(plc)
+            plc.scan(4)
+            assert (shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8055)
+        for pin, value in known.items():
+            plc[f"Table.{pin}"] = value
+        restart(plc)
+        assert (sent(plc)[4] == 3) is ("StartArrived" in known)
+
+
+def test_an_absolute_row_is_repeated_and_a_relative_one_that_has_ended_is_not_doubtful() -> None:
+    """Source: guide 4.2.1, 4.2.2."""
+    plc = bench(*rows_to(1), {"Kind": "MOVE_BY_PTP", "Axes": 1}, Timeout="T#100ms")
+    start(plc)
+    sent(plc)
+    plc.scan(20)
+    assert plc["Table.ErrorID"] == 0x8011
+    end(plc)
+    plc["Table.StartRow"] = 1
+    restart(plc)
+    assert sent(plc)[4] == 1
+    end(plc)
+    sent(plc)
+    end(plc, 0x4000, (12, 400))
+    plc["Table.StartRow"] = 2
+    restart(plc)
+    assert sent(plc)[0] == 0x0009

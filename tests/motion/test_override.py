@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from both_engines import ENGINES
+from part_bench import PartBench
 from plc_bench import ROOT, PlcBench
 
 PROGRAM = ROOT / "tests/data/library/Watch.st"
@@ -467,3 +468,37 @@ def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
     plc["SpeedOverride.Enable"] = True
     _answer(plc, 0x050A, 0, 60)
     assert plc.scan_until(lambda: plc.words[0] == 0x0039) <= 4
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
+    """The step may have gone out and been taken, and nothing shows it any more.
+
+    Source: docs/scan-model.md, one scan
+    """
+    bench = PartBench(engine)
+    bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True
+    bench.until(lambda: bool(bench["Speed.Valid"]))
+    bench["Speed.Percent"] = 20
+    bench.scan(2)
+    assert (bench.plc.words[0], bench["Speed.Actual"]) == (0x0039, 60)
+    bench["CallSpeed"] = False
+    bench.scan(10)
+    assert bench.told[-1] == "039"
+    bench["CallSpeed"] = True
+    bench.scan()
+    assert (bench["Speed.ErrorID"], bench["Speed.Actual"]) == (0x8013, 0)
+
+
+@pytest.mark.parametrize(("code", "seen"), [(0x0039, True), (0x1039, True), (0x2039, False)])
+@pytest.mark.parametrize("robot", [0, 1])
+def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, robot: int) -> None:
+    """Of this robot; 0 is robot 1. Source: guide 4.2.15; 1.1, robot designation."""
+    bench = PartBench()
+    bench["Speed.RobotNumber"] = robot
+    bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True
+    bench.until(lambda: bool(bench["Speed.Valid"]))
+    bench.send(code, 0, 100)
+    bench.scan(8)
+    shown = (bench["Speed.Valid"], bench["Speed.ErrorID"], bench["Speed.Actual"])
+    assert shown == ((False, 0x805D, 0) if seen else (True, 0, 60))

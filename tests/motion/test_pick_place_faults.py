@@ -58,7 +58,7 @@ def test_what_stops_a_robot_ends_it_between_two_commands(
     assert plc.end == ("Error", error, "PICK_CLOSE", False)
     plc.scan(300)
     assert plc.told[-1] == "DO(20) ON"
-    assert plc.work() == _PLAIN[2:]
+    assert plc.work() == ["DO2?", *_PLAIN[2:]]
 
 
 @pytest.mark.parametrize(("name", "value", "error"), _FAULTS)
@@ -226,7 +226,7 @@ def test_a_part_that_falls_before_the_release_went_out_is_lost(name: str, value:
     plc["Other.Execute"], plc.silent = False, ""
     plc.follows = {}
     plc.scan(50)
-    assert plc.work() == ["DI2?"]
+    assert plc.work() == ["DO2?", "DI2?"]
     assert plc.end == ("Error", 0x8059, "PICK_START", False)
 
 
@@ -244,7 +244,7 @@ def test_after_a_release_that_went_out_the_hand_may_be_empty(part: bool) -> None
     assert plc.end == ("Error", 0x805B, "PICK_RELEASE", True)
     plc.inputs_on = {21} if part else set()
     found = plc.work()
-    assert found[:2] == ["PTP 20 at 50", "DO(20) OFF"]
+    assert found[:3] == ["DO2?", "PTP 20 at 50", "DO(20) OFF"]
     assert plc.end[0] == ("Error" if part else "Done")
 
 

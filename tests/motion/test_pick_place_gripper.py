@@ -110,7 +110,7 @@ def test_a_part_that_sticks_to_the_open_hand_is_told() -> None:
     plc.scan_until(lambda: not plc["Pick.Busy"], most=100)
     assert plc.end == ("Error", 0x805B, "PICK_RELEASE", True)
     plc.inputs_on = set()
-    assert plc.work() == ["PTP 20", "DO(20) OFF", "DI2?"]
+    assert plc.work() == ["DO2?", "PTP 20", "DO(20) OFF", "DI2?"]
 
 
 @pytest.mark.parametrize("above", [0, 3])
@@ -136,7 +136,7 @@ def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
     plc.work()
     assert plc.end == ("Error", 0x8020, "PICK_TO_TARGET", True)
     plc.follows = {}
-    assert plc.work() == ["DI2?"]
+    assert plc.work() == ["DO2?", "DI2?"]
     assert plc.end == ("Error", 0x8059, "PICK_START", False)
 
 
@@ -175,7 +175,7 @@ def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
     plc["Pick.PartLost"] = True
     plc.scan(5)
     plc["Pick.PartLost"] = False
-    assert plc.work() == ["PTP 20", "DO(20) OFF"], "nor while it stands"
+    assert plc.work() == ["DO2?", "PTP 20", "DO(20) OFF"], "nor while it stands"
 
 
 def test_it_settles_before_it_looks() -> None:

@@ -114,5 +114,5 @@ def test_a_refusal_forgets_nothing(engine: str) -> None:
         assert plc.work() == []
         assert plc.end == ("Error", 0x8044, "PICK_TO_TARGET", True)
     plc["Pick.TargetPoint"], plc["Pick.HandEmpty"] = 20, False
-    assert plc.work() == ["PTP 20 at 50", "DO(20) OFF"]
-    assert plc.told == [*before, "PTP 20 at 50", "DO(20) OFF"]
+    assert plc.work() == ["DO2?", "PTP 20 at 50", "DO(20) OFF"]
+    assert plc.told == [*before, "DO2?", "PTP 20 at 50", "DO(20) OFF"]

@@ -14,14 +14,16 @@ __all__ = ["PickBench"]
 
 _DI = 0x0304
 _DATE = 0x0511
+_OUTPUTS = 1  # port type DO
 
 
 class PickBench(PlcBench):
     """The block is `Pick`.
 
     Attributes:
-        told: The commands that have come: `PTP 10 at 50`, `DO(20) ON`, `DI2?`; `date` is that of
-            another block, `Other`.
+        told: The commands that have come: `PTP 10 at 50`, `DO(20) ON`, `DI2?`, `DO2?`; `date` is
+            that of another block, `Other`.
+        on: Outputs that are ON.
         inputs_on: Inputs that are ON, as 20 for DI(20).
         follows: Inputs that follow an output: 21 is ON while DO(20) is.
         refuses: A command that ends in the alarm 12.600, such as `PTP 20 at 50`; it happens once.
@@ -34,7 +36,7 @@ class PickBench(PlcBench):
         self.inputs_on: set[int] = set()
         self.follows: Mapping[int, int] = {}
         self.refuses = self.silent = ""
-        self._on: set[int] = set()
+        self.on: set[int] = set()
         self._busy = False
         self.power_up()
         self.outputs(SO02=True)
@@ -64,9 +66,11 @@ class PickBench(PlcBench):
             return
         if text.startswith("DO("):
             number = int(text[3:-1].partition(")")[0])
-            self._on = self._on | {number} if text.endswith("ON") else self._on - {number}
+            self.on = self.on | {number} if text.endswith("ON") else self.on - {number}
         port = _port(words[2])
-        ons = self.inputs_on | {one for one, by in self.follows.items() if by in self._on}
+        ons = self.inputs_on | {one for one, by in self.follows.items() if by in self.on}
+        if words[2] >> 12 == _OUTPUTS:
+            ons = self.on
         pattern = sum(1 << number % 10 for number in ons if number // 10 == port)
         self.answer(0x0200, [0, words[2], pattern] if words[0] == _DI else [])
 
@@ -119,7 +123,7 @@ def _text(words: list[int]) -> str:
     if code == _DATE:
         return "date"
     if code == _DI:
-        return f"DI{_port(words[2])}?"
+        return f"{'DO' if words[2] >> 12 == _OUTPUTS else 'DI'}{_port(words[2])}?"
     if code == 0x03B:
         return f"shift {words[2]}"
     if code in (0x001, 0x018):

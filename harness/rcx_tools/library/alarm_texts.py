@@ -30,8 +30,8 @@ _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
 #: What the errors of each block are about, and their numbers.
 _ERROR_BLOCKS = {
     "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
-    "InputErrorText": ("errors of inputs", range(0x8021, 0x8050)),
-    "WorkErrorText": ("errors of work, points and panels", range(0x8050, 0x8100)),
+    "InputErrorText": ("errors of inputs and tables", range(0x8021, 0x8058)),
+    "WorkErrorText": ("errors of parts, points and panels", range(0x8058, 0x8100)),
 }
 
 _HEXADECIMAL = "0123456789ABCDEFabcdef"

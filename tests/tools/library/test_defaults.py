@@ -97,6 +97,7 @@ _PARTS = {
     "FB_RcxCommandWhile",
     "FB_RcxDedicatedInputs",
     "FB_RcxGrip",
+    "FB_RcxPickLook",
     "FB_RcxHandshake",
     "FB_RcxMakeHead",
     "FB_RcxPlaceMove",

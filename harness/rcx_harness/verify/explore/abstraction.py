@@ -239,6 +239,8 @@ class Abstraction:
             dropped &= own | self._passed(owner, kind.name)
         elif self._exact and type_name == "RCX_ARBITRATION":
             dropped = set(kept.dropped.upper().split())  # no program looks into it
+            if "FB_RCXPICKMEMORY" in self._project.pous:
+                dropped.discard("LOSSES")
         conditional = kept.while_true
         if self._exact and not type_name.startswith(_CORE):
             conditional = {}  # what is not read yet is passed on

@@ -44,8 +44,8 @@ _SEQUENCE = Kept(dropped="Execute Timeout Answer Trouble", flags="ErrorID")
 TYPES: dict[str, Kept] = {
     "RCX_REF": Kept(dropped="Connected Status Response SO"),
     "RCX_ARBITRATION": Kept(
-        dropped="Elapsed Answer",
-        fixed="Request StopJog CodeRequest General KeepEmergency KeepStop InScan",
+        dropped="Elapsed Answer Losses",
+        fixed="Request StopJog CodeRequest General KeepEmergency KeepStop InScan Works Worked Carries",
         scans="Scan",
         while_true={_RUN: "Running Code Data"},
     ),
@@ -117,6 +117,9 @@ TYPES: dict[str, Kept] = {
         scans="Seen",
     ),
     "FB_POWERUP": Kept(scans="Seen"),
+    "FB_RCXCLAIM": Kept(
+        scans="Seen", while_true={"o.OWN": "Ticket"}, tickets={"Ticket": "command"}
+    ),
     "FB_SEQUENCECONTROL": Kept(dropped="Enable Timeout", flags="ErrorID"),
     "R_TRIG": Kept(dropped="CLK Q"),
 }

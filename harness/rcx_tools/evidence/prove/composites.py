@@ -127,8 +127,11 @@ def _pick(library: Library, state: _State) -> Iterator[Any]:
     get = state.get
     yield get("EDGE", "seen") == get("JOB", "WASEXECUTE")
     yield get("STAGE") == get("STAGES", "STAGE")
-    for group, stages in (("MOVES", _MOVES), ("GRIPS", _GRIPS), ("LOOKS", _LOOKS)):
+    for group, stages in (("MOVES", _MOVES), ("GRIPS", _GRIPS)):
         yield get("STAGES", group) == state.stage(*stages)
+    reads = get("STAGES", "READS")
+    yield get("STAGES", "ASKS") == z3.And(state.stage("CHECK"), reads)
+    yield get("STAGES", "LOOKS") == z3.And(state.stage(*_LOOKS), z3.Not(get("STAGES", "ASKS")))
     busy, withdrawn = get("BUSY"), get("WITHDRAWN")
     yield z3.Implies(z3.And(busy, withdrawn), get("FAILURE") != 0)
     yield get("FAILURE") != ABNORMAL
@@ -146,7 +149,8 @@ def _pick(library: Library, state: _State) -> Iterator[Any]:
         ("CARRY",): z3.And(state.stage(*_MOVES), get("CARRY", "STAGE") == get("STAGE")),
         ("GRIP",): grips,
         ("GRIP", "AWAIT"): grips,
-        ("LOOK",): state.stage(*_LOOKS),
+        ("LOOK",): z3.And(get("STAGES", "ASKS"), state.stage("CHECK")),
+        ("LOOK", "PART"): z3.And(state.stage(*_LOOKS), get("STAGES", "LOOKS")),
     }
     for path in paths:
         seen = get(*path, "JOB", "SEEN")
@@ -170,9 +174,11 @@ def _task(state: _State, path: Path) -> Any:
     if path == ("GRIP", "SWITCH"):
         switches = state.among(("GRIP", "STAGE"), "GRIP_OFF", "GRIP_SWITCH")
         return z3.And(switches, get("GRIP", "STAGE") == get("GRIP", "LAST"))
+    if path == ("LOOK", "READ"):
+        return z3.BoolVal(True)
     if path[0] == "LOOK":
-        unread = z3.And(get("STAGES", "RELEASES"), z3.Not(state.stage("EMPTY")))
-        return z3.And(_legal(get("PARTINPUT")), z3.Not(unread))
+        unread = z3.And(get("HAND", "RELEASES"), z3.Not(state.stage("EMPTY")))
+        return z3.And(_legal(get("GRIP", "GRIPPER", "PARTINPUT")), z3.Not(unread))
     fingers = z3.If(
         get("GRIP", "CLOSE"),
         get("GRIP", "GRIPPER", "CLOSEDINPUT"),

@@ -54,8 +54,9 @@ REQUESTS = {
 #: It has blocks for all of these.
 REQUESTS["FB_OPERATOR"] = REQUESTS["FB_POWERUP"]
 ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RESET | _ABSOLUTE
-#: What blocks write freely: the turns (a property of their own) and the holds (see RELEASES).
-_FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP")
+#: What blocks write freely: the turns (a property of their own), the holds (see RELEASES), and
+#: which of them has a robot or a part.
+_FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP", "WORKS", "WORKED", "CARRIES")
 #: Flags of a scan: they come, and only FB_WriteArea takes them away.
 _RISING = ("KEEPEMERGENCY", "KEEPSTOP", "STOPJOG", "CODEREQUEST")
 #: Blocks that end a hold, on a rising edge.

@@ -1,0 +1,227 @@
+"""FB_PickPlace remembers what it has sent: a part is never dropped, doubled or only claimed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from both_engines import ENGINES
+from part_bench import AWAY, SOURCE, TARGET, PartBench
+
+_PLAIN = ["DO(20) OFF", "move 10", "DO(20) ON", "move 20", "DO(20) OFF"]
+_CALLS = {"no call": ("Call", False), "called twice": ("Twice", True), "early": ("Early", True)}
+#: Commands of another block, and what their data say (guide 4.2.1, 4.2.17, 4.5.1, 4.7.4).
+_OTHERS: dict[str, tuple[int, ...]] = {
+    "moves": (0x001, 0, 0, 0, AWAY),
+    "selects a shift": (0x03B, 0, 1),
+    "opens": (0x301, 0, 0x1020, 0),
+    "clears the port": (0x300, 0, 0x1020, 0),
+    "reads": (0x506,),
+    "switches a lamp": (0x301, 0, 0x1034, 1),
+    "moves robot 2": (0x2001, 0, 0, 0, AWAY),
+}
+_ENDS = ("refused", "lost", "lost-done")
+_WHAT = [
+    *_CALLS,
+    *("no call, refused", *_ENDS, "time-out", "power cycle", "link loss", "emergency stop"),
+    *("Execute again", *_OTHERS),
+]
+
+
+def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> PartBench:
+    """The command at this place is on the wire, then it is disturbed."""
+    bench = PartBench(engine, **kind)
+    bench["Pick.Execute"] = True
+    bench.scan()
+    bench.until(lambda: bench.sent == place + 1)
+    if what in _CALLS or what == "no call, refused":
+        pin, value = _CALLS.get(what, _CALLS["no call"])
+        bench.fault = "refused" if what not in _CALLS else ""
+        bench[pin] = value
+        bench.scan(1 if what in _CALLS else 8)
+        bench[pin] = not value
+    elif what in _ENDS:
+        bench.fault = what
+    elif what == "time-out":
+        bench.fault = "late"
+        bench.scan(30)
+        bench.fault = ""
+    elif what == "power cycle":
+        bench.power_cycle()
+    elif what == "link loss":
+        bench.link_loss()
+    elif what == "emergency stop":
+        bench.plc.outputs(SO00=True)
+        bench.scan()
+        bench.plc.outputs(SO00=False)
+    elif what == "Execute again":
+        for value in (False, True):
+            bench["Pick.Execute"] = value
+            bench.scan()
+    elif what in _OTHERS:
+        bench.foreign = what in ("opens", "clears the port")
+        bench.send(*_OTHERS[what])
+    bench.until(lambda: not bench["Pick.Busy"])
+    bench.until(lambda: not bench.plc.words[0])
+    return bench
+
+
+def _judge(place: int, what: str, after: str, **kind: Any) -> None:
+    """Go on until it is Done; whatever must not happen raises in the bench, or here."""
+    bench = _begun(place, what, **kind)
+    done = int(bench["Pick.Done"])
+    assert bench.delivered >= done, "Done without a part"
+    if done:
+        return
+    if "moved" in after:
+        bench.moved_by_hand()
+    if "power" in after:
+        bench.power_cycle()
+        assert not bench["Pick.Holds"] or kind["outputs"] == 2
+    found: list[str] = []
+    while not found or found[-1] != "Done":
+        found.append(bench.work())
+        if found[-1] in ("805B", "805E"):
+            bench.taken_out()
+            found.append(bench.work(HandEmpty=True))
+            bench["Pick.HandEmpty"] = False
+        assert len(found) < 6, f"it does not come to its end: {found}, {bench.told}"
+    told = any(error in found for error in ("8059", "805B", "805E"))
+    assert 1 <= bench.delivered <= (2 if told else 1), f"{found}, {bench.told}"
+
+
+@pytest.mark.parametrize("what", _WHAT)
+def test_whatever_happens_at_whatever_command(what: str) -> None:
+    """It opens at the target only, fetches no second part, and Done is a part that was carried.
+
+    A second part comes only after an error that sends somebody to look.
+
+    Source: head of FB_PickPlace; the places are those of its order
+    """
+    for place in range(len(_PLAIN)):
+        _judge(place, what, "moved", outputs=1, sensor=False)
+    for place in (3, 4):  # the output that opens goes OFF, then the one that closes ON
+        _judge(place, what, "moved, power", outputs=2, sensor=False)
+    _judge(4, what, "power", outputs=1, sensor=True)
+
+
+@pytest.mark.parametrize("how", _CALLS)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_close_is_not_forgotten_because_the_next_call_is_missing(engine: str, how: str) -> None:
+    """The part is carried to the target, from wherever the robot was brought.
+
+    Source: docs/scan-model.md, one scan; guide 4.5.1, I/O port reference
+    """
+    bench = _begun(2, how, engine)
+    assert bench.held
+    bench.moved_by_hand()
+    before = len(bench.told)
+    assert bench.work() == "Done"
+    assert bench.told[before:] == ["read DO2", "DO(20) ON", "move 20", "DO(20) OFF"]
+    assert bench.delivered == 1
+
+
+@pytest.mark.parametrize("how", _CALLS)
+def test_a_release_is_not_forgotten_either(how: str) -> None:
+    """No second part comes to the target, also where a sensor says that the hand is empty.
+
+    Source: head of FB_PickPlace
+    """
+    for sensor in (False, True):
+        bench = _begun(4, how, sensor=sensor)
+        assert bench.delivered == 1
+        assert bench.work() == "Done"
+        assert bench.told.count("move 10") == bench.delivered == 1
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_close_that_was_refused_is_none(engine: str) -> None:
+    """It opens, goes to the source again and closes there.
+
+    Source: guide 1.2, abnormal end; 4.5.1
+    """
+    bench = _begun(2, "refused", engine)
+    assert bench.end == ("Error", 0x8020, False)
+    bench.moved_by_hand()
+    before = len(bench.told)
+    assert bench.work() == "Done"
+    assert bench.told[before:] == ["read DO2", *_PLAIN]
+    assert bench.delivered == 1
+
+
+def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
+    """The part has fallen: Holds says so, the next start, too; then it fetches another one.
+
+    Source: docs/fidelity.md: outputs are OFF after power-on
+    """
+    bench = _begun(3, "power cycle")
+    assert bench.end == ("Error", 0x8001, False)
+    assert bench.work() == "8059"
+    assert bench.work() == "Done"
+    assert bench.told.count("move 10") == 2
+
+
+def test_a_power_cycle_leaves_a_hand_of_two_outputs_as_it_is() -> None:
+    """Source: RCX_GRIPPER: OpenOutput is ON while it is open."""
+    bench = _begun(5, "power cycle", outputs=2)
+    assert (bench["Pick.Holds"], bench.held) == (True, True)
+    assert bench.work() == "Done"
+    assert bench.delivered == 1
+
+
+def test_a_lost_link_with_a_part_in_the_hand_is_no_power_cycle() -> None:
+    """While it lasts nobody knows; the outputs tell afterwards. Source: guide 4.5.1."""
+    bench = _begun(3, "link loss")
+    assert bench.end == ("Error", 0x8001, False)
+    assert bench.work() == "Done"
+    assert bench.told.count("move 10") == bench.delivered == 1
+
+
+def test_a_power_cycle_without_a_call_of_the_block_is_seen_afterwards() -> None:
+    """A program that calls it in some states only. Source: RCX_ARBITRATION, Losses."""
+    bench = _begun(4, "no call, refused")
+    bench.moved_by_hand()
+    bench["Call"] = False
+    bench.power_cycle()
+    bench["Call"] = True
+    assert bench.work() == "805E", "released, or fallen elsewhere"
+    assert bench.work(HandEmpty=True) == "Done"
+
+
+def test_what_is_not_known_stays_so_until_somebody_has_looked() -> None:
+    """Two outputs, both OFF, and the close had no end: the hand may hold a part or not.
+
+    With a sensor it needs nobody. Source: head of FB_PickPlace, 16#805E
+    """
+    bench = _begun(4, "power cycle", outputs=2)
+    for _ in range(2):
+        assert bench.work() == "805E"
+    assert bench.place == SOURCE, "nothing moves"
+    bench.taken_out()
+    assert bench.work(HandEmpty=True) == "Done"
+    bench = _begun(4, "power cycle", outputs=2, sensor=True)
+    assert bench.work() in ("Done", "8058")
+
+
+def test_fingers_that_did_not_close_at_the_source_may_close_elsewhere() -> None:
+    """Their input comes after the robot was moved: nobody knows what they hold.
+
+    Source: docs/errors.md, 16#805A
+    """
+    bench = PartBench()
+    bench["Pick.Gripper.ClosedInput"] = 43
+    bench.fingers = False
+    assert bench.work() == "805A"
+    bench.moved_by_hand()
+    bench.fingers = True
+    assert bench.work() == "805E"
+
+
+def test_where_the_target_was_reached_the_part_is_put_down_there_again() -> None:
+    """A release that was refused unseen: it goes to the target again. Source: its head."""
+    bench = _begun(4, "no call, refused")
+    assert bench.held
+    bench.moved_by_hand()
+    assert bench.work() == "Done"
+    assert (bench.place, bench.delivered) == (TARGET, 1)

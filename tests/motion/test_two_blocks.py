@@ -1,0 +1,221 @@
+"""Two blocks on one robot: blocks of several commands notice the other one, and end."""
+
+from __future__ import annotations
+
+import pytest
+
+from both_engines import ENGINES
+from part_bench import AWAY, PartBench
+
+_MOVES = (0x001, 0, 0, 0, AWAY)
+#: Commands that move the robot or change what its points mean (guide 4.2, 4.6), in part.
+_HARMFUL: dict[str, tuple[int, ...]] = {
+    "moves": _MOVES,
+    "inches": (0x024, 0, 1),
+    "returns to the origin": (0x033, 0, 1),
+    "switches the servos off": (0x036,),
+    "switches the motors": (0x043,),
+    "selects a shift": (0x03B, 0, 1),
+    "selects a hand": (0x03C, 0, 1),
+    "selects an arm": (0x03D, 0, 1),
+    "pushes": (0x04B, 0, 0, 0, AWAY),
+    "runs programs": (0x402,),
+    "resets programs": (0x406,),
+    "returns all robots to the origin": (0x032, 0, 0),
+}
+_HAND: dict[str, tuple[int, ...]] = {
+    "switches the hand": (0x301, 0, 0x1020, 1),
+    "writes the port of the hand": (0x300, 0, 0x1020, 1),
+}
+#: Commands that change nothing for it (guide 4.2 to 4.8), in part.
+_HARMLESS: dict[str, tuple[int, ...]] = {
+    "reads the position": (0x506,),
+    "reads a port": (0x304, 0, 0x0020),
+    "switches another output": (0x301, 0, 0x1021, 1),
+    "writes another port": (0x300, 0, 0x1030, 255),
+    "switches an output of another kind": (0x301, 0, 0x2020, 1),
+    "sets the automatic speed": (0x039, 0, 50),
+    "sets the manual speed": (0x038, 0, 50),
+    "sets the program speed": (0x03A, 0, 50),
+    "sets the inching amount": (0x027, 0, 50),
+    "teaches a point": (0x028, 0, 100),
+    "limits the torque": (0x048, 0, 1),
+    "writes a point": (0x100, 0, 100),
+    "registers a program": (0x401,),
+    "reads the date": (0x511,),
+    "moves robot 2": (0x2001, 0, 0, 0, AWAY),
+    "returns an axis of robot 2": (0x2033, 0, 1),
+}
+
+
+def _sent(bench: PartBench, count: int) -> None:
+    bench["Pick.Execute"] = True
+    bench.until(lambda: bench.sent == count)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_movement_between_two_commands_ends_it_before_the_hand_opens(engine: str) -> None:
+    """It opens at the target only, with the next Execute.
+
+    Source: design of the library, 3; head of FB_PickPlace
+    """
+    bench = PartBench(engine)
+    _sent(bench, 4)
+    bench.send(*_MOVES)
+    bench.until(lambda: not bench["Pick.Busy"])
+    assert bench.end == ("Error", 0x805D, True)
+    bench.until(lambda: bench.place == AWAY)
+    bench.scan(60)
+    assert (bench.held, bench.told[-1]) == (True, "move 30")
+    assert bench.work() == "Done"
+    assert bench.told[-3:] == ["read DO2", "move 20", "DO(20) OFF"]
+
+
+@pytest.mark.parametrize("name", _HARMFUL | _HAND)
+def test_what_moves_the_robot_or_its_points_or_the_hand_ends_it(name: str) -> None:
+    """Between the source and the close, and between the target and the release.
+
+    Source: guide 4.2, 4.5.1, 4.6
+    """
+    for count in (2, 4):
+        bench = PartBench()
+        _sent(bench, count)
+        bench.foreign = True
+        bench.send(*(_HARMFUL | _HAND)[name])
+        bench.until(lambda bench=bench: not bench["Pick.Busy"])
+        assert bench.end[:2] == ("Error", 0x805D)
+        assert bench["Pick.Stage"] == ("PICK_CLOSE" if count == 2 else "PICK_RELEASE")
+        bench.scan(40)
+        assert bench.sent == count + 1
+
+
+@pytest.mark.parametrize("name", _HARMLESS)
+def test_what_changes_nothing_for_it_lets_it_go_on(name: str) -> None:
+    """Source: guide 4.2 to 4.8."""
+    bench = PartBench()
+    for count in (2, 4):
+        _sent(bench, count)
+        bench.send(*_HARMLESS[name])
+    bench.until(lambda: not bench["Pick.Busy"])
+    assert bench.end[0] == "Done"
+    assert len(bench.told) == 7
+
+
+def test_blocks_that_read_and_set_the_speed_work_beside_it() -> None:
+    """Source: heads of FB_Override and FB_ToolPosition."""
+    bench = PartBench()
+    for name, value in (("Speed.Percent", 60), ("Speed.Pace", "T#10ms"), ("Place.Period", "T#0s")):
+        bench[name] = value
+    bench["Speed.Enable"] = bench["Place.Enable"] = True
+    for _ in range(3):
+        assert bench.work() == "Done"
+    assert (bench["Speed.Error"], bench["Place.Error"], bench.delivered) == (False, False, 3)
+    assert bench.told.count("506") > 5
+    assert bench.told.count("039") >= 2
+
+
+def test_a_movement_that_was_there_before_is_waited_for() -> None:
+    """First come, first served: nothing of it has gone out. Source: docs/scan-model.md."""
+    bench = PartBench()
+    bench.send(*_MOVES)
+    bench.scan(3)
+    assert bench.work() == "Done"
+    assert bench.told[:2] == ["move 30", "DO(20) OFF"]
+
+
+def test_a_robot_program_that_begins_ends_it() -> None:
+    """One that has run since before does not. Source: manual chapter 5, 2.2: SO(13)."""
+    bench = PartBench()
+    bench.plc.outputs(SO13=True)
+    bench.scan(2)
+    _sent(bench, 4)
+    bench.plc.outputs(SO13=False)
+    bench.scan()
+    assert bench.end[0] == "Busy"
+    bench.plc.outputs(SO13=True)
+    bench.scan()
+    bench.until(lambda: not bench["Pick.Busy"])
+    assert bench.end == ("Error", 0x805D, True)
+
+
+def test_a_second_block_of_several_commands_is_refused() -> None:
+    """The first one goes on; the second may follow in the scan of its end.
+
+    Source: docs/scan-model.md, two blocks on one robot
+    """
+    bench = PartBench()
+    for count in (1, 3):
+        _sent(bench, count)
+        for second in ("Second", "Table"):
+            assert bench.work(second) == "805D", second
+            assert bench["Pick.Busy"]
+    bench["Second.Execute"] = False
+    bench.until(lambda: not bench["Pick.Busy"])
+    assert (bench.end[0], bench.delivered) == ("Done", 1)
+    assert bench.work("Second") == "Done"
+
+
+def test_blocks_for_two_robots_of_one_controller_work_side_by_side() -> None:
+    """Each with its own hand. Source: guide 3.1, robot designation."""
+    bench = PartBench()
+    bench["Second.RobotNumber"] = 2
+    bench["Second.Gripper.CloseOutput"] = 24
+    bench["Second.Execute"] = True
+    assert bench.work() == "Done"
+    bench.until(lambda: not bench["Second.Busy"])
+    assert bench["Second.Done"]
+
+
+def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() -> None:
+    """Until somebody says that it is empty, or the first block has put it down.
+
+    Source: head of FB_PickPlace
+    """
+    for empty in (False, True):
+        bench = PartBench()
+        _sent(bench, 4)
+        bench.fault = "refused"
+        bench.until(lambda bench=bench: not bench["Pick.Busy"])
+        assert bench.work("Second") == "805E"
+        assert bench.held
+        if empty:
+            bench.taken_out()
+        else:
+            assert bench.work() == "Done"
+        assert bench.work("Second", HandEmpty=empty) == "Done"
+        assert bench.work("Second", HandEmpty=False) == "Done", "that was for one start"
+
+
+def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
+    """After one scan. Source: docs/scan-model.md, two turns."""
+    bench = PartBench()
+    _sent(bench, 2)
+    bench["Call"] = False
+    bench.scan(4)
+    assert bench.work("Second") == "Done"
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_table_ends_if_somebody_else_moves_the_robot(engine: str) -> None:
+    """But not while it asks for that with CallNumber. Source: head of FB_MoveTable."""
+    bench = PartBench(engine)
+    for row, point in ((1, 20), (2, 40)):
+        bench[f"Moves[{row}].Kind"], bench[f"Moves[{row}].Point"] = "MOVE_PTP", point
+    bench["Table.Rows"], bench["Table.Timeout"] = 2, "T#10s"
+    bench["Table.Execute"] = True
+    bench.until(lambda: bench.sent == 1)
+    bench.send(*_MOVES)
+    bench.until(lambda: not bench["Table.Busy"])
+    assert (bench["Table.ErrorID"], bench["Table.Row"]) == (0x805D, 2)
+    bench.scan(20)
+    assert bench.told == ["move 20", "move 30"]
+    bench["Moves[1].AtArrival"], bench["Moves[1].Number"] = "ARRIVE_CALL", 7
+    bench["Table.Execute"] = False
+    bench.scan(2)
+    bench["Table.Execute"] = True
+    bench.until(lambda: bench["Table.CallNumber"] == 7)
+    bench.scan()
+    assert bench.work() == "Done", "another block of several commands, too"
+    bench["Table.Acknowledge"] = True
+    bench.until(lambda: not bench["Table.Busy"])
+    assert (bench["Table.Done"], bench.told[-1]) == (True, "move 40")

@@ -1,0 +1,227 @@
+"""FB_PickPlace beside other blocks, with a robot, a hand and parts of which the truth is known.
+
+The controller executes a command two scans after its code has come, and answers then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from plc_bench import ROOT, PlcBench
+
+__all__ = ["AWAY", "SOURCE", "TARGET", "Fault", "PartBench"]
+
+SOURCE, TARGET, AWAY = 10, 20, 30
+
+_MOVE, _BIT, _PORT, _READ = 0x001, 0x301, 0x300, 0x304
+_FINGERS = 0x0040  # DI4()
+_CLOSES, _OPENS = 20, 21
+
+#: What is done to a command, by the scan of its execution: see `PartBench.fault`.
+Fault = str
+
+_PROGRAMS: dict[str, tuple[PlcBench, Any]] = {}
+
+
+class PartBench:
+    """The block is `Pick`, at a robot between SOURCE and TARGET.
+
+    A part lies at the source again as soon as one is taken. What must never happen raises at once.
+
+    Attributes:
+        told: Commands as they are executed or refused: `move 10`, `DO(20) ON`, `read DO2`.
+        place: Point at which the robot stands.
+        closed: The hand is closed.
+        held: A part is in it.
+        delivered: Parts that were put down at the target.
+        fault: How the next command ends: `refused`, `lost` and `lost-done` (no end status, not
+            executed or executed), `late` (it ends when `fault` is no more); empty: as it should.
+        powered: The controller is on; without power one output opens the hand.
+        fingers: They move, and DI(43) shows that they have closed.
+        foreign: Another block switches the hand: where it opens is none of the block's business.
+    """
+
+    def __init__(self, engine: str = "builtin", *, outputs: int = 1, sensor: bool = False) -> None:
+        if engine not in _PROGRAMS:
+            plc = PlcBench(
+                program=ROOT / "tests/data/library/TwoBlocks.st", engine=engine, contract=False
+            )
+            plc.power_up()
+            plc.outputs(SO02=True)
+            plc.scan(3)
+            _PROGRAMS[engine] = plc, (plc.program.snapshot(), plc.now_us, bytes(plc.so))
+        self.plc, (state, self.plc.now_us, so) = _PROGRAMS[engine]
+        self.plc.program.restore(state)
+        self.plc.so[:] = so
+        self.told: list[str] = []
+        self.place = AWAY
+        self.closed = self.held = False
+        self.delivered = 0
+        self.fault: Fault = ""
+        self.powered, self.foreign, self.fingers = True, False, True
+        self._two = outputs == 2
+        self._on: set[int] = set()
+        self._age = self._sent = 0
+        for block in ("Pick", "Second"):
+            self[f"{block}.SourcePoint"], self[f"{block}.TargetPoint"] = SOURCE, TARGET
+            self[f"{block}.Timeout"] = "T#200ms"
+            self[f"{block}.Gripper.OpenOutput"] = _OPENS if self._two else 0
+            self[f"{block}.Gripper.PartInput"] = 30 if sensor else 0
+            self[f"{block}.Gripper.MaxWait"] = "T#100ms"
+
+    @property
+    def sent(self) -> int:
+        """Commands that have come to the controller, but for those that read."""
+        return self._sent
+
+    def __getitem__(self, path: str) -> Any:
+        return self.plc[path]
+
+    def __setitem__(self, path: str, value: Any) -> None:
+        self.plc[path] = value
+
+    @property
+    def end(self) -> tuple[str, int, bool]:
+        """Done, Busy or Error, ErrorID and Holds of the block."""
+        shown = " ".join(name for name in ("Done", "Busy", "Error") if self[f"Pick.{name}"])
+        return shown, int(self["Pick.ErrorID"]), bool(self["Pick.Holds"])
+
+    def scan(self, count: int = 1) -> None:
+        """Run scans; the controller follows."""
+        for _ in range(count):
+            self.plc.scan()
+            self._controller()
+
+    def until(self, condition: Callable[[], bool], most: int = 200) -> None:
+        """Scan until the condition holds."""
+        for _ in range(most):
+            if condition():
+                return
+            self.scan()
+        raise AssertionError(f"not within {most} scans: {self.told}, {self.end}")
+
+    def work(self, block: str = "Pick", **pins: Any) -> str:
+        """Give a new edge of Execute and wait for the end; Done or the ErrorID."""
+        self[f"{block}.Execute"] = False
+        self.scan(2)
+        for pin, value in pins.items():
+            self[f"{block}.{pin}"] = value
+        self[f"{block}.Execute"] = True
+        self.scan()
+        self.until(lambda: not self[f"{block}.Busy"])
+        return "Done" if self[f"{block}.Done"] else f"{int(self[f'{block}.ErrorID']):04X}"
+
+    def send(self, code: int, *data: int) -> None:
+        """Let another block send a command; it waits for its turn."""
+        self["Other.Execute"] = False
+        self.scan()
+        self["Other.Code"] = code
+        for k in range(1, 16):
+            self[f"Other.Data[{k}]"] = data[k - 1] if k <= len(data) else 0
+        self["Other.Execute"] = True
+
+    def moved_by_hand(self) -> None:
+        """Somebody moves the robot away with the programming box."""
+        self.place = AWAY
+
+    def taken_out(self) -> None:
+        """Somebody takes the part out of the hand."""
+        self.held = False
+
+    def power_cycle(self) -> None:
+        """The controller is switched off and on."""
+        self.powered = False
+        self._on = set()
+        self._hand()
+        self.plc.answer(0)
+        self["Connected"] = False
+        self.scan(5)
+        self["Connected"] = True
+        self.plc.outputs(SO01=False, SO02=False)
+        self.powered = True
+        self.scan(40)
+        self.plc.outputs(SO01=True, SO02=True)
+        self.scan(40)
+
+    def link_loss(self) -> None:
+        """The link is lost for a while; a command that is out is given up."""
+        self["Connected"] = False
+        self.plc.answer(0)
+        self.scan(5)
+        self["Connected"] = True
+        self.scan(40)
+
+    def _controller(self) -> None:
+        words = self.plc.words
+        if not words[0] or not self.powered or not self["Connected"]:
+            self._age = 0
+            if not words[0]:
+                self.plc.answer(0)
+            return
+        self._age += 1
+        self._sent += self._age == 1 and words[0] != _READ
+        if self._age == 1 and self.fault != "refused":
+            self.plc.answer(0x0100)
+        if self.fault == "late":
+            self._age = min(self._age, 2)
+        elif self._age == 3:
+            self._execute(words)
+
+    def _execute(self, words: list[int]) -> None:
+        fault, self.fault = self.fault, ""
+        text = _text(words)
+        self.told.append(text + (f" {fault}" if fault else ""))
+        if fault == "refused":
+            self.plc.answer(0x4000, [12, 76])
+            return
+        pattern = 0
+        if fault != "lost":
+            pattern = self._act(words)
+        if fault.startswith("lost"):
+            self.plc.answer(0)
+        else:
+            self.plc.answer(0x0200, [0, words[2], pattern] if words[0] == _READ else [])
+
+    def _act(self, words: list[int]) -> int:
+        if words[0] == _MOVE:
+            self.place = words[4]
+            assert not (self.held and self.place == SOURCE), "it fetches a second part"
+        elif words[0] == _BIT:
+            number = 10 * (words[2] >> 4 & 15) + (words[2] & 15)
+            self._on = self._on | {number} if words[3] else self._on - {number}
+            self._hand()
+        elif words[0] == _READ and words[2] == 0x1020:
+            return sum(1 << number % 10 for number in self._on)
+        elif words[0] == _PORT and words[2] == 0x1020:
+            self._on = {20 + k for k in range(8) if words[3] >> k & 1}
+            self._hand()
+        elif words[0] == _READ and words[2] == _FINGERS:
+            return 8 * (self.closed and self.fingers)
+        elif words[0] == _READ:
+            return int(self.held)
+        return 0
+
+    def _hand(self) -> None:
+        closed = _CLOSES in self._on
+        if self._two and closed == (_OPENS in self._on):
+            return  # it stays as it is
+        if closed and not self.closed:
+            self.held = self.place == SOURCE
+        elif self.closed and not closed and self.held:
+            free = self.place == TARGET or self.foreign or not self.powered
+            assert free, f"it opens at {self.place}"
+            self.delivered += self.place == TARGET
+            self.held = False
+        self.closed = closed
+
+
+def _text(words: list[int]) -> str:
+    if words[0] == _MOVE:
+        return f"move {words[4]}"
+    if words[0] == _BIT:
+        number = 10 * (words[2] >> 4 & 15) + (words[2] & 15)
+        return f"DO({number}) {'ON' if words[3] else 'OFF'}"
+    if words[0] == _READ:
+        return f"read {'DO' if words[2] >> 12 else 'DI'}{words[2] >> 4 & 15}"
+    return f"{words[0]:03X}"
