@@ -72,8 +72,9 @@ def replacements(given: list[str] | None) -> dict[str, Path]:
             raise InputError(f"--replace {text}", hint="write it as --replace POU=file.st")
         if name.upper() in (one.upper() for one in found):
             raise InputError(f"--replace {name} is given twice")
-        if not Path(file).is_file():
+        if not os.path.lexists(file):
             raise InputError(f"--replace {name}: no such file", file=file)
+        check_file(file)
         found[name] = Path(file)
     return found
 

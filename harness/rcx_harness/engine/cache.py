@@ -70,9 +70,9 @@ def sources_key(paths: Sequence[Path]) -> str:
     try:
         for path in paths:
             lines = getattr(path, "lines", None)
-            content = path.read_bytes() if lines is None else repr(lines).encode()
-            digest.update(f"\0{path}\0".encode() + content)
-    except OSError:
+            content = file_bytes(path, SOURCE) if lines is None else repr(lines).encode()
+            digest.update(b"\0" + os.fsencode(path) + b"\0" + content)
+    except InputError:
         return ""
     return digest.hexdigest()
 

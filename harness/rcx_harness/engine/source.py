@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import SOURCE
+from rcx_harness.output.reading import file_bytes
 
 __all__ = ["Extract", "Line", "origin", "source_text", "title_of"]
 
@@ -82,10 +84,7 @@ def source_text(file: Path) -> str:
     lines = getattr(file, "lines", None)
     if lines is not None:
         return "".join(f"{line.text}\n" for line in lines)
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read the file: {error.strerror}", file=file) from None
+    content = file_bytes(file, SOURCE)
     hint = "save the file as UTF-8"
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):

@@ -246,13 +246,10 @@ def read_trace(
         InputError: not readable, not of this format, or a line that is no record; of those also
             the iterator's, which is `CutOffError` where it is the last line and not whole.
     """
+    file = open_file(path, TRACE)  # the iterator closes it
+    length = max(1, os.fstat(file.fileno()).st_size)
     try:
-        file = Path(path).open("rb")  # noqa: SIM115 - the iterator closes it
-        length = max(1, os.fstat(file.fileno()).st_size)
-    except OSError as error:
-        raise InputError(f"the trace cannot be read: {error.strerror}", file=path) from None
-    try:
-        header = _header(file.readline(), path)
+        header = _header(_next_line(file, path, 1), path)
     except BaseException:
         file.close()
         raise
@@ -275,20 +272,41 @@ def _header(line: bytes, path: str | Path) -> dict[str, Any]:
 def _records(
     file: BinaryIO, path: str | Path, progress: Callable[[int], None]
 ) -> Generator[Record, None, None]:
-    read = 0
+    read, last_us = 0, MOST_TRACE_US
     with file:
-        for number, line in enumerate(file, start=2):
+        for number in count(2):
+            line = _next_line(file, path, number)
+            if not line:
+                return
             read += len(line)
             if number % _REPORT_EVERY == 0:
                 progress(read)
             try:
-                yield _record(_load(line, path, number))
+                record = _record(_load(line, path, number))
+                if record.t_us > last_us:
+                    raise _too_long(path, number)
+                yield record
             except InputError as error:
                 if line.endswith(b"\n"):
                     raise
                 raise CutOffError("is cut off in this line", file=error.file, line=number) from None
             except (AttributeError, KeyError, TypeError, ValueError):
                 raise InputError("not a record of a trace", file=path, line=number) from None
+
+
+def _too_long(path: str | Path, number: int) -> InputError:
+    text = f"a time of more than {MOST_TRACE_US // _DAY_US} days"
+    return InputError(text, file=path, line=number, hint="the clock of the recording has jumped")
+
+
+def _next_line(file: BinaryIO, path: str | Path, number: int) -> bytes:
+    """The next line with its end; nothing at the end of the file."""
+    line = file.readline(MOST_LINE_BYTES + 1)
+    if len(line) > MOST_LINE_BYTES:
+        text = f"a line of more than {MOST_LINE_BYTES >> 20} MB"
+        hint = "a trace has a record in each line; watch fewer variables"
+        raise InputError(text, file=path, line=number, hint=hint)
+    return line
 
 
 def _load(line: bytes, path: str | Path, number: int) -> dict[str, Any]:

@@ -1,0 +1,85 @@
+"""The limits of what a command reads and compiles, each in this place only.
+
+They lie well above real projects and well below the memory of a small computer. docs/limits.md
+tells users what each of them is and what to do; a test compares the numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = [
+    "CAPTURE",
+    "MOST_BLOCKS",
+    "MOST_ELEMENTS",
+    "MOST_GAP_US",
+    "MOST_JSON_LEVELS",
+    "MOST_LEVELS",
+    "MOST_LINE_BYTES",
+    "MOST_MISTAKES",
+    "MOST_SOURCE_CHARACTERS",
+    "MOST_TRACE_US",
+    "MOST_WATCHED",
+    "MOST_WILDCARDS",
+    "OTHER",
+    "PROJECT",
+    "SOURCE",
+    "TABLE",
+    "TRACE",
+    "Kind",
+]
+
+_MEGABYTE = 1 << 20
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file.
+
+    Attributes:
+        name: What a message calls it.
+        most_bytes: How large it may be; None where it is read piece by piece.
+        hint: What to do where it is larger.
+    """
+
+    name: str
+    most_bytes: int | None
+    hint: str = ""
+
+
+#: Structured Text and SCL: the whole of OSCAT is 3 MB.
+SOURCE = Kind("a source", 8 * _MEGABYTE, "divide it into several files")
+#: XML and L5X, with the diagrams, pictures and trends of their tools.
+PROJECT = Kind("a project file", 128 * _MEGABYTE, "export only the part that is needed")
+#: TOML: robot, stimulus, properties, points, reasons.
+TABLE = Kind("a TOML file", 16 * _MEGABYTE, "divide it, or leave out what is not needed")
+#: Traces are read line by line, captures packet by packet: hours of them are some gigabytes.
+TRACE = Kind("a trace", None)
+CAPTURE = Kind("a capture", None)
+#: Recordings of failed tests, results of campaigns, reports that are written anew.
+OTHER = Kind("a file", 512 * _MEGABYTE, "name another file")
+
+#: Characters of all sources of a program together.
+MOST_SOURCE_CHARACTERS = 16 * _MEGABYTE
+#: Bytes of one line of a trace or recording.
+MOST_LINE_BYTES = 16 * _MEGABYTE
+#: Lists and tables inside each other in a line of a trace.
+MOST_JSON_LEVELS = 100
+
+#: Elements of all variables of a program; engine/frontend/extent.py says what counts.
+MOST_ELEMENTS = 4_000_000
+#: Instances of function blocks in a program, those inside others included.
+MOST_BLOCKS = 200_000
+#: Types inside each other: arrays of structures of arrays ...
+MOST_LEVELS = 64
+#: Mistakes that are reported of one file.
+MOST_MISTAKES = 1_000
+
+#: Plain variables that are watched, and * and ? in one pattern.
+MOST_WATCHED = 100_000
+MOST_WILDCARDS = 16
+
+#: Time between the first and the last record of a trace or capture.
+MOST_TRACE_US = 366 * 86_400_000_000
+#: Time between two packets of one connection.
+MOST_GAP_US = 366 * 86_400_000_000
