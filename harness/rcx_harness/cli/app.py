@@ -211,6 +211,10 @@ def main(args: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code
+    except RecursionError:  # the commands that know the place say it themselves
+        text = "expressions, statements or types lie too deep inside each other; divide them"
+        print(f"rcx: {text}", file=sys.stderr)
+        return 2
     except SystemExit as done:
         return done.code if isinstance(done.code, int) else 0 if done.code is None else 2
     return 0

@@ -19,6 +19,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from rcx_harness.errors import InputError
+from rcx_harness.output.limits import SOURCE
+from rcx_harness.output.reading import file_bytes
 from rcx_harness.output.system import cache_root
 
 __all__ = ["folder", "is_lasting", "kept", "made_of", "memory", "put", "remembered", "sources_key"]

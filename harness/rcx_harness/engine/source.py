@@ -54,6 +54,7 @@ class Extract(_AnyPath):
 
     lines: tuple[Line, ...] | None = None
     title: str = ""
+    _whole_hash: int | None = None
 
     @classmethod
     def make(cls, file: Path, lines: tuple[Line, ...], title: str = "") -> Extract:
@@ -63,11 +64,16 @@ class Extract(_AnyPath):
         return made
 
     def __eq__(self, other: object) -> bool:
+        if self is other:  # comparing and hashing all lines takes long, and is done often
+            return True
         return super().__eq__(other) and self.lines == getattr(other, "lines", None)
 
     def __hash__(self) -> int:
-        plain = super().__hash__()
-        return plain if self.lines is None else hash((plain, self.lines))
+        if self.lines is None:
+            return super().__hash__()
+        if self._whole_hash is None:
+            self._whole_hash = hash((super().__hash__(), self.lines))
+        return self._whole_hash
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self.lines is None:

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 __all__ = [
     "CAPTURE",
     "MOST_BLOCKS",
+    "MOST_CHARACTERS",
     "MOST_ELEMENTS",
-    "MOST_GAP_US",
-    "MOST_JSON_LEVELS",
     "MOST_LEVELS",
     "MOST_LINE_BYTES",
     "MOST_MISTAKES",
-    "MOST_SOURCE_CHARACTERS",
+    "MOST_NESTED",
+    "MOST_TOKENS",
+    "MOST_TOOL_S",
     "MOST_TRACE_US",
     "MOST_WATCHED",
-    "MOST_WILDCARDS",
     "OTHER",
     "PROJECT",
     "SOURCE",
@@ -59,27 +59,28 @@ CAPTURE = Kind("a capture", None)
 #: Recordings of failed tests, results of campaigns, reports that are written anew.
 OTHER = Kind("a file", 512 * _MEGABYTE, "name another file")
 
-#: Characters of all sources of a program together.
-MOST_SOURCE_CHARACTERS = 16 * _MEGABYTE
+#: Characters, and words, numbers and signs, of all sources of a program together.
+MOST_CHARACTERS = 32 * _MEGABYTE
+MOST_TOKENS = 2_000_000
 #: Bytes of one line of a trace or recording.
 MOST_LINE_BYTES = 16 * _MEGABYTE
-#: Lists and tables inside each other in a line of a trace.
-MOST_JSON_LEVELS = 100
 
 #: Elements of all variables of a program; engine/frontend/extent.py says what counts.
 MOST_ELEMENTS = 4_000_000
 #: Instances of function blocks in a program, those inside others included.
 MOST_BLOCKS = 200_000
-#: Types inside each other: arrays of structures of arrays ...
-MOST_LEVELS = 64
-#: Mistakes that are reported of one file.
-MOST_MISTAKES = 1_000
+#: Types, functions, blocks and constants that use each other in a row.
+MOST_LEVELS = 100
+#: Arrays, structures and blocks inside each other, also without names.
+MOST_NESTED = 120
+#: Mistakes that are reported of one file, and of all together.
+MOST_MISTAKES = 500
 
-#: Plain variables that are watched, and * and ? in one pattern.
+#: Seconds that another tool (matiec, STruC++, a C compiler) may take for one program.
+MOST_TOOL_S = 900
+
+#: Plain variables that are watched, and that a pattern of them looks at.
 MOST_WATCHED = 100_000
-MOST_WILDCARDS = 16
 
 #: Time between the first and the last record of a trace or capture.
 MOST_TRACE_US = 366 * 86_400_000_000
-#: Time between two packets of one connection.
-MOST_GAP_US = 366 * 86_400_000_000

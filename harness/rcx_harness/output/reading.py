@@ -78,7 +78,7 @@ def file_bytes(path: str | Path, kind: Kind) -> bytes:
 
 
 def file_text(path: str | Path, kind: Kind) -> str:
-    """Read a plain file of UTF-8, with or without a mark; ends of lines become `\\n`.
+    r"""Read a plain file of UTF-8, with or without a mark; `\r\n` and `\r` become `\n`.
 
     Raises:
         InputError: as `open_file`, or it is not UTF-8.

@@ -7,12 +7,15 @@ import os
 import re
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, TypeVar
 
 from rcx_harness.engine.types import Type
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import OutputFile
+from rcx_harness.output.limits import MOST_LINE_BYTES, MOST_TRACE_US, TRACE
+from rcx_harness.output.reading import open_file
 from rcx_harness.robot import Violation
 from rcx_harness.trace.values import described, literal
 
@@ -85,6 +88,9 @@ class Cycle(NamedTuple):
 
 Record = Scan | Cycle | Violation
 
+#: The largest whole number that the page, too, has exactly.
+_LARGEST = (1 << 53) - 1
+_DAY_US = 86_400_000_000
 #: Progress is told after so many lines.
 _REPORT_EVERY = 20_000
 
@@ -272,7 +278,7 @@ def _header(line: bytes, path: str | Path) -> dict[str, Any]:
 def _records(
     file: BinaryIO, path: str | Path, progress: Callable[[int], None]
 ) -> Generator[Record, None, None]:
-    read, last_us = 0, MOST_TRACE_US
+    read, latest_us = 0, 0
     with file:
         for number in count(2):
             line = _next_line(file, path, number)
@@ -283,14 +289,15 @@ def _records(
                 progress(read)
             try:
                 record = _record(_load(line, path, number))
-                if record.t_us > last_us:
+                latest_us = latest_us or record.t_us + MOST_TRACE_US
+                if record.t_us > latest_us:
                     raise _too_long(path, number)
                 yield record
             except InputError as error:
                 if line.endswith(b"\n"):
                     raise
                 raise CutOffError("is cut off in this line", file=error.file, line=number) from None
-            except (AttributeError, KeyError, TypeError, ValueError):
+            except (AttributeError, KeyError, RecursionError, TypeError, ValueError):
                 raise InputError("not a record of a trace", file=path, line=number) from None
 
 
@@ -311,25 +318,40 @@ def _next_line(file: BinaryIO, path: str | Path, number: int) -> bytes:
 
 def _load(line: bytes, path: str | Path, number: int) -> dict[str, Any]:
     try:
-        entry = json.loads(line)
-    except ValueError:
+        entry = json.loads(line, parse_constant=_no_constant)
+    except (ValueError, RecursionError):
         entry = None
     if not isinstance(entry, dict):
         raise InputError("not a line of a trace", file=path, line=number)
     return entry
 
 
+def _no_constant(word: str) -> None:
+    """Refuse what Python reads beyond JSON."""
+    raise ValueError(f"{word} is not a number of JSON")
+
+
+def _whole(entry: Mapping[str, Any], key: str, low: int) -> int:
+    """A whole number of a record."""
+    number = entry[key]
+    if type(number) is not int or not low <= number <= _LARGEST:
+        raise ValueError(f"{key} is not a whole number from {low}")
+    return number
+
+
 def _record(entry: dict[str, Any]) -> Record:
-    controller, t_us = int(entry.get("controller", 1)), int(entry["t_us"])
-    if t_us < 0 or controller < 1:
-        raise ValueError
+    controller = _whole(entry, "controller", 1) if "controller" in entry else 1
+    t_us = _whole(entry, "t_us", 0)
     if "scan" in entry:
         so, si = bytes.fromhex(entry["so"]), bytes.fromhex(entry["si"])
-        return Scan(t_us, entry["scan"], so, si, entry.get("vars"), controller)
+        values = entry.get("vars")
+        if values is not None and not isinstance(values, dict):
+            raise ValueError("no variables")
+        return Scan(t_us, _whole(entry, "scan", 0), so, si, values, controller)
     if "cycle" in entry:
         si, so = bytes.fromhex(entry["rcx_si"]), bytes.fromhex(entry["rcx_so"])
         where = tuple(entry["positions"]) if "positions" in entry else None
         poses = tuple(map(dict, entry["poses"])) if "poses" in entry else None
-        return Cycle(t_us, entry["cycle"], si, so, controller, where, poses)
+        return Cycle(t_us, _whole(entry, "cycle", 0), si, so, controller, where, poses)
     named = _RULE.match(entry["violation"])
     return Violation(t_us, named[1] if named else "", entry["violation"])

@@ -170,7 +170,9 @@ _PATTERN = re.compile(
 )
 
 _LITERALS = ("TYPED", "INTEGER", "REALNUM", "STRING", "DIRECT", "PART")
-_LABEL_FOLLOWS = re.compile(r"(?:\s*\.\s*\w+)*(?:\s|\(\*.*?\*\))*(?::(?!=)|,|\.\.)", re.DOTALL)
+_LABEL_FOLLOWS = re.compile(
+    r"(?:\s*\.\s*\w+)*(?:\s|\(\*[^*]*(?:\*(?!\))[^*]*)*\*\))*(?::(?!=)|,|\.\.)"
+)
 #: What a statement of a CASE may follow, and so a label.
 _BEFORE_LABEL = frozenset(
     ("SEMICOLON", "OF", "COLON", "END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT")

@@ -7,7 +7,6 @@ import os
 import re
 import shutil
 import signal
-import subprocess
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from rcx_harness.engine.native.toolchain import (
     compile_shared,
     fingerprint,
     from_cache,
+    run_tool,
 )
 from rcx_harness.errors import InputError
 
@@ -224,9 +224,7 @@ class Matiec:
             TranslationError: any exit status but 0; iec2c may crash after it printed errors.
         """
         command = [str(self.iec2c), *_OPTIONS, "-I", str(self.library), "-T", str(target)]
-        done = subprocess.run(
-            [*command, source.name], cwd=source.parent, capture_output=True, check=False
-        )
+        done = run_tool([*command, source.name], source.parent)
         output = (done.stderr + done.stdout).decode("utf-8", "replace")
         if done.returncode == -signal.SIGINT:  # Ctrl-C goes to it, too
             raise KeyboardInterrupt

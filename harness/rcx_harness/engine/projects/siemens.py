@@ -25,8 +25,8 @@ from rcx_harness.output.reading import file_bytes
 __all__ = ["called", "plain_name", "read_scl", "started"]
 
 _TOKEN = re.compile(
-    r"""(?P<comment>//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)
-      | (?P<attribute>\{[^}]*\})
+    r"""(?P<comment>//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z))
+      | (?P<attribute>\{[^}]*(?:\}|\Z))
       | (?P<text>'(?:\$.|[^$'\n])*')
       | (?P<quoted>\#?"[^"\n]*")
       | (?P<local>\#[^\W\d]\w*)

@@ -7,7 +7,6 @@ import os
 import re
 import shutil
 import signal
-import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from rcx_harness.engine.native.toolchain import (
     compile_shared,
     fingerprint,
     from_cache,
+    run_tool,
     version,
 )
 from rcx_harness.engine.source import origin, source_text
@@ -156,9 +156,7 @@ def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder:
     # Of the libraries beside it only the standard's: names of the others may be the user's.
     shutil.copy(strucpp.blocks, folder)
     options = ("-o", "program.cpp", "--line-directives", "--no-default-libs", "-L", ".")
-    done = subprocess.run(
-        [*strucpp.command, *names, *options], cwd=folder, capture_output=True, check=False
-    )
+    done = run_tool([*strucpp.command, *names, *options], folder)
     if done.returncode == -signal.SIGINT:  # Ctrl-C goes to it, too
         raise KeyboardInterrupt
     if done.returncode == 0:

@@ -33,7 +33,7 @@ __all__ = [
 COUNTER, FIRST_SCAN = "RcxIndex", "RcxFirstScan"
 
 _TOKEN = re.compile(
-    r"""(?P<skip>\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/|\#(?:end)?region[^\n]*)
+    r"""(?P<skip>\s+|//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z)|\#(?:end)?region[^\n]*)
       | (?P<number>(?:2|8|16)\#[0-9A-F_]+|\d[\d_]*(?:\.\d+)?(?:E[-+]?\d+)?)
       | (?P<text>'(?:\$.|[^$'\n])*')
       | (?P<name>\\?[^\W\d]\w*(?::\w+)*)
