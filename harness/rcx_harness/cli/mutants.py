@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Mapping
@@ -19,6 +20,7 @@ from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.options import Lib, with_options
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.reading import begins_with, check_file
 from rcx_harness.verify.coverage.output import check_fail_under
 
 __all__ = ["mutants"]
@@ -109,15 +111,16 @@ def _check_outputs(given: Options) -> None:
     """Nothing of the user's is written over."""
     file = given.json_file
     if file is not None and file.exists():
-        beginning = b"" if file.is_dir() else file.read_bytes()[: len(_BEGINNING)]
-        if file.is_dir() or beginning not in (b"", _BEGINNING.encode()):
+        if not begins_with(file, _BEGINNING.encode()):
             raise InputError(
                 "is there already, and is not what this command writes; nothing was written",
                 file=file,
                 hint="name another file, or remove this one",
             )
-    if given.reasons != _REASONS and not given.reasons.is_file():
+    if given.reasons != _REASONS and not os.path.lexists(given.reasons):
         raise InputError("no such file", file=given.reasons)
+    if os.path.lexists(given.reasons):
+        check_file(given.reasons)
     if given.folder.exists() and not given.folder.is_dir():
         raise InputError("is no folder", file=given.folder, hint="give another --folder")
 

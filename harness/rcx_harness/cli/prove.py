@@ -16,6 +16,7 @@ from rcx_harness.cell.sources import SourceFiles, source_files
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.reading import begins_with
 
 if TYPE_CHECKING:
     from rcx_harness.verify.prove.user import Result
@@ -93,11 +94,7 @@ def _check_json(file: Path | None, sources: SourceFiles) -> None:
     if file is None or not file.exists():
         return
     read = {one.resolve() for one in sources.all}
-    if (
-        file.is_dir()
-        or file.resolve() in read
-        or file.read_bytes()[:11] not in (b"", _BEGINNING.encode())
-    ):
+    if file.resolve() in read or not begins_with(file, _BEGINNING.encode()):
         raise InputError(
             "is there already, and is not what this command writes; nothing was written",
             file=file,

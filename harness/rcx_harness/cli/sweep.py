@@ -15,6 +15,7 @@ from rcx_harness.cli.campaign import VerifyOptions, write_replay
 from rcx_harness.cli.options import counted, duration_us, with_options
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.reading import begins_with
 from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.kept import keep
@@ -151,7 +152,7 @@ def _print(found: dict[tuple[str, str], dict[int, str]], scan_us: int, every: in
 def _check_json(file: Path | None) -> None:
     if file is None or not file.exists():
         return
-    if file.is_dir() or file.read_bytes()[: len(_BEGINNING)] not in (b"", _BEGINNING.encode()):
+    if not begins_with(file, _BEGINNING.encode()):
         raise InputError(
             "is there already, and is not what this command writes; nothing was written",
             file=file,

@@ -17,6 +17,7 @@ __all__ = [
     "MOST_LINE_BYTES",
     "MOST_MISTAKES",
     "MOST_NESTED",
+    "MOST_REPLAYED_US",
     "MOST_TOKENS",
     "MOST_TOOL_S",
     "MOST_TRACE_US",
@@ -84,3 +85,5 @@ MOST_WATCHED = 100_000
 
 #: Time between the first and the last record of a trace or capture.
 MOST_TRACE_US = 366 * 86_400_000_000
+#: Time of a recording that is replayed in cycles of 5 ms.
+MOST_REPLAYED_US = 24 * 3_600_000_000

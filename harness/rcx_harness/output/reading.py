@@ -10,7 +10,7 @@ from typing import BinaryIO
 from rcx_harness.errors import InputError
 from rcx_harness.output.limits import Kind
 
-__all__ = ["check_file", "file_bytes", "file_text", "open_file"]
+__all__ = ["begins_with", "check_file", "file_bytes", "file_text", "open_file"]
 
 _MEGABYTE = 1 << 20
 #: Kinds of what is no plain file, by the test that finds them.
@@ -94,6 +94,16 @@ def file_text(path: str | Path, kind: Kind) -> str:
             hint="save the file as UTF-8",
         ) from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def begins_with(path: str | Path, beginning: bytes) -> bool:
+    """Return whether a plain file is empty or begins with these bytes; False of anything else."""
+    try:
+        check_file(path)
+        with open(path, "rb") as file:
+            return file.read(len(beginning)) in (b"", beginning)
+    except (InputError, OSError):
+        return False
 
 
 def _check(path: str | Path, mode: int) -> None:

@@ -21,6 +21,7 @@ __all__ = ["Extents"]
 
 #: Characters of a STRING that count as one element more.
 _CHARACTERS = 8
+_SHOWN = 60
 _HINT = "make arrays smaller, or declare fewer of them"
 #: What has no storage where it is declared.
 _ELSEWHERE = ("VAR_IN_OUT", "VAR_EXTERNAL")
@@ -118,6 +119,7 @@ def _sum(one: _Extent, other: _Extent) -> _Extent:
 
 
 def _check(found: _Extent, name: str, where: Declared, at: Position) -> None:
+    name = f"{name:.{_SHOWN}}"
     if found.levels > MOST_NESTED:
         text = f"{name} has more than {MOST_NESTED} arrays, structures and blocks in each other"
         raise where.error(text, at, "use fewer levels")

@@ -6,6 +6,7 @@ nothing; the names of the link types are those of the registry at tcpdump.org.
 
 from __future__ import annotations
 
+import os
 import struct
 from collections import Counter
 from collections.abc import Iterator
@@ -13,6 +14,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_TRACE_US
+from rcx_harness.output.reading import check_file
 
 __all__ = ["ENDINGS", "Capture", "Packet", "host_text"]
 
@@ -34,6 +37,10 @@ _FAMILY_IP = 2
 _BARE = (12, 14, 101, 228)  # raw IP, as systems number it; IPv4
 _KNOWN = {*_PLACES, _NULL, _LOOP, *_BARE}
 _PERHAPS = "save it with Wireshark from Ethernet, Linux cooked, loopback or raw IP"
+_SET_BACK = "times: there the clock was set back, and goes on from where it was"
+#: By so much packets may be out of order [us].
+_DISORDER_US = 1_000_000
+_DAY_US = 86_400_000_000
 _RECORD_HEADER = 32  # bytes of a file around a packet, for the progress
 
 
@@ -67,6 +74,7 @@ class Capture:
         packets: How many there were so far, of any kind.
         others: What cannot be read here, and how often: `IPv6`, `IP fragments` ...
         begin_us: Time of the first packet, microseconds since 1970; the others count from it.
+        last_us: Time of the latest packet from there.
         damage: How the file ends too early; empty where it does not.
         read_bytes: So much of the file has been read, about.
 
@@ -78,8 +86,9 @@ class Capture:
     def __init__(self, path: str | Path) -> None:
         self._path = Path(path)
         self._library = _library()
-        if not self._path.is_file():
+        if not os.path.lexists(self._path):
             raise InputError("there is no such file", file=path)
+        check_file(path)
         # Microseconds: the package reads the nanoseconds of the other precision as these.
         precision = self._library.TstampPrecision.MICRO
         try:
@@ -94,7 +103,7 @@ class Capture:
             raise InputError(text, file=path, hint=_PERHAPS)
         self.packets = self.read_bytes = 0
         self.begin_us: int | None = None
-        self.last_us = 0
+        self.last_us = self._shift_us = 0
         self.others: Counter[str] = Counter()
         self.damage = ""
 
@@ -103,17 +112,38 @@ class Capture:
         with self._file:
             try:
                 for header, data in self._file:
-                    t_us = round(header.ts * 1e6)
-                    if self.begin_us is None:
-                        self.begin_us = t_us
-                    self.last_us = t_us - self.begin_us
                     self.packets += 1
+                    self._pass(round(header.ts * 1e6))
                     self.read_bytes += len(data) + _RECORD_HEADER
                     found = self._packet(data, header.len > len(data))
                     if found is not None:
                         yield found
             except self._library.Error as error:
                 self.damage = str(error.args[-1])
+
+    def _pass(self, t_us: int) -> None:
+        """Take the time of the next packet, which never goes back.
+
+        Packets of several network cards are a little out of order. A clock that is set back goes
+        on from where it was.
+
+        Raises:
+            InputError: the clock has jumped so far ahead that it was set, too.
+        """
+        if self.begin_us is None:
+            self.begin_us = t_us
+        now_us = t_us - self.begin_us + self._shift_us
+        if now_us < self.last_us - _DISORDER_US:
+            self._shift_us += self.last_us - now_us
+            self.others[_SET_BACK] += 1
+        if now_us > self.last_us + MOST_TRACE_US:
+            raise InputError(
+                f"the clock jumps ahead by {(now_us - self.last_us) // _DAY_US:,} days at packet "
+                f"{self.packets}; the limit is {MOST_TRACE_US // _DAY_US} days",
+                file=self._path,
+                hint="split the file there",
+            )
+        self.last_us = max(self.last_us, now_us)
 
     def _packet(self, data: bytes, cut: bool) -> Packet | None:
         at = self._at_ip(data)

@@ -12,6 +12,8 @@ from rcx_harness.errors import InputError
 from rcx_harness.look.judge.capture import ENDINGS, Capture, host_text
 from rcx_harness.look.judge.follow import Follower
 from rcx_harness.look.judge.network import Network, Note, Sample
+from rcx_harness.output.limits import CAPTURE
+from rcx_harness.output.reading import open_file
 from rcx_harness.robot import Violation
 from rcx_harness.spec.wire import AREA_SIZES, DEDICATED_AT
 from rcx_harness.trace import Cycle, Record, Scan, Trace, read_trace
@@ -237,11 +239,8 @@ def is_judged(file: Path) -> bool:
 
 def _beginning(file: Path) -> str:
     """The first four bytes in hexadecimal."""
-    try:
-        with file.open("rb") as opened:
-            return opened.read(4).hex()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    with open_file(file, CAPTURE) as opened:
+        return opened.read(4).hex()
 
 
 def _judge_capture(

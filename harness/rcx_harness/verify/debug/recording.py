@@ -23,6 +23,8 @@ from rcx_harness.engine.load import build
 from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.limits import OTHER
+from rcx_harness.output.reading import file_bytes, open_file
 from rcx_harness.robot import Violation
 from rcx_harness.verify.debug.machine import builtin_of, live_input
 from rcx_harness.verify.debug.telegrams import Telegrams
@@ -239,9 +241,9 @@ def write_recording(
 def is_recording(file: Path) -> bool:
     """Does a file begin as a recording does?"""
     try:
-        with file.open("rb") as stream:
+        with open_file(file, OTHER) as stream:
             return stream.read(len(FORMAT) + 12).startswith(b'{"format":"rcx-recording/')
-    except OSError:
+    except InputError:
         return False
 
 
@@ -254,10 +256,9 @@ def opened(file: Path) -> tuple[Tape, str, str]:
     Raises:
         InputError: no recording, or its sources have changed since; one message.
     """
+    content = file_bytes(file, OTHER)
     try:
-        lines = file.read_text(encoding="utf-8").splitlines()
-    except OSError as error:
-        raise InputError(f"the recording cannot be read: {error.strerror}", file=file) from None
+        lines = content.decode().splitlines()
     except UnicodeDecodeError:
         lines = []
     if not is_recording(file) or not lines:
@@ -276,7 +277,7 @@ def opened(file: Path) -> tuple[Tape, str, str]:
         violations = [Violation(t_us, rule, text) for t_us, rule, text in head["violations"]]
         tape = Tape(program, rest, [tuple(one) for one in head["areas"]], violations)
         test, failed, engine = head["test"], head["failed"], head["engine"]
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError):
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, RecursionError):
         raise InputError("the recording is damaged", file=file, hint="run the test again") from None
     notice = f"{test}: {tape.length} scans, from their end you can go back"
     if engine != "builtin":

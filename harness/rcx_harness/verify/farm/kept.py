@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_LINE_BYTES, OTHER
+from rcx_harness.output.reading import open_file
 from rcx_harness.verify.kept import Results
 
 __all__ = ["Kept"]
@@ -84,22 +87,17 @@ class Kept(Generic[Item, Result]):
 
 def _first_line(file: Path) -> dict[str, Any] | None:
     """What an earlier call has written first; None: there is no such file, or nothing in it."""
-    try:
-        with file.open(encoding="utf-8") as stream:
-            text = stream.readline()
-    except FileNotFoundError:
+    if not os.path.lexists(file):
         return None
-    except OSError as error:
-        raise _unusable(file, error) from None
-    except ValueError:
-        text = "?"
+    with open_file(file, OTHER) as stream:
+        text = stream.readline(MOST_LINE_BYTES).decode("utf-8", "replace")
     if not text:
         return None
     try:
         found = json.loads(text)
         if found["format"] == _FORMAT and isinstance(found["about"], dict):
             return dict(found["about"])
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, KeyError, RecursionError):
         pass
     raise InputError(
         "is there already, and is not a file of results; nothing was written",
