@@ -87,7 +87,7 @@ def judge(
     with progress_bar("reading", silent or not sys.stdout.isatty()) as progress:
         result = judge_file(options, (lambda line: None) if silent else print, progress)
     if chart is not None:
-        replace_files({chart: svg_chart(result.timeline, file.name).encode()})
+        replace_files({chart: svg_chart(result.timeline, file.name)})
     if as_object:
         print(json.dumps(as_json(result), indent=2))
     else:

@@ -110,13 +110,12 @@ def mutants(given: Options) -> None:
 def _check_outputs(given: Options) -> None:
     """Nothing of the user's is written over."""
     file = given.json_file
-    if file is not None and file.exists():
-        if not begins_with(file, _BEGINNING.encode()):
-            raise InputError(
-                "is there already, and is not what this command writes; nothing was written",
-                file=file,
-                hint="name another file, or remove this one",
-            )
+    if file is not None and file.exists() and not begins_with(file, _BEGINNING.encode()):
+        raise InputError(
+            "is there already, and is not what this command writes; nothing was written",
+            file=file,
+            hint="name another file, or remove this one",
+        )
     if given.reasons != _REASONS and not os.path.lexists(given.reasons):
         raise InputError("no such file", file=given.reasons)
     if os.path.lexists(given.reasons):

@@ -232,7 +232,7 @@ def write_recording(
         "violations": [[one.t_us, one.rule, one.text] for one in cell.violations],
     }
     lines = [json.dumps(head, **_COMPACT), *recorded.lines(), ""]
-    replace_files({file: "\n".join(lines).encode()})
+    replace_files({file: "\n".join(lines)})
 
 
 # --- reading ------------------------------------------------------------------------------------

@@ -90,7 +90,7 @@ def replay(
         chart: Where its timing chart (SVG) goes.
         see: Is called after each scan, with the cell and the number of the scan.
     """
-    replace_files({stimulus: stimulus_text(entries(run, around), about).encode()})
+    replace_files({stimulus: stimulus_text(entries(run, around), about)})
     differences: list[str] = []
     error = None
     timeline = Timeline()
@@ -108,7 +108,7 @@ def replay(
             if see is not None:
                 see(cell, number)
         if chart is not None:
-            replace_files({chart: svg_chart(timeline, stimulus.name).encode()})
+            replace_files({chart: svg_chart(timeline, stimulus.name)})
         return Replayed(cell.scans, error, tuple(differences), tuple(cell.violations))
 
 
