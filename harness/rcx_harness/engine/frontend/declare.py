@@ -145,6 +145,7 @@ class Declarations(Types):
             except InputError as error:
                 self._report(error)
                 pou.block = BlockType(node.name.text)
+                self.extents.refuse(pou.block)
             self.blocks[node.name.key] = pou.block
             self.inheritance.add(node, where)
         self.pous[node.name.key] = pou

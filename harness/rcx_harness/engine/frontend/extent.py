@@ -48,6 +48,7 @@ class Extents:
     def __init__(self) -> None:
         # By identity: to compare types takes as long as they are large.
         self._known: dict[int, tuple[Type, _Extent]] = {}
+        self._refused: dict[int, BlockType] = {}
         self._made = 0
 
     def check(self, kind: Type, name: str, where: Declared, at: Position) -> None:
@@ -59,7 +60,14 @@ class Extents:
             where: The declaration that it is in.
             at: Where there.
         """
+        parts = kind.variables if isinstance(kind, BlockType) else ()
+        if any(id(part.type) in self._refused for part in parts):
+            raise ConsequenceError(f"a part of {name} is too large")
         _check(self._of(kind), name, where, at)
+
+    def refuse(self, block: BlockType) -> None:
+        """Remember the stand-in for a block that is too large; so is whatever has it inside."""
+        self._refused[id(block)] = block
 
     def check_all(self, blocks: Iterable[Type], symbols: Iterable[Symbol], where: Declared) -> None:
         """Raise InputError if the variables of a program are too many together.
