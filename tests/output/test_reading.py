@@ -77,7 +77,8 @@ def test_every_command_refuses_a_pipe_where_it_takes_a_file(
     Source: docs/limits.md, files.
     """
     monkeypatch.chdir(tmp_path)
-    Path("own.st").write_text("PROGRAM Own\nEND_PROGRAM\n", encoding="utf-8")
+    areas = "VAR InputArea, OutputArea : ARRAY [0..511] OF BYTE; END_VAR"
+    Path("own.st").write_text(f"PROGRAM Own\n{areas}\nEND_PROGRAM\n", encoding="utf-8")
     pipe = _pipe(tmp_path)
     assert main([word.replace("@", os.fspath(pipe)) for word in words]) == 2
     assert "pipe.st: is a pipe, not a file" in capsys.readouterr().err

@@ -15,7 +15,7 @@ from rcx_harness.output.limits import MOST_WATCHED
 from rcx_harness.spec.telegram import did_you_mean
 from rcx_harness.trace.values import check_watched, is_long, members, parts, value_text
 
-__all__ = ["Watched"]
+__all__ = ["Watched", "is_like"]
 
 #: Between two patterns; a comma in brackets is between two indices.
 _COMMA = re.compile(r",(?![^\[\]]*\])")
@@ -80,7 +80,7 @@ def _matching(program: Program, pattern: str) -> dict[str, Type]:
     begin = pattern[: parts[first].start()]
     there = _within(program, begin) if begin else list(_roots(program))
     for part in parts[first:]:
-        found = [one for one in there if _is_like(one[0], part)]
+        found = [one for one in there if _fits_part(one[0], part)]
         if not found:
             raise _nothing(pattern, part, there)
         there = list(islice(_below(found), MOST_WATCHED + 1))
@@ -139,16 +139,16 @@ def _below(found: Iterable[_Found]) -> Iterator[_Found]:
                 yield f"{path}[{','.join(map(str, place))}]", kind.element
 
 
-def _is_like(path: str, part: re.Match[str]) -> bool:
+def _fits_part(path: str, part: re.Match[str]) -> bool:
     """Does the last part of a path fit this part of a pattern?"""
     if part[2] is not None:
         index = path.rpartition("[")[2].removesuffix("]") if path.endswith("]") else ""
         wanted, given = part[2].split(","), index.split(",")
-        return len(wanted) == len(given) and all(map(_fits, wanted, given))
-    return not path.endswith("]") and _fits(part[1], path.rpartition(".")[2])
+        return len(wanted) == len(given) and all(map(is_like, wanted, given))
+    return not path.endswith("]") and is_like(part[1], path.rpartition(".")[2])
 
 
-def _fits(pattern: str, name: str) -> bool:
+def is_like(pattern: str, name: str) -> bool:
     """Is a name like a pattern? In a time that grows with both lengths only."""
     wanted, given = pattern.strip().upper(), name.upper()
     at = place = 0

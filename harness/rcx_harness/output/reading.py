@@ -9,6 +9,7 @@ from typing import BinaryIO
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.limits import Kind
+from rcx_harness.output.system import without_waiting
 
 __all__ = ["begins_with", "check_file", "file_bytes", "file_text", "open_file"]
 
@@ -44,8 +45,7 @@ def open_file(path: str | Path, kind: Kind) -> BinaryIO:
     """
     check_file(path)  # opening a device can already do something
     try:
-        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-        file = os.fdopen(os.open(path, flags), "rb")
+        file = open(path, "rb", opener=without_waiting)  # noqa: SIM115 - the caller closes it
     except (OSError, ValueError) as error:
         raise _unreadable(path, error) from None
     try:

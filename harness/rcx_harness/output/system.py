@@ -53,6 +53,7 @@ __all__ = [
     "processors",
     "told_to_end",
     "unload",
+    "without_waiting",
 ]
 
 _PRIORITY = 1
@@ -327,6 +328,11 @@ def _be_another(work: Callable[[], object], name: str) -> NoReturn:
         sys.excepthook(*sys.exc_info())
     finally:
         os._exit(code)
+
+
+def without_waiting(path: str, flags: int) -> int:
+    """Open a file as `open(opener=...)` wants it; a pipe that has come meanwhile does not wait."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def nobody_reads(error: OSError) -> bool:

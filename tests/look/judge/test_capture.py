@@ -176,3 +176,28 @@ def test_interfaces_of_one_link_type_may_be_several(tmp_path: Path) -> None:
     capture, packets = _read(pcapng(tmp_path / "two.pcapng", frames, (ETHERNET, ETHERNET)))
     assert len(packets) == 2
     assert not capture.damage
+
+
+def test_times_go_on_where_the_clock_was_set_back(tmp_path: Path) -> None:
+    """Packets a little out of order are at the time of the latest before them.
+
+    Source: docs/limits.md, files.
+    """
+    hour = 3_600_000_000
+    times = [10 * hour, 10 * hour + 100, 10 * hour + 90, 9 * hour, 9 * hour + 50, 9 * hour + 40]
+    file = pcap(tmp_path / "back.pcap", [(t_us, framed(DATAGRAM)) for t_us in times])
+    capture, packets = _read(file)
+    assert [one.t_us for one in packets] == [0, 100, 100, 100, 150, 150]
+    assert capture.others == {
+        "times: there the clock was set back, and goes on from where it was": 1
+    }
+
+
+def test_a_clock_that_jumps_by_years_is_refused_with_its_packet(tmp_path: Path) -> None:
+    """Source: docs/limits.md, files."""
+    day = 86_400_000_000
+    times = [0, 366 * day, 733 * day]
+    capture = Capture(pcap(tmp_path / "far.pcap", [(t, framed(DATAGRAM)) for t in times]))
+    told = r"far\.pcap: the clock jumps ahead by 367 days at packet 3; the limit is 366 days"
+    with pytest.raises(InputError, match=told):
+        list(capture)

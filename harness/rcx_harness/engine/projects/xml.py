@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -141,7 +142,7 @@ def _as_utf8(content: bytes, name: str, file: Path) -> bytes:
     hint = "export it again as UTF-8, or write in its first line which encoding it is of"
     codec = _CODECS.get(key) or (name if _NARROW.fullmatch(key) else "unknown")
     try:
-        return content.decode(codec).removeprefix("\ufeff").encode()
+        return content.decode(codec).encode().removeprefix(codecs.BOM_UTF8)
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         message = f"byte {error.start} is not {name}"

@@ -1,0 +1,27 @@
+"""Recordings that are compared: how long they may be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from captures import Story, area, pcap
+from rcx_harness.errors import InputError
+from rcx_harness.look.compare.recording import load
+
+
+def test_a_recording_of_days_is_not_replayed_in_cycles_of_5_ms(tmp_path: Path) -> None:
+    """A clock that was set by a year would be 6,300,000,000 cycles.
+
+    Source: docs/limits.md, files.
+    """
+    story = Story()
+    story.open(0)
+    for number in range(1, 9):
+        story.both(number * 10_000, area(), area())
+    assert load(pcap(tmp_path / "short.pcap", story.frames())).size == 48
+    story.both(365 * 86_400_000_000, area(), area())
+    told = r"year\.pcap: lasts 8,759 h, and at most 24 h are compared; cut out the part"
+    with pytest.raises(InputError, match=told):
+        load(pcap(tmp_path / "year.pcap", story.frames()))
