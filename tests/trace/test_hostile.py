@@ -117,6 +117,8 @@ def test_parts_are_counted_as_they_are_made() -> None:
     [
         {"Main.A": {"array": [[3, 1]], "of": "INT"}},
         {"Main.A": {"array": [["x", 1]], "of": "INT"}},
+        {"Main.A": {"array": [[0, 1e999]], "of": "INT"}},
+        {"Main.A": {"enum": "E", "members": {"ONE": 1e999}}},
         {"Main.A": [["INT"]]},
         {"Main.A": None},
     ],

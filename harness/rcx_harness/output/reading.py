@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from rcx_harness.errors import InputError
-from rcx_harness.output.limits import Kind
+from rcx_harness.output.limits import CAPTURE, Kind
 from rcx_harness.output.system import without_waiting
 
-__all__ = ["begins_with", "check_file", "file_bytes", "file_text", "open_file"]
+__all__ = ["beginning", "begins_with", "check_file", "file_bytes", "file_text", "open_file"]
 
 _MEGABYTE = 1 << 20
 #: Kinds of what is no plain file, by the test that finds them.
@@ -96,13 +96,24 @@ def file_text(path: str | Path, kind: Kind) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def begins_with(path: str | Path, beginning: bytes) -> bool:
+def beginning(path: str | Path, kind: Kind, length: int) -> bytes:
+    """Read the first bytes of a plain file.
+
+    Raises:
+        InputError: as `open_file`.
+    """
+    with open_file(path, kind) as file:
+        try:
+            return file.read(length)
+        except OSError as error:
+            raise _unreadable(path, error) from None
+
+
+def begins_with(path: str | Path, mark: bytes) -> bool:
     """Return whether a plain file is empty or begins with these bytes; False of anything else."""
     try:
-        check_file(path)
-        with open(path, "rb") as file:
-            return file.read(len(beginning)) in (b"", beginning)
-    except (InputError, OSError):
+        return beginning(path, CAPTURE, len(mark)) in (b"", mark)
+    except InputError:
         return False
 
 

@@ -308,7 +308,11 @@ def _too_long(path: str | Path, number: int) -> InputError:
 
 def _next_line(file: BinaryIO, path: str | Path, number: int) -> bytes:
     """The next line with its end; nothing at the end of the file."""
-    line = file.readline(MOST_LINE_BYTES + 1)
+    try:
+        line = file.readline(MOST_LINE_BYTES + 1)
+    except OSError as error:
+        reason = f"cannot be read: {error.strerror}"
+        raise InputError(reason, file=path, line=number) from None
     if len(line) > MOST_LINE_BYTES:
         text = f"a line of more than {MOST_LINE_BYTES >> 20} MB"
         hint = "a trace has a record in each line; watch fewer variables"

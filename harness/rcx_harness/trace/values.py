@@ -226,6 +226,13 @@ def described(kind: Type) -> Any:
     return kind.name
 
 
+def _whole_number(given: Any) -> int:
+    """Return a whole number as it is; a float may be infinite."""
+    if type(given) is not int:
+        raise ValueError("no whole number")
+    return given
+
+
 def typed(description: Any, level: int = 0) -> Type:
     """The type that `described` has described; blocks are structures then.
 
@@ -238,10 +245,14 @@ def typed(description: Any, level: int = 0) -> Type:
         return ElementaryType(description)
     if "enum" in description:
         given = description["members"]
-        return EnumType(description["enum"], tuple(given), tuple(map(int, given.values())))
+        return EnumType(
+            description["enum"], tuple(given), tuple(map(_whole_number, given.values()))
+        )
     level += 1
     if "array" in description:
-        bounds = tuple((int(low), int(high)) for low, high in description["array"])
+        bounds = tuple(
+            (_whole_number(low), _whole_number(high)) for low, high in description["array"]
+        )
         if any(low > high for low, high in bounds):
             raise ValueError("empty bounds")
         return ArrayType("", bounds, typed(description["of"], level))

@@ -355,7 +355,7 @@ def _first(errors: list[InputError]) -> list[InputError]:
     if more <= 0:
         return errors
     last = errors[MOST_MISTAKES - 1]
-    text = f"{more:,} mistakes more, which are not shown"
+    text = f"there are more mistakes, which are not shown: {more:,}"
     return [*errors[:MOST_MISTAKES], InputError(text, file=last.file, line=last.line)]
 
 

@@ -13,7 +13,7 @@ from rcx_harness.look.judge.capture import ENDINGS, Capture, host_text
 from rcx_harness.look.judge.follow import Follower
 from rcx_harness.look.judge.network import Network, Note, Sample
 from rcx_harness.output.limits import CAPTURE
-from rcx_harness.output.reading import open_file
+from rcx_harness.output.reading import beginning
 from rcx_harness.robot import Violation
 from rcx_harness.spec.wire import AREA_SIZES, DEDICATED_AT
 from rcx_harness.trace import Cycle, Record, Scan, Trace, read_trace
@@ -239,8 +239,7 @@ def is_judged(file: Path) -> bool:
 
 def _beginning(file: Path) -> str:
     """The first four bytes in hexadecimal."""
-    with open_file(file, CAPTURE) as opened:
-        return opened.read(4).hex()
+    return beginning(file, CAPTURE, 4).hex()
 
 
 def _judge_capture(
