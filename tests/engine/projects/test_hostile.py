@@ -9,6 +9,7 @@ import pytest
 from rcx_harness.engine.frontend.load import checked
 from rcx_harness.engine.projects.numbers import interval_text, milliseconds_us, whole
 from rcx_harness.engine.projects.open import project_sources, read_project
+from rcx_harness.engine.source import Extract, source_text
 from rcx_harness.errors import InputError
 
 _PLCOPEN = """\
@@ -210,7 +211,8 @@ def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_pat
     said = "\u5de5\u4f5c" if encoding in ("GB2312", "GBK", "Big5") else "\u30c6\u30b9\u30c8"
     file = _written(tmp_path, "a.xml", encoding=encoding, said=said)
     sources = project_sources([file], {})
-    lines = [line.text for line in sources.paths[0].lines]
+    (path,) = (one for one in sources.paths if "x := 1" in source_text(one))
+    lines = source_text(path).splitlines()
     assert f"x := 1; (* {said} *)" in [line.strip() for line in lines]
 
 
@@ -247,7 +249,9 @@ def test_comments_of_scl_are_looked_at_once(tmp_path: Path) -> None:
     file = tmp_path / "a.scl"
     file.write_text(f"{text}END_FUNCTION_BLOCK\n", encoding="utf-8")
     (path,) = project_sources([file], {}).paths
+    assert isinstance(path, Extract)
     lines = path.lines
+    assert lines is not None
     assert len(lines) == 20_005
     hashed = {"lines": 0}
 
@@ -256,6 +260,6 @@ def test_comments_of_scl_are_looked_at_once(tmp_path: Path) -> None:
             hashed["lines"] += 1
             return 0
 
-    path.lines = Counted(lines)  # type: ignore[attr-defined]
+    path.lines = Counted(lines)
     assert {path, path, path} == {path}
     assert hashed["lines"] <= 1
