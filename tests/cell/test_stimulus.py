@@ -255,5 +255,5 @@ def test_what_does_not_exist_is_told_before_the_run(
 
 
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot read it"):
+    with pytest.raises(InputError, match="cannot be read"):
         Stimulus.load(tmp_path / "none.toml")

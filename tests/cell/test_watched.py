@@ -15,6 +15,7 @@ import pytest
 
 from both_engines import ENGINES
 from rcx_harness import Cell, InputError, RobotConfig
+from rcx_harness.cell.watched import is_like
 from rcx_harness.trace import Scan, read_trace
 from rcx_harness.trace.chart import Timeline, text_chart
 
@@ -234,3 +235,52 @@ def test_alone_it_makes_columns_after_all(watched: Build) -> None:
     for k in range(100):
         timeline.take(Scan(k, k, bytes(48), bytes(48), {"Main.Scans": k}))
     assert len(timeline.instants()) == 99
+
+
+@pytest.mark.parametrize(
+    "pattern", ["Main.*a*a*a*a*a*a*a*a*a*a*a*a*a*a*a*b", "Main." + "*?" * 15 + "*"]
+)
+def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str) -> None:
+    """A regular expression would try every way to share the name out between the stars.
+
+    Source: docs/limits.md, variables that are watched.
+    """
+    with pytest.raises(InputError, match="no variable is like"):
+        watched(pattern)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "name", "fits"),
+    [
+        ("*", "", True),
+        ("*", "Speed", True),
+        ("s*d", "Speed", True),
+        ("S*e*d", "Speed", True),
+        ("S*x*d", "Speed", False),
+        ("?peed", "Speed", True),
+        ("?speed", "Speed", False),
+        ("*ee?*", "Speed", True),
+        ("Speed*", "Speed", True),
+        ("Spee", "Speed", False),
+    ],
+)
+def test_a_star_is_any_characters_and_a_question_mark_is_one(
+    pattern: str, name: str, fits: bool
+) -> None:
+    """Source: docs/trace.md, --watch."""
+    assert is_like(pattern, name) == fits
+
+
+def test_so_many_variables_are_watched_and_no_more(
+    watched: Build, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The program has six elements in Items and Grid.
+
+    Source: docs/limits.md, variables that are watched.
+    """
+    for module in ("rcx_harness.trace.values", "rcx_harness.cell.watched"):
+        monkeypatch.setattr(f"{module}.MOST_WATCHED", 3)
+    with pytest.raises(InputError, match="4 variables are watched, with all members and elements"):
+        watched("Main.Grid")
+    with pytest.raises(InputError, match="looks at more than 3 variables"):
+        watched("Main.*.*")

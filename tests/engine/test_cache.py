@@ -216,8 +216,8 @@ def test_a_mistake_is_told_each_time(program: Path, kept: Path) -> None:
 
 
 def test_a_missing_file_is_told_by_the_loader(tmp_path: Path) -> None:
-    """Source: engine.frontend.load: cannot read the file."""
-    with pytest.raises(InputError, match="cannot read the file"):
+    """Source: engine.frontend.load: cannot be read."""
+    with pytest.raises(InputError, match="cannot be read"):
         build([tmp_path / "missing.st"], "builtin")
 
 

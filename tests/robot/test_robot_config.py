@@ -177,9 +177,9 @@ def test_a_file_that_is_not_toml_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"none\.toml: cannot read it"):
+    with pytest.raises(InputError, match=r"none\.toml: cannot be read"):
         RobotConfig.load(tmp_path / "none.toml")
-    with pytest.raises(InputError, match="cannot read it"):
+    with pytest.raises(InputError, match="is a folder, not a file"):
         RobotConfig.load(tmp_path)
 
 

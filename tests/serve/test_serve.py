@@ -276,7 +276,7 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
             ["--trace", "robot.toml", "--robot", "robot.toml"],
             "robot.toml: would be overwritten, but it is an input",
         ),
-        (["--robot", "missing.toml"], "missing.toml: cannot read it: No such file or directory"),
+        (["--robot", "missing.toml"], "missing.toml: cannot be read: No such file or directory"),
     ],
 )
 def test_bad_input_is_one_message_and_exit_code_2(

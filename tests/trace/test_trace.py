@@ -106,5 +106,5 @@ def test_a_file_that_is_no_trace_is_told_with_its_line(
 
 
 def test_a_trace_that_is_not_there_is_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="the trace cannot be read"):
+    with pytest.raises(InputError, match="cannot be read"):
         read_trace(tmp_path / "none")

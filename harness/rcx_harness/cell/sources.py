@@ -17,6 +17,7 @@ from rcx_harness.engine.projects.formats import in_folder, is_project
 from rcx_harness.errors import InputError
 from rcx_harness.output.exported import RECORD, own_output, resolved
 from rcx_harness.output.paths import real
+from rcx_harness.output.reading import check_file
 
 __all__ = ["INSTEAD", "Files", "SourceFiles", "blame_lib", "default_lib", "named_files"]
 __all__ += ["library_folder", "not_declared", "source_files", "st_files"]
@@ -279,8 +280,9 @@ def _expand(path: Path) -> list[Path]:
             )
             raise InputError("no .st files in this folder", file=path, hint=hint)
         return found
-    if not path.is_file():
+    if not os.path.lexists(path):
         raise InputError("no such file", file=path)
+    check_file(path)
     return [path]
 
 

@@ -21,7 +21,7 @@ from rcx_harness.engine.conditions import Condition, conditions
 from rcx_harness.engine.types import ArrayType, ElementaryType, StructType, Type
 from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
-from rcx_harness.spec import load_toml
+from rcx_harness.spec import load_toml, toml_text
 from rcx_harness.units import parse_us
 
 __all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text", "typed"]
@@ -204,7 +204,7 @@ def _at_line(file: Path, line: int) -> Iterator[None]:
 
 
 def _entry_lines(file: Path) -> list[int]:
-    lines = file.read_text(encoding="utf-8").splitlines()
+    lines = toml_text(file).splitlines()
     return [number for number, line in enumerate(lines, start=1) if _ENTRY.match(line)]
 
 

@@ -6,15 +6,16 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
-from itertools import product
+from itertools import islice, product
 
 from rcx_harness.engine.base import Program, Value
 from rcx_harness.engine.types import ArrayType, BlockType, Type
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_WATCHED
 from rcx_harness.spec.telegram import did_you_mean
-from rcx_harness.trace.values import is_long, members, parts, value_text
+from rcx_harness.trace.values import check_watched, is_long, members, parts, value_text
 
-__all__ = ["Watched"]
+__all__ = ["Watched", "is_like"]
 
 #: Between two patterns; a comma in brackets is between two indices.
 _COMMA = re.compile(r",(?![^\[\]]*\])")
@@ -47,6 +48,7 @@ class Watched:
                 self.types |= _matching(program, pattern)
             else:
                 self.types[pattern] = program.type_of(pattern)
+        check_watched(self.types)
         self._read = program.reader(list(self.types))
         self._last: tuple[Value, ...] | None = None
 
@@ -78,10 +80,13 @@ def _matching(program: Program, pattern: str) -> dict[str, Type]:
     begin = pattern[: parts[first].start()]
     there = _within(program, begin) if begin else list(_roots(program))
     for part in parts[first:]:
-        found = [one for one in there if _is_like(one[0], part)]
+        found = [one for one in there if _fits_part(one[0], part)]
         if not found:
             raise _nothing(pattern, part, there)
-        there = list(_below(found))
+        there = list(islice(_below(found), MOST_WATCHED + 1))
+        if len(there) > MOST_WATCHED and part is not parts[-1]:
+            text = f"{pattern} looks at more than {MOST_WATCHED:,} variables"
+            raise InputError(text, hint="write names or indices in place of some * and ?")
     if not _WILD.search(parts[-1][0]):
         return dict(found)
     shown = {one[0]: one[1] for one in found if not _is_much(one[1])}
@@ -134,18 +139,32 @@ def _below(found: Iterable[_Found]) -> Iterator[_Found]:
                 yield f"{path}[{','.join(map(str, place))}]", kind.element
 
 
-def _is_like(path: str, part: re.Match[str]) -> bool:
+def _fits_part(path: str, part: re.Match[str]) -> bool:
     """Does the last part of a path fit this part of a pattern?"""
     if part[2] is not None:
         index = path.rpartition("[")[2].removesuffix("]") if path.endswith("]") else ""
         wanted, given = part[2].split(","), index.split(",")
-        return len(wanted) == len(given) and all(map(_fits, wanted, given))
-    return not path.endswith("]") and _fits(part[1], path.rpartition(".")[2])
+        return len(wanted) == len(given) and all(map(is_like, wanted, given))
+    return not path.endswith("]") and is_like(part[1], path.rpartition(".")[2])
 
 
-def _fits(pattern: str, name: str) -> bool:
-    regular = re.escape(pattern.strip()).replace(r"\*", ".*").replace(r"\?", ".")
-    return re.fullmatch(regular, name, re.IGNORECASE) is not None
+def is_like(pattern: str, name: str) -> bool:
+    """Is a name like a pattern? In a time that grows with both lengths only."""
+    wanted, given = pattern.strip().upper(), name.upper()
+    at = place = 0
+    star, begin = -1, 0  # the last * met, and where in the name what follows it is tried
+    while place < len(given):
+        if at < len(wanted) and wanted[at] == "*":
+            star, begin = at, place
+            at += 1
+        elif at < len(wanted) and wanted[at] in ("?", given[place]):
+            at, place = at + 1, place + 1
+        elif star >= 0:
+            begin += 1
+            at, place = star + 1, begin
+        else:
+            return False
+    return not wanted[at:].strip("*")
 
 
 def _nothing(pattern: str, part: re.Match[str], there: Sequence[_Found]) -> InputError:

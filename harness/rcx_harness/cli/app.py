@@ -223,6 +223,10 @@ def main(args: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code
+    except RecursionError:  # the commands that know the place say it themselves
+        text = "expressions, statements or types lie too deep inside each other; divide them"
+        print(f"rcx: {text}", file=sys.stderr)
+        return 2
     except OutputError:
         raise
     except OSError as error:

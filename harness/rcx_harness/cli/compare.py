@@ -111,10 +111,10 @@ def compare(
         if result.first_us is not None:
             drawn = chart(replay, result, around_us, result.first_us)
         if found is not None and fit is not None:
-            fitted.write(robot_file(found, robot, file.name).encode())
+            fitted.write(robot_file(found, robot, file.name))
         if svg is not None:
             title = f"{file.name}: recorded, and virtual (2)"
-            replace_files({svg: svg_chart(drawn or Timeline(), title).encode()})
+            replace_files({svg: svg_chart(drawn or Timeline(), title)})
         if not output.printed:
             if drawn is not None and not quiet:
                 width = min(shutil.get_terminal_size((100, 24)).columns, 120)

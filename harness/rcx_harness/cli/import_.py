@@ -56,7 +56,7 @@ def import_(
             file=there[0],
             hint="name another folder, or write over them with --force",
         )
-    replace_files({out / name: text.encode() for name, text in texts.items()})
+    replace_files({out / name: text for name, text in texts.items()})
     for note in project.notes:
         print(f"note: {note}")
     foreign = [(unit, one) for unit in project.units for one in unit.piece.foreign()]

@@ -89,7 +89,7 @@ def judge(
     with progress_bar("reading", silent or not sys.stdout.isatty()) as progress:
         result = judge_file(options, (lambda line: None) if silent else print, progress)
     if chart is not None:
-        replace_files({chart: svg_chart(result.timeline, file.name).encode()})
+        replace_files({chart: svg_chart(result.timeline, file.name)})
     if not output.printed:
         _print(result, show=show, silent=silent)
     output.write(f"{json.dumps(as_json(result), indent=2)}\n")

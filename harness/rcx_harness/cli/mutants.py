@@ -20,6 +20,7 @@ from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import Lib, with_options
 from rcx_harness.errors import InputError
+from rcx_harness.output.reading import check_file
 from rcx_harness.verify.coverage.output import check_fail_under
 
 __all__ = ["mutants"]
@@ -107,7 +108,9 @@ def mutants(given: Options) -> None:
 
 def _check_outputs(given: Options) -> None:
     """Nothing of the user's is written over."""
-    if given.reasons != _REASONS and not given.reasons.is_file():
+    if os.path.lexists(given.reasons):
+        check_file(given.reasons)
+    elif given.reasons != _REASONS:
         raise InputError("no such file", file=given.reasons)
     if os.path.exists(given.folder) and not os.path.isdir(given.folder):
         raise InputError("is no folder", file=given.folder, hint="give another --folder")

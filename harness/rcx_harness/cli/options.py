@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import ipaddress
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_type_hints
@@ -12,6 +13,7 @@ import typer
 
 from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from rcx_harness.errors import InputError
+from rcx_harness.output.reading import check_file
 from rcx_harness.units import parse_us
 
 __all__ = ["Lib", "Replace", "Sources", "check_ipv4", "check_port", "config_data"]
@@ -72,8 +74,9 @@ def replacements(given: list[str] | None) -> dict[str, Path]:
             raise InputError(f"--replace {text}", hint="write it as --replace POU=file.st")
         if name.upper() in (one.upper() for one in found):
             raise InputError(f"--replace {name} is given twice")
-        if not Path(file).is_file():
+        if not os.path.lexists(file):
             raise InputError(f"--replace {name}: no such file", file=file)
+        check_file(file)
         found[name] = Path(file)
     return found
 

@@ -258,7 +258,7 @@ def _save(
     why = "characters other than 16#20 to 16#7E"
     tables = [as_toml(kept, [*head, f"{left}: {why}"] if left else head)]
     tables += [as_csv(kept)] if csv else []
-    files.write(*(text.encode() for text in tables))
+    files.write(*(text for text in tables))
     for kind in KINDS:
         asked = sum(key[0] == kind for key in found.asked)
         if asked:

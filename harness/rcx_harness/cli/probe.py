@@ -104,7 +104,7 @@ def probe(
             outcome = run_probe(line, asked, person, files[2])
         except EnipError as error:
             raise InputError(error.message, hint=error.hint) from None
-        reports.write(as_toml(outcome, subject).encode(), as_markdown(outcome, subject).encode())
+        reports.write(as_toml(outcome, subject), as_markdown(outcome, subject))
     _sum_up(outcome, files)
 
 

@@ -377,9 +377,9 @@ def _run(
                 chart = svg_chart(timeline, title)
             else:
                 chart = scaled_svg(timeline, title, line_us)
-            replace_files({options.chart: chart.encode()})
+            replace_files({options.chart: chart})
         if options.view is not None and view is not None:
-            replace_files({options.view: view.page(_title(options, cell)).encode()})
+            replace_files({options.view: view.page(_title(options, cell))})
         unsafe = safe.told(cell, files, options) if connected else ""
     notice = "\n".join(filter(None, (cell.notice, late, unsafe)))
     coverage = _concluded(options, collector) if collector is not None else None

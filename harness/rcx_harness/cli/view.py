@@ -48,7 +48,7 @@ def view(
     hosts = [ipaddress.IPv4Address(host).packed for host in controller or []]
     with progress_bar("reading", True) as progress:
         seen = view_file(file, hosts, progress)
-    replace_files({page: seen.page.encode()})
+    replace_files({page: seen.page})
     print(f"written: {page}, {counted(seen.broken, 'broken rule')}")
     if opened and not webbrowser.open(real(page).as_uri()):
         print(f"rcx: no browser was found; open {page} in one", file=sys.stderr)

@@ -23,7 +23,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from rcx_harness.errors import InputError
+from rcx_harness.output.limits import SOURCE
 from rcx_harness.output.paths import real
+from rcx_harness.output.reading import file_bytes
 from rcx_harness.output.system import cache_root, settings_root
 
 __all__ = ["content", "folder", "is_lasting", "kept", "made_of", "memory", "put", "remembered"]
@@ -119,9 +122,9 @@ def sources_key(paths: Sequence[Path]) -> str:
     try:
         for path in paths:
             lines = getattr(path, "lines", None)
-            content = path.read_bytes() if lines is None else repr(lines).encode()
-            digest.update(f"\0{path}\0".encode() + content)
-    except OSError:
+            content = file_bytes(path, SOURCE) if lines is None else repr(lines).encode()
+            digest.update(b"\0" + os.fsencode(path) + b"\0" + content)
+    except InputError:
         return ""
     return digest.hexdigest()
 

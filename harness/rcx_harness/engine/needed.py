@@ -17,10 +17,10 @@ from rcx_harness.errors import InputError
 __all__ = ["declared_names", "needed"]
 
 #: Comments and texts: what they mention is not needed.
-_SAID = re.compile(r"\(\*.*?\*\)|//[^\n]*|/\*.*?\*/|'(?:\$.|[^$'\n])*'", re.DOTALL)
+_SAID = re.compile(r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'", re.DOTALL)
 _NAME = re.compile(r"[A-Z_]\w*")
-_TYPES = re.compile(r"\bTYPE\b(.*?)\bEND_TYPE\b", re.DOTALL)
-_FIELDS = re.compile(r"\b(STRUCT|UNION)\b.*?\bEND_\1\b", re.DOTALL)
+_TYPES = re.compile(r"\bTYPE\b(.*?)(?:\bEND_TYPE\b|\Z)", re.DOTALL)
+_FIELDS = re.compile(r"\b(STRUCT|UNION)\b.*?(?:\bEND_\1\b|\Z)", re.DOTALL)
 _POUS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "INTERFACE")
 _OTHERS = {"CONFIGURATION", "VAR_GLOBAL"}
 

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import SOURCE
+from rcx_harness.output.reading import file_bytes
 
 __all__ = ["Extract", "Line", "origin", "source_text", "title_of"]
 
@@ -52,6 +54,7 @@ class Extract(_AnyPath):
 
     lines: tuple[Line, ...] | None = None
     title: str = ""
+    _whole_hash: int | None = None
 
     @classmethod
     def make(cls, file: Path, lines: tuple[Line, ...], title: str = "") -> Extract:
@@ -61,11 +64,16 @@ class Extract(_AnyPath):
         return made
 
     def __eq__(self, other: object) -> bool:
+        if self is other:  # comparing and hashing all lines takes long, and is done often
+            return True
         return super().__eq__(other) and self.lines == getattr(other, "lines", None)
 
     def __hash__(self) -> int:
-        plain = super().__hash__()
-        return plain if self.lines is None else hash((plain, self.lines))
+        if self.lines is None:
+            return super().__hash__()
+        if self._whole_hash is None:
+            self._whole_hash = hash((super().__hash__(), self.lines))
+        return self._whole_hash
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self.lines is None:
@@ -82,10 +90,7 @@ def source_text(file: Path) -> str:
     lines = getattr(file, "lines", None)
     if lines is not None:
         return "".join(f"{line.text}\n" for line in lines)
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read the file: {error.strerror}", file=file) from None
+    content = file_bytes(file, SOURCE)
     hint = "save the file as UTF-8"
     for mark, encoding in _MARKS.items():
         if content.startswith(mark):

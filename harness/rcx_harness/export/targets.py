@@ -6,6 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from rcx_harness.cell.sources import source_files
+from rcx_harness.engine.compiling import deeply
+from rcx_harness.engine.frontend.load import too_deep
 from rcx_harness.errors import InputError
 from rcx_harness.export.keyence import to_keyence
 from rcx_harness.export.l5x.project import to_l5x
@@ -89,6 +92,13 @@ def export(
     found = TARGETS.get(target)
     if found is None:
         raise InputError(f"there is no target {target!r}", hint=f"use {', '.join(TARGETS)}")
-    sources = sources_of(lib, program, only_needed=only_needed, prefix=prefix)
-    inputs = frozenset(part.file for part in sources.parts)
-    return replace(found.write(sources), inputs=inputs, recorded=True)
+
+    def made() -> Output:
+        sources = sources_of(lib, program, only_needed=only_needed, prefix=prefix)
+        inputs = frozenset(part.file for part in sources.parts)
+        return replace(found.write(sources), inputs=inputs, recorded=True)
+
+    try:
+        return deeply(made)
+    except RecursionError:
+        raise too_deep(source_files(list(program), lib).all if program else []) from None

@@ -14,13 +14,13 @@ from typing import BinaryIO
 
 from rcx_harness.errors import InputError
 
-__all__ = ["NewFiles", "OutputFile", "replace_files"]
+__all__ = ["NewFiles", "OutputFile", "encoded", "replace_files"]
 
 _numbers = itertools.count()
 _MOST_NAMES = 1_000
 
 
-def replace_files(contents: Mapping[Path, bytes]) -> None:
+def replace_files(contents: Mapping[Path, bytes | str]) -> None:
     """Write a set of files: none takes its place before all are written.
 
     So a full disk, a fault or Ctrl-C leaves what was there as it was.
@@ -83,7 +83,7 @@ class NewFiles:
     ) -> None:
         self._discard()
 
-    def write(self, *contents: bytes) -> None:
+    def write(self, *contents: bytes | str) -> None:
         """Write them, in the order in which they were named: all, or none.
 
         Raises:
@@ -156,7 +156,7 @@ class OutputFile:
         """Write more."""
         if self._file is not None:
             try:
-                self._file.write(data.encode(self._encoding) if isinstance(data, str) else data)
+                self._file.write(encoded(data, self._encoding) if isinstance(data, str) else data)
             except OSError as error:
                 raise self._failed(error) from None
 
@@ -228,6 +228,11 @@ class OutputFile:
     def _failed(self, error: OSError) -> InputError:
         self.discard()
         return InputError(f"cannot be written: {error.strerror}", file=self._path)
+
+
+def encoded(text: str, encoding: str = "utf-8") -> bytes:
+    r"""Encode a text; bytes of a file's name that are no characters are written as `\udcff`."""
+    return text.encode(encoding, "backslashreplace")
 
 
 def _named_once(written: Path, place: Path) -> Path:

@@ -75,20 +75,24 @@ class Program(subprocess.Popen[Any]):
             self._line.close()
 
 
-def run(command: Sequence[str | os.PathLike[str]], **how: Any) -> subprocess.CompletedProcess[Any]:
+def run(
+    command: Sequence[str | os.PathLike[str]], *, timeout: float | None = None, **how: Any
+) -> subprocess.CompletedProcess[Any]:
     """Run a program to its end, and return what it has printed.
 
     Args:
         command: Its name or path, and its arguments.
+        timeout: Seconds after which it is ended.
         how: Arguments of `Popen`.
 
     Raises:
         OSError: It cannot be started.
+        subprocess.TimeoutExpired: It has not ended in time.
     """
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with Program(command, **{**pipes, **how}) as program:
         try:
-            out, err = program.communicate()
+            out, err = program.communicate(timeout=timeout)
         except BaseException:
             program.kill()
             raise

@@ -56,6 +56,7 @@ __all__ = [
     "settings_root",
     "told_to_end",
     "unload",
+    "without_waiting",
 ]
 
 _PRIORITY = 1
@@ -388,6 +389,11 @@ def _be_another(work: Callable[[], object], name: str) -> NoReturn:
         sys.excepthook(*sys.exc_info())
     finally:
         os._exit(code)
+
+
+def without_waiting(path: str, flags: int) -> int:
+    """Open a file as `open(opener=...)` wants it; a pipe that has come meanwhile does not wait."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def nobody_reads(error: OSError) -> bool:

@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import TABLE
+from rcx_harness.output.reading import file_text
 from rcx_harness.spec.telegram import Command, Field, FieldValue, Product, did_you_mean
 
 __all__ = [
@@ -122,16 +124,12 @@ def load_toml(path: Path) -> dict[str, Any]:
 
 
 def toml_text(path: Path) -> str:
-    """The text of a file.
+    """Read the text of a TOML file.
 
     Raises:
         InputError: it cannot be read.
     """
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise InputError(f"cannot read it: {reason}", file=path) from error
+    return file_text(path, TABLE)
 
 
 def parse_toml(text: str, path: Path) -> dict[str, Any]:

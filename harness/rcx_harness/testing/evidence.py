@@ -100,7 +100,7 @@ def write_files(cell: Cell, folder: Path, title: str, suffix: str = "") -> list[
     for record in cell.trace:
         view.take(record)
     contents = {chart: drawn, trace: lines, page: view.page(title)}
-    replace_files({path: text.encode() for path, text in contents.items()})
+    replace_files(contents)
     return list(contents)
 
 

@@ -7,12 +7,15 @@ import os
 import re
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, TypeVar
 
 from rcx_harness.engine.types import Type
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import OutputFile
+from rcx_harness.output.limits import MOST_LINE_BYTES, MOST_TRACE_US, TRACE
+from rcx_harness.output.reading import open_file
 from rcx_harness.robot import Violation
 from rcx_harness.trace.values import described, literal
 
@@ -85,6 +88,9 @@ class Cycle(NamedTuple):
 
 Record = Scan | Cycle | Violation
 
+#: The largest whole number that the page, too, has exactly.
+_LARGEST = (1 << 53) - 1
+_DAY_US = 86_400_000_000
 #: Progress is told after so many lines.
 _REPORT_EVERY = 20_000
 
@@ -246,13 +252,10 @@ def read_trace(
         InputError: not readable, not of this format, or a line that is no record; of those also
             the iterator's, which is `CutOffError` where it is the last line and not whole.
     """
+    file = open_file(path, TRACE)  # the iterator closes it
+    length = max(1, os.fstat(file.fileno()).st_size)
     try:
-        file = Path(path).open("rb")  # noqa: SIM115 - the iterator closes it
-        length = max(1, os.fstat(file.fileno()).st_size)
-    except OSError as error:
-        raise InputError(f"the trace cannot be read: {error.strerror}", file=path) from None
-    try:
-        header = _header(file.readline(), path)
+        header = _header(_next_line(file, path, 1), path)
     except BaseException:
         file.close()
         raise
@@ -278,10 +281,13 @@ def _records(
     path: str | Path,
     progress: Callable[[int], None],
 ) -> Generator[Record, None, None]:
-    read = 0
+    read, latest_us = 0, 0
     order = _Order(changes="only" in header)
     with file:
-        for number, line in enumerate(file, start=2):
+        for number in count(2):
+            line = _next_line(file, path, number)
+            if not line:
+                return
             read += len(line)
             if number % _REPORT_EVERY == 0:
                 progress(read)
@@ -290,12 +296,15 @@ def _records(
                 if wrong := order.wrong(record):
                     hint = "the trace is damaged: record it again"
                     raise InputError(wrong, file=path, line=number, hint=hint)
+                latest_us = latest_us or record.t_us + MOST_TRACE_US
+                if record.t_us > latest_us:
+                    raise _too_long(path, number)
                 yield record
             except InputError as error:
                 if line.endswith(b"\n"):
                     raise
                 raise CutOffError("is cut off in this line", file=error.file, line=number) from None
-            except (AttributeError, KeyError, TypeError, ValueError):
+            except (AttributeError, KeyError, RecursionError, TypeError, ValueError):
                 raise InputError("not a record of a trace", file=path, line=number) from None
 
 
@@ -327,9 +336,28 @@ class _Order:
         return f"{kind} {number} follows {kind} {before}: lines are missing, or not in order"
 
 
+def _too_long(path: str | Path, number: int) -> InputError:
+    text = f"a time of more than {MOST_TRACE_US // _DAY_US} days"
+    return InputError(text, file=path, line=number, hint="the clock of the recording has jumped")
+
+
+def _next_line(file: BinaryIO, path: str | Path, number: int) -> bytes:
+    """The next line with its end; nothing at the end of the file."""
+    try:
+        line = file.readline(MOST_LINE_BYTES + 1)
+    except OSError as error:
+        reason = f"cannot be read: {error.strerror}"
+        raise InputError(reason, file=path, line=number) from None
+    if len(line) > MOST_LINE_BYTES:
+        text = f"a line of more than {MOST_LINE_BYTES >> 20} MB"
+        hint = "a trace has a record in each line; watch fewer variables"
+        raise InputError(text, file=path, line=number, hint=hint)
+    return line
+
+
 def _load(line: bytes, path: str | Path, number: int) -> dict[str, Any]:
     try:
-        entry = json.loads(line)
+        entry = json.loads(line, parse_constant=_no_constant)
     except (ValueError, RecursionError):
         entry = None
     if not isinstance(entry, dict):
@@ -337,17 +365,32 @@ def _load(line: bytes, path: str | Path, number: int) -> dict[str, Any]:
     return entry
 
 
+def _no_constant(word: str) -> None:
+    """Refuse what Python reads beyond JSON."""
+    raise ValueError(f"{word} is not a number of JSON")
+
+
+def _whole(entry: Mapping[str, Any], key: str, low: int) -> int:
+    """A whole number of a record."""
+    number = entry[key]
+    if type(number) is not int or not low <= number <= _LARGEST:
+        raise ValueError(f"{key} is not a whole number from {low}")
+    return number
+
+
 def _record(entry: dict[str, Any]) -> Record:
-    controller, t_us = int(entry.get("controller", 1)), int(entry["t_us"])
-    if t_us < 0 or controller < 1:
-        raise ValueError
+    controller = _whole(entry, "controller", 1) if "controller" in entry else 1
+    t_us = _whole(entry, "t_us", 0)
     if "scan" in entry:
         so, si = bytes.fromhex(entry["so"]), bytes.fromhex(entry["si"])
-        return Scan(t_us, entry["scan"], so, si, entry.get("vars"), controller)
+        values = entry.get("vars")
+        if values is not None and not isinstance(values, dict):
+            raise ValueError("no variables")
+        return Scan(t_us, _whole(entry, "scan", 0), so, si, values, controller)
     if "cycle" in entry:
         si, so = bytes.fromhex(entry["rcx_si"]), bytes.fromhex(entry["rcx_so"])
         where = tuple(entry["positions"]) if "positions" in entry else None
         poses = tuple(map(dict, entry["poses"])) if "poses" in entry else None
-        return Cycle(t_us, entry["cycle"], si, so, controller, where, poses)
+        return Cycle(t_us, _whole(entry, "cycle", 0), si, so, controller, where, poses)
     named = _RULE.match(entry["violation"])
     return Violation(t_us, named[1] if named else "", entry["violation"])

@@ -21,11 +21,15 @@ from rcx_harness.engine.types import (
     StructType,
     Type,
 )
+from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_LEVELS, MOST_WATCHED
 
 __all__ = [
     "LONGEST",
     "Changed",
     "Part",
+    "check_watched",
+    "count",
     "described",
     "is_long",
     "literal",
@@ -77,6 +81,25 @@ def is_long(kind: Type) -> bool:
     return math.prod(high - low + 1 for low, high in kind.bounds) > LONGEST
 
 
+def count(kind: Type) -> int:
+    """How many plain variables `parts` gives, without making them."""
+    if isinstance(kind, (StructType, BlockType)):
+        return sum(count(member) for _, member in members(kind))
+    if isinstance(kind, ArrayType) and not is_long(kind):
+        return math.prod(high - low + 1 for low, high in kind.bounds) * count(kind.element)
+    return 1
+
+
+def check_watched(watched: Mapping[str, Type]) -> None:
+    """Raise InputError if these variables have more parts than can be shown."""
+    found = sum(map(count, watched.values()))
+    if found > MOST_WATCHED:
+        raise InputError(
+            f"{found:,} variables are watched, with all members and elements",
+            hint=f"watch fewer; the limit is {MOST_WATCHED:,}",
+        )
+
+
 def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Part]:
     """What a variable is made of; a plain one of itself."""
     if isinstance(kind, (StructType, BlockType)):
@@ -96,9 +119,13 @@ class Changed:
 
     Args:
         watched: Their types by path.
+
+    Raises:
+        InputError: they have too many parts.
     """
 
     def __init__(self, watched: Mapping[str, Type]) -> None:
+        check_watched(watched)
         self.parts = {path: list(parts(path, kind)) for path, kind in watched.items()}
         """The plain variables in each of them."""
         self._before: dict[str, Any] = {}
@@ -199,19 +226,35 @@ def described(kind: Type) -> Any:
     return kind.name
 
 
-def typed(description: Any) -> Type:
+def _whole_number(given: Any) -> int:
+    """Return a whole number as it is; a float may be infinite."""
+    if type(given) is not int:
+        raise ValueError("no whole number")
+    return given
+
+
+def typed(description: Any, level: int = 0) -> Type:
     """The type that `described` has described; blocks are structures then.
 
     Raises:
         KeyError, TypeError, ValueError: it is no description of a type.
     """
+    if level > MOST_LEVELS:
+        raise ValueError("too many levels")
     if isinstance(description, str):
         return ElementaryType(description)
     if "enum" in description:
         given = description["members"]
-        return EnumType(description["enum"], tuple(given), tuple(map(int, given.values())))
+        return EnumType(
+            description["enum"], tuple(given), tuple(map(_whole_number, given.values()))
+        )
+    level += 1
     if "array" in description:
-        bounds = tuple((int(low), int(high)) for low, high in description["array"])
-        return ArrayType("", bounds, typed(description["of"]))
-    fields = tuple((name, typed(member)) for name, member in description["members"].items())
+        bounds = tuple(
+            (_whole_number(low), _whole_number(high)) for low, high in description["array"]
+        )
+        if any(low > high for low, high in bounds):
+            raise ValueError("empty bounds")
+        return ArrayType("", bounds, typed(description["of"], level))
+    fields = tuple((name, typed(member, level)) for name, member in description["members"].items())
     return StructType(description["struct"], fields)

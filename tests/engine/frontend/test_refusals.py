@@ -406,7 +406,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "binary.st").write_bytes(b"PROGRAM \xff")
     (binary,) = check([tmp_path / "binary.st"])
 
-    assert "cannot read the file" in str(missing)
+    assert "cannot be read" in str(missing)
     assert "byte 8 is not UTF-8" in str(binary)
     assert missing.file == str(tmp_path / "none.st")
 

@@ -176,3 +176,31 @@ def test_interfaces_of_one_link_type_may_be_several(tmp_path: Path) -> None:
     capture, packets = _read(pcapng(tmp_path / "two.pcapng", frames, (ETHERNET, ETHERNET)))
     assert len(packets) == 2
     assert not capture.damage
+
+
+def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(
+    tmp_path: Path,
+) -> None:
+    """Source: docs/limits.md, files."""
+    hour = 3_600_000_000
+    times = [10 * hour, 10 * hour + 100, 10 * hour + 90, 10 * hour + 150]
+    file = pcap(tmp_path / "back.pcap", [(t_us, framed(DATAGRAM)) for t_us in times])
+    capture, packets = _read(file)
+    assert [one.t_us for one in packets] == [0, 100, 100, 150]
+    assert not capture.damage
+
+
+@pytest.mark.parametrize(
+    ("seconds", "how"),
+    [(-2, "the clock goes back by 2.000 s"), (400 * 86_400, "the clock goes ahead by 34560000 s")],
+)
+def test_a_clock_that_jumps_ends_the_capture(tmp_path: Path, seconds: int, how: str) -> None:
+    """What comes before the jump is read.
+
+    Source: docs/limits.md, files.
+    """
+    begin = 1_000_000_000
+    times = [begin, begin + 1_000_000 * seconds]
+    capture, packets = _read(pcap(tmp_path / "far.pcap", [(t, framed(DATAGRAM)) for t in times]))
+    assert len(packets) == 1
+    assert capture.damage == how

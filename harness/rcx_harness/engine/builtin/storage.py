@@ -7,7 +7,7 @@ references to it stay good.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rcx_harness.engine.builtin.blocks import CLASSES
@@ -107,13 +107,22 @@ class Storage:
             values = ", ".join(self.create(field, initial[name]) for name, field in kind.fields)
             return f"s_{self._name(kind)}({values})"
         if isinstance(kind, ArrayType):
-            items = [self.create(kind.element, item) for item in initial]
-            if is_scalar(kind.element) and len(set(items)) == 1:
-                return f"[{items[0]}] * {len(items)}"
-            return f"[{', '.join(items)}]"
+            return self._created(kind.element, initial)
         if isinstance(kind, ReferenceType):
             return "null"
         return "no_block" if isinstance(kind, InterfaceType) else repr(initial)
+
+    def _created(self, kind: Type, initial: Sequence[Any]) -> str:
+        """Code for the elements of an array; usually they are all alike."""
+        first = initial[0]
+        if not all(item is first for item in initial):
+            items = [self.create(kind, item) for item in initial]
+            if len(set(items)) > 1:
+                return f"[{', '.join(items)}]"
+        code = self.create(kind, first)
+        if is_scalar(kind):
+            return f"[{code}] * {len(initial)}"
+        return f"[{code} for _ in range({len(initial)})]"
 
     def _started(self, kind: BlockType, made: str, initial: Any) -> str:
         """A block whose declaration gives values to some of its variables."""

@@ -142,6 +142,12 @@ class Declarations(Types):
                     if symbol.section != "VAR_TEMP" and "." not in symbol.name
                 ),
             )
+            try:
+                self.extents.check(pou.block, node.name.text, where, node.at)
+            except InputError as error:
+                self._report(error)
+                pou.block = BlockType(node.name.text)
+                self.extents.refuse(pou.block)
             self.blocks[node.name.key] = pou.block
             self.inheritance.add(node, where)
         self.pous[node.name.key] = pou

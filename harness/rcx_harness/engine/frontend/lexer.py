@@ -169,8 +169,12 @@ _PATTERN = re.compile(
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
 
+#: Characters of a name; of one that is longer so many are shown.
+_LONGEST_NAME, _SHOWN = 1_000, 40
 _LITERALS = ("TYPED", "INTEGER", "REALNUM", "STRING", "DIRECT", "PART")
-_LABEL_FOLLOWS = re.compile(r"(?:\s*\.\s*\w+)*(?:\s|\(\*.*?\*\))*(?::(?!=)|,|\.\.)", re.DOTALL)
+_LABEL_FOLLOWS = re.compile(
+    r"(?:\s*\.\s*\w+)*(?:\s|\(\*[^*]*(?:\*(?!\))[^*]*)*\*\))*(?::(?!=)|,|\.\.)"
+)
 #: What a statement of a CASE may follow, and so a label.
 _BEFORE_LABEL = frozenset(
     ("SEMICOLON", "OF", "COLON", "END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT")
@@ -255,6 +259,10 @@ class _Lexer:
             if kind == "punctuation":
                 kind = PUNCTUATION[value]
             elif kind == "IDENT":
+                if len(value) > _LONGEST_NAME:
+                    text = f"a name of {len(value):,} characters: {value[:_SHOWN]}..."
+                    self._refuse(text, offset, f"the limit is {_LONGEST_NAME:,}")
+                    value = value[:_SHOWN]
                 word = value.upper()
                 if word in _SPELLINGS:
                     self._note("a keyword in another spelling", offset)

@@ -24,8 +24,10 @@ from rcx_harness.engine.frontend.tree import Pou
 from rcx_harness.engine.source import source_text
 from rcx_harness.engine.types import BlockType, Variable
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
 
 __all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "read_file"]
+__all__ += ["too_deep"]
 
 #: Parses one source.
 Read = Callable[[Path], s.Source]
@@ -225,7 +227,7 @@ def analyse(
     try:
         return deeply(partial(_analysed, paths, read))
     except RecursionError:
-        return None, [_too_deep([read(path) for path in paths])]
+        return None, [too_deep(paths, read)]
 
 
 def read_file(path: Path) -> s.Source:
@@ -237,11 +239,15 @@ def read_file(path: Path) -> s.Source:
     return read_text(source_text(path), path)
 
 
-def _too_deep(sources: Sequence[s.Source]) -> InputError:
-    """Where the most pieces of syntax lie inside each other."""
+def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
+    """Return the error for sources in which so much lies inside each other that no stack holds it.
+
+    It names the place where the most pieces of syntax do.
+    """
+    sources = [(read or read_file)(path) for path in paths]
     waiting: list[tuple[int, Path, s.Position, Any]]
     waiting = [(0, one.file, s.Position(1, 1), one.declarations) for one in sources]
-    deepest = waiting[0]
+    deepest = waiting[0] if waiting else (0, None, s.Position(0, 0), None)
     while waiting:
         depth, file, at, node = waiting.pop()
         at = getattr(node, "at", at)
@@ -267,6 +273,7 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
     for path in dict.fromkeys(paths):
         try:
             source = read(path)
+            _check_size(sources, source)
         except InputError as error:
             errors.append(error)
             missing = True
@@ -281,7 +288,32 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
     errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
-    return project if not errors else None, list(dict.fromkeys(errors))
+    return project if not errors else None, _first(list(dict.fromkeys(errors)))
+
+
+def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
+    """Raise InputError if a source makes the program too large to be compiled."""
+    every = [*before, source]
+    for size, most, what in (
+        (sum(one.characters for one in every), MOST_CHARACTERS, "characters"),
+        (sum(one.tokens for one in every), MOST_TOKENS, "words, numbers and signs"),
+    ):
+        if size > most:
+            raise InputError(
+                f"the sources up to this one have more than {most:,} {what}",
+                file=source.file,
+                hint="leave out what the program does not need",
+            )
+
+
+def _first(errors: list[InputError]) -> list[InputError]:
+    """As many of the errors as anybody reads."""
+    more = len(errors) - MOST_MISTAKES
+    if more <= 0:
+        return errors
+    last = errors[MOST_MISTAKES - 1]
+    text = f"there are more mistakes, which are not shown: {more:,}"
+    return [*errors[:MOST_MISTAKES], InputError(text, file=last.file, line=last.line)]
 
 
 def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:
@@ -363,6 +395,7 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         return None
     try:
         schedule = configure(registry, declarations)
+        _check_extent(schedule, registry, declarations, ordered)
     except InputError as error:
         errors.append(error)
         return None
@@ -389,6 +422,25 @@ def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) 
         uses=tuple(dict.fromkeys(registry.uses)),
         views=declarations.views,
     )
+
+
+def _check_extent(
+    schedule: Schedule,
+    registry: Registry,
+    declarations: Declarations,
+    ordered: Sequence[Declared],
+) -> None:
+    """Raise InputError if the variables of all that runs are too many."""
+    if not ordered:
+        return
+    bodies = [
+        *declarations.pous.values(),
+        *(one for one, _, _ in declarations.inheritance.bodies()),
+    ]
+    symbols = [symbol for pou in bodies if pou.block is None for symbol in pou.symbols.values()]
+    where = registry.configuration or ordered[-1]
+    blocks = schedule.instances.values()
+    declarations.extents.check_all(blocks, [*declarations.globals.values(), *symbols], where)
 
 
 def _unit(declared: Declared) -> Unit:

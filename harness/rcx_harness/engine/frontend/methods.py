@@ -10,6 +10,7 @@ from rcx_harness.engine.frontend.resolve import ConsequenceError, fills
 from rcx_harness.engine.frontend.values import describe
 from rcx_harness.engine.frontend.widening import widens
 from rcx_harness.engine.types import BlockType, ElementaryType, InterfaceType, Type
+from rcx_harness.output.limits import MOST_LEVELS
 
 __all__ = ["NOTHING", "Methods"]
 
@@ -138,6 +139,8 @@ class Methods:
         while isinstance(node, s.Field):
             parts.append(node.name.key)
             node = node.base
+            if len(parts) > MOST_LEVELS:  # of a long path each part asks
+                return False
         if not isinstance(node, s.Name) or self._scope.symbol(node.key) is not None:
             return False
         name = ".".join([node.key, *reversed(parts)])

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from importlib.resources import files
+from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -23,6 +24,7 @@ from rcx_harness.engine.frontend.recovery import read_tokens
 from rcx_harness.engine.frontend.words import ACCESSORS
 from rcx_harness.engine.source import source_text, title_of
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_TOKENS
 
 __all__ = ["TWO_BASES", "parse", "parse_portable", "parse_text", "read_text"]
 
@@ -479,7 +481,9 @@ def read_text(text: str, file: Path) -> s.Source:
     """
     lark, builder = _parser()
     notes = Notes()
-    found = list(tokens(text, file, notes))
+    found = list(islice(tokens(text, file, notes), MOST_TOKENS + 1))
+    if len(found) > MOST_TOKENS:
+        return s.Source(file, (), errors=(_too_many(found[-1], file),))
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     declarations, errors = read_tokens(lark, found, file)
     lines = {error.line for error in notes.errors}
@@ -492,6 +496,18 @@ def read_text(text: str, file: Path) -> s.Source:
         tuple(notes.pragmas),
         tuple(every),
         nodes_of(declarations, s.Namespace),
+        len(text),
+        len(found),
+    )
+
+
+def _too_many(token: Token, file: Path) -> InputError:
+    return InputError(
+        f"more than {MOST_TOKENS:,} words, numbers and signs up to here",
+        file=file,
+        line=token.line,
+        column=token.column,
+        hint="leave out what the program does not need",
     )
 
 

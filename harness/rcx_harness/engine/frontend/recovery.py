@@ -14,6 +14,7 @@ from lark.exceptions import UnexpectedToken
 
 from rcx_harness.engine.frontend.lexer import KEYWORDS, PUNCTUATION
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_MISTAKES
 
 __all__ = ["read_tokens"]
 
@@ -101,6 +102,9 @@ class _Run:
                     continue
                 failed = at
                 self._errors.append(self._mistake(error, at))
+                if len(self._errors) >= MOST_MISTAKES:
+                    self._errors.append(self._too_many(at))
+                    return [], self._errors
                 at = self._recovered(at)
 
     def _end_pou(self) -> None:
@@ -193,6 +197,11 @@ class _Run:
         return Token.new_borrow_pos("SEMICOLON", ";", near)
 
     # --- messages ---
+
+    def _too_many(self, at: int) -> InputError:
+        token = self._found[at] if at < len(self._found) else self._end
+        text = f"{MOST_MISTAKES} mistakes in this file up to here; what follows was not read"
+        return self._error(text, token, "is this Structured Text?")
 
     def _mistake(self, error: UnexpectedToken, at: int) -> InputError:
         token = self._found[at] if at < len(self._found) else self._end

@@ -13,11 +13,11 @@ from rcx_harness.engine.frontend.constructs import CONSTRUCTS, Use
 from rcx_harness.engine.frontend.scalars import CORE
 from rcx_harness.engine.frontend.standard import reserved
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_LEVELS
 
-__all__ = ["Declared", "Registry", "last_name", "parts_of"]
+__all__ = ["ConsequenceError", "Declared", "Registry", "last_name", "parts_of"]
 
 #: Types and POUs that may use each other in a row.
-_MOST_LEVELS = 100
 
 #: Types of those fields of syntax in which nothing is used.
 #: Methods may use what their block does not exist without.
@@ -29,6 +29,10 @@ _PLAIN = (
 
 #: Libraries of the field whose names may stand before what they have of the standard.
 _LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
+
+
+class ConsequenceError(InputError):
+    """An error that only follows from another one, which has been reported."""
 
 
 @dataclass(frozen=True)
@@ -182,7 +186,7 @@ class Registry:
 
         def visit(declared: Declared, path: tuple[str, ...]) -> None:
             key = declared.node.name.key
-            if len(path) > _MOST_LEVELS:
+            if len(path) > MOST_LEVELS:
                 too_deep.append(declared)
                 return
             if key in done:
@@ -195,14 +199,14 @@ class Registry:
                 visit(everything[name], (*path, key))
             done[key] = True
             levels[key] = 1 + max((levels.get(name, 0) for name in used), default=0)
-            if levels[key] > _MOST_LEVELS:
+            if levels[key] > MOST_LEVELS:
                 too_deep.append(declared)
             result.append(declared)
 
         for declared in first:
             visit(declared, ())
         for declared in too_deep[:1]:
-            message = f"more than {_MOST_LEVELS} types, functions and blocks that use each other"
+            message = f"more than {MOST_LEVELS} types, functions and blocks that use each other"
             self._report(declared.error(f"{message} in a row", declared.node.name.at))
         if self.configuration is not None:
             result.append(self.configuration)

@@ -8,8 +8,14 @@ from typing import Any
 
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.constants import NotConstantError, constant, evaluate, member
+from rcx_harness.engine.frontend.extent import Extents
 from rcx_harness.engine.frontend.later import Later
-from rcx_harness.engine.frontend.registry import Declared, Registry, last_name
+from rcx_harness.engine.frontend.registry import (
+    ConsequenceError,
+    Declared,
+    Registry,
+    last_name,
+)
 from rcx_harness.engine.frontend.scalars import (
     ANY_CHARS,
     ANY_INT,
@@ -36,14 +42,9 @@ from rcx_harness.engine.types import (
     has_block,
 )
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_LEVELS
 
 __all__ = ["ConsequenceError", "Types", "default_scalar", "is_null"]
-
-_MAX_ELEMENTS = 1_000_000
-
-
-class ConsequenceError(InputError):
-    """An error that only follows from another one, which has been reported."""
 
 
 class Types:
@@ -63,6 +64,7 @@ class Types:
         local: Variables of the POU that is being declared.
         sections: All its sections.
         views: Whether memory is looked at as another type, see `Project`.
+        extents: How large they are.
     """
 
     def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
@@ -77,7 +79,10 @@ class Types:
         self.local: dict[str, Symbol] = {}
         self.sections: list[tuple[s.Section, Declared]] = []
         self.views = False
+        self.extents = Extents()
         self._under_way: set[str] = set()
+        self._listed: dict[str, tuple[s.VarDecl, Declared]] | None = None
+        self._pended: dict[str, Constant | InputError | None] = {}
         self._unlinked: list[tuple[ReferenceType, s.TypeSpec, Declared]] = []
 
     def link(self) -> None:
@@ -172,12 +177,14 @@ class Types:
         self, name: str, spec: s.StructSpec, where: Declared, base: s.Name | None = None
     ) -> tuple[Type, Any]:
         fields: list[tuple[str, Type]] = []
+        seen: set[str] = set()
         values: dict[str, Any] = {}
         if base is not None:
             known = self.type_named(last_name(base))
             if not isinstance(known, StructType):
                 raise where.error(f"{base.text} is no structure of these sources", base.at)
             fields += known.fields
+            seen.update(field.upper() for field, _ in fields)
             values.update(self.initial[last_name(base)])
         for declaration in spec.fields:
             owner = f"{name}_{declaration.names[0].text}"
@@ -187,8 +194,9 @@ class Types:
             if declaration.initial is not None:
                 initial = self.initial_value(declaration.initial, kind, where, initial)
             for field in declaration.names:
-                if field.key in (known.upper() for known, _ in fields):
+                if field.key in seen:
                     raise where.error(f"{field.text} is a field twice", field.at)
+                seen.add(field.key)
                 fields.append((field.text, kind))
                 if spec.union:
                     self._check_overlaid(kind, declaration, where)
@@ -197,7 +205,9 @@ class Types:
         if spec.union and len(values) > 1:
             raise where.error("more than one field of a UNION has an initial value", spec.at)
         self.views = self.views or spec.union
-        return StructType(name, tuple(fields), spec.union), values
+        kind = StructType(name, tuple(fields), spec.union)
+        self.extents.check(kind, name, where, spec.at)
+        return kind, values
 
     @staticmethod
     def _check_overlaid(kind: Type, node: s.VarDecl, where: Declared) -> None:
@@ -224,8 +234,8 @@ class Types:
         if isinstance(element, BlockType):
             where.note("an array of blocks", spec.at)
         kind = ArrayType(name, tuple(bounds), element)
-        if array_length(kind) > _MAX_ELEMENTS:
-            raise where.error(f"more than {_MAX_ELEMENTS} elements are not supported", spec.at)
+        self.extents.check(kind, name or "this array", where, spec.at)
+        self.extents.make(array_length(kind), where, spec.at)
         return kind, [initial] * array_length(kind)
 
     def resolve(self, spec: s.TypeSpec, where: Declared, owner: str = "") -> tuple[Type, Any]:
@@ -387,11 +397,26 @@ class Types:
 
     def _pending(self, key: str) -> Constant | None:
         """A global constant that types need before the globals are declared."""
-        sections = []
-        for declared in self.registry.lists:
-            assert isinstance(declared.node, s.GlobalList)
-            sections.append((declared.node.section, declared))
-        return self._declared_constant(key, sections)
+        if self._listed is None:
+            self._listed = {}
+            for declared in self.registry.lists:
+                assert isinstance(declared.node, s.GlobalList)
+                section = declared.node.section
+                for variable in section.variables if section.qualifier == "CONSTANT" else ():
+                    for name in variable.names if variable.initial is not None else ():
+                        self._listed.setdefault(name.key, (variable, declared))
+        found = self._listed.get(key)
+        if found is None:
+            return None
+        if key not in self._pended:
+            try:
+                self._pended[key] = self._value_of(key, *found)
+            except InputError as error:
+                self._pended[key] = error
+        known = self._pended[key]
+        if isinstance(known, InputError):
+            raise known
+        return known
 
     def _declared_constant(
         self, key: str, sections: list[tuple[s.Section, Declared]]
@@ -403,18 +428,26 @@ class Types:
             for variable in section.variables:
                 if variable.initial is None or key not in (one.key for one in variable.names):
                     continue
-                if key in self._under_way:
-                    raise declared.error(f"the constant {key} uses itself", variable.at)
-                self._under_way.add(key)
-                try:
-                    kind, _ = self.resolve(variable.spec, declared)
-                    if not isinstance(kind, (ElementaryType, EnumType)):
-                        return None
-                    found = constant(variable.initial, kind, self.types, declared, self.lookup)
-                    return Constant(found.value, kind, True)
-                finally:
-                    self._under_way.discard(key)
+                return self._value_of(key, variable, declared)
         return None
+
+    def _value_of(self, key: str, variable: s.VarDecl, declared: Declared) -> Constant | None:
+        """The value of a constant whose declaration comes later."""
+        if key in self._under_way:
+            raise declared.error(f"the constant {key} uses itself", variable.at)
+        if len(self._under_way) > MOST_LEVELS:
+            text = f"more than {MOST_LEVELS} constants and types that use each other in a row"
+            raise declared.error(text, variable.at)
+        assert variable.initial is not None
+        self._under_way.add(key)
+        try:
+            kind, _ = self.resolve(variable.spec, declared)
+            if not isinstance(kind, (ElementaryType, EnumType)):
+                return None
+            found = constant(variable.initial, kind, self.types, declared, self.lookup)
+            return Constant(found.value, kind, True)
+        finally:
+            self._under_way.discard(key)
 
     def constant(self, node: s.Init, kind: Type, where: Declared, detail: str = "") -> Constant:
         """Value of a constant expression, brought to a type.
@@ -474,6 +507,7 @@ class Types:
             text = f"a {describe(kind)} inside another variable has no initial value but 0"
             raise where.error(text, node.at, "assign it in the code")
         if isinstance(kind, ArrayType) and isinstance(node, s.ArrayInit):
+            self.extents.make(len(default), where, node.at)
             values = list(default)
             items = self._items(node.items, kind, where)
             if len(items) > len(values):
@@ -544,15 +578,15 @@ class Types:
                 times = self.integer(item.function, where)
                 given = tuple((None, one.value) for one in item.arguments)
                 item = s.Sequence(given, item.at)
-            if times > array_length(kind):
-                raise where.error(f"{times} values are more than the array holds", item.at)
+            inner: list[s.Init | None] = [item]
             if isinstance(item, s.Sequence):
                 inner = self._items(item.items, kind, where) if item.items else [None]
-                result += inner * times
             elif isinstance(item, s.ArrayInit) and not isinstance(kind.element, ArrayType):
-                result += self._items(item.items, kind, where) * times  # a row of several
-            else:
-                result += [item] * times
+                inner = self._items(item.items, kind, where)  # a row of several
+            if times * len(inner) > array_length(kind):
+                text = f"{times * len(inner)} values are more than the array holds"
+                raise where.error(text, item.at)
+            result += inner * times
         return result
 
 

@@ -17,9 +17,9 @@ from rcx_harness.engine.native.toolchain import (
     compile_shared,
     fingerprint,
     from_cache,
+    run_tool,
 )
 from rcx_harness.errors import InputError
-from rcx_harness.output import programs
 from rcx_harness.output.paths import real
 
 __all__ = [
@@ -224,7 +224,7 @@ class Matiec:
             TranslationError: any exit status but 0; iec2c may crash after it printed errors.
         """
         command = [str(self.iec2c), *_OPTIONS, "-I", str(self.library), "-T", str(target)]
-        done = programs.run([*command, source.name], cwd=source.parent)
+        done = run_tool([*command, source.name], source.parent)
         output = (done.stderr + done.stdout).decode("utf-8", "replace")
         if done.returncode != 0:
             found = list(_messages(output, source.name))

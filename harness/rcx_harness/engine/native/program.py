@@ -296,6 +296,8 @@ def _contained_types(project: Project) -> list[StructType | BlockType]:
     def visit(kind: Type) -> None:
         if isinstance(kind, ArrayType):
             visit(kind.element)
+        elif isinstance(kind, (StructType, BlockType)) and kind.name.upper() in found:
+            return
         elif isinstance(kind, StructType):
             for _, field in kind.fields:
                 visit(field)

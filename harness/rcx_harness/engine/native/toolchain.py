@@ -6,12 +6,16 @@ import functools
 import hashlib
 import os
 import shutil
+import subprocess
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
+from subprocess import CompletedProcess
 
 from rcx_harness.engine import cache
+from rcx_harness.errors import InputError
 from rcx_harness.output import programs
+from rcx_harness.output.limits import MOST_TOOL_S
 from rcx_harness.output.system import DLL, WHOLE
 
 __all__ = [
@@ -21,6 +25,7 @@ __all__ = [
     "find_cxx_compiler",
     "fingerprint",
     "from_cache",
+    "run_tool",
     "version",
 ]
 
@@ -99,10 +104,25 @@ def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
     """
     shared = unit.with_suffix(DLL)
     command = [compiler, *_flags(), *options, "-I", str(_HERE), str(unit), "-lm", "-o", str(shared)]
-    done = programs.run(command)
+    done = run_tool(command)
     if done.returncode != 0:
         raise CompilerError(done.stderr.decode("utf-8", "replace"))
     return shared.read_bytes()
+
+
+def run_tool(command: Sequence[str], folder: Path | None = None) -> CompletedProcess[bytes]:
+    """Run a compiler, and keep what it prints.
+
+    Raises:
+        InputError: it does not come to an end.
+    """
+    try:
+        return programs.run(command, cwd=folder, timeout=MOST_TOOL_S)
+    except subprocess.TimeoutExpired:
+        raise InputError(
+            f"{Path(command[0]).name} has not compiled this program within {MOST_TOOL_S} s",
+            hint="make the program smaller, or use --engine builtin",
+        ) from None
 
 
 def fingerprint(files: Iterable[Path]) -> str:

@@ -37,7 +37,7 @@ LANGUAGES = {
     "UML": "UML",
 }
 
-_COMMENT = re.compile(r"\(\*.*?\*\)|//[^\n]*|/\*.*?\*/|\{[^}\n]*\}", re.DOTALL)
+_COMMENT = re.compile(r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|\{[^}\n]*\}", re.DOTALL)
 _KIND = re.compile(r"\s*([A-Za-z_]+)")
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from fractions import Fraction
 from pathlib import Path
 
 from rcx_harness.engine.projects.model import (
@@ -20,6 +21,12 @@ from rcx_harness.engine.projects.model import (
     declared_kind,
     made,
     trimmed,
+)
+from rcx_harness.engine.projects.numbers import (
+    interval_text,
+    interval_us,
+    milliseconds_us,
+    priority_of,
 )
 from rcx_harness.engine.projects.tasks import Task, configuration
 from rcx_harness.engine.projects.xml import Element
@@ -336,7 +343,7 @@ class _Reader:
                 Task(
                     self._name(element),
                     _microseconds(element, self._file),
-                    int(priority) if priority.isdigit() else None,
+                    priority_of(priority, self._name(element), self._file, element.at),
                     tuple(programs),
                     self._file,
                     element.at,
@@ -430,32 +437,30 @@ def _body(element: Element) -> Lines | Foreign:
     return tuple(lines)
 
 
-_PERIOD = re.compile(r"P(?:T(?:(\d+)H)?(?:(\d+)M)?(?:(\d*\.?\d+)S)?)", re.IGNORECASE)
-_TIME = re.compile(r"(?:T|TIME)#(?:(\d+)h)?(?:(\d+)m(?!s))?(?:([\d.]+)s)?(?:([\d.]+)ms)?", re.I)
+_PERIOD = re.compile(r"P(?:T(?:(\d+)H)?(?:(\d+)M)?(?:(\d*\.?\d+)S)?)", re.IGNORECASE | re.ASCII)
+_TIME = re.compile(
+    r"(?:T|TIME)#(?:(\d+)h)?(?:(\d+)m(?!s))?(?:(\d+(?:\.\d+)?)s)?(?:(\d+(?:\.\d+)?)ms)?",
+    re.IGNORECASE | re.ASCII,
+)
+#: Characters of an interval.
+_LONGEST = 60
 
 
 def _microseconds(task: Element, file: Path) -> int:
     """The interval of a task: `T#10ms`, `PT0.01S` or milliseconds."""
-    text = task.get("interval").strip()
-    if found := _PERIOD.fullmatch(text) or _TIME.fullmatch(text):
-        hours, minutes, seconds, *rest = (float(part or 0) for part in found.groups())
-        total = (hours * 3600 + minutes * 60 + seconds) * 1e6 + sum(rest) * 1e3
-    elif re.fullmatch(r"\d+(?:\.\d+)?", text):
-        total = float(text) * 1e3
-    else:
-        total = 0
-    if round(total) <= 0:
-        raise InputError(
-            f"the task {task.get('name')} has the interval {text!r}",
-            file=file,
-            line=task.at,
-            hint="only tasks that run at an interval are read: T#10ms",
-        )
-    return round(total)
+    text, name = task.get("interval").strip(), task.get("name")
+    found = None
+    if len(text) <= _LONGEST:
+        found = _PERIOD.fullmatch(text) or _TIME.fullmatch(text)
+    if found is None:
+        return milliseconds_us(text, name, file, task.at)
+    hours, minutes, seconds, *rest = (Fraction(part or 0) for part in found.groups())
+    exact = (hours * 3600 + minutes * 60 + seconds) * 1_000_000 + sum(rest) * 1_000
+    return interval_us(exact, text, name, file, task.at)
 
 
 def _interval(task: Element, file: Path) -> str:
     """The interval as it is written, where it is of the standard's form."""
     microseconds = _microseconds(task, file)
     text = task.get("interval").strip()
-    return text if "#" in text else f"T#{microseconds / 1000:g}ms"
+    return text if "#" in text else interval_text(microseconds)

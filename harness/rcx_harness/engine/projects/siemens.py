@@ -8,6 +8,7 @@ nothing for stays, and is refused by the engine, by its name and in its line.
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,12 +19,14 @@ from rcx_harness.engine.projects.model import Piece, Project, Unit
 from rcx_harness.engine.projects.tasks import Task, configuration
 from rcx_harness.engine.source import Line
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import SOURCE
+from rcx_harness.output.reading import file_bytes
 
 __all__ = ["called", "plain_name", "read_scl", "started"]
 
 _TOKEN = re.compile(
-    r"""(?P<comment>//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)
-      | (?P<attribute>\{[^}]*\})
+    r"""(?P<comment>//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z))
+      | (?P<attribute>\{[^}]*(?:\}|\Z))
       | (?P<text>'(?:\$.|[^$'\n])*')
       | (?P<quoted>\#?"[^"\n]*")
       | (?P<local>\#[^\W\d]\w*)
@@ -108,11 +111,7 @@ def read_scl(file: Path, calls: Mapping[str, str] | None = None) -> Project:
 
 
 def _text(file: Path) -> str:
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read the file: {error.strerror}", file=file) from None
-    return _TITLE.sub(r"\1", _decoded(content))
+    return _TITLE.sub(r"\1", _decoded(file_bytes(file, SOURCE)))
 
 
 def _decoded(content: bytes) -> str:
@@ -177,12 +176,13 @@ class _Reader:
             _Token(str(found.lastgroup), found.group(), found.start())
             for found in _TOKEN.finditer(text)
         ]
+        self._starts = [0, *(found.end() for found in re.finditer("\n", text))]
         #: Places of the tokens that are no comments.
         self._code = [k for k, one in enumerate(self._tokens) if one.kind != "comment"]
         self.notes: list[str] = []
 
     def _line(self, token: _Token) -> int:
-        return self._text.count("\n", 0, token.start) + 1
+        return bisect_right(self._starts, token.start)
 
     def units(self) -> Iterator[Unit]:
         """The blocks, one after the other."""

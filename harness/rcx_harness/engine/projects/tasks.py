@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rcx_harness.engine.projects.model import Piece, Project, Unit, made
+from rcx_harness.engine.projects.numbers import interval_text
 
 __all__ = ["NAME", "Task", "configuration"]
 
@@ -51,7 +52,7 @@ def configuration(tasks: Sequence[Task]) -> Project:
         at = task.at if task.file == first.file else first.at
         if task.name:
             priority = "" if task.priority is None else f", PRIORITY := {task.priority}"
-            interval = _time(task.interval_us)
+            interval = interval_text(task.interval_us)
             lines += made(at, f"    TASK {task.name}(INTERVAL := {interval}{priority});")
     for task in tasks:
         at = task.at if task.file == first.file else first.at
@@ -64,10 +65,3 @@ def configuration(tasks: Sequence[Task]) -> Project:
     lines += made(first.at, "  END_RESOURCE", "END_CONFIGURATION")
     unit = Unit("CONFIGURATION", Piece(NAME, tuple(lines)), first.file)
     return Project((unit,), notes)
-
-
-def _time(microseconds: int) -> str:
-    """A time of one unit, where that is possible."""
-    if microseconds % 1000:
-        return f"T#{microseconds / 1000:g}ms"
-    return f"T#{microseconds // 1000}ms"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
@@ -18,12 +17,15 @@ from rcx_harness.engine.projects.model import (
     made,
     trimmed,
 )
+from rcx_harness.engine.projects.numbers import priority_of, whole
 from rcx_harness.engine.projects.tasks import Task, configuration
 from rcx_harness.engine.projects.xml import Element, read_xml
 from rcx_harness.errors import InputError
 
 __all__ = ["read_object", "read_plcproj", "read_tasks"]
 
+#: A day: no task of TwinCAT runs as rarely.
+_LONGEST_US = 86_400_000_000
 #: Libraries whose blocks and types are of the standard, or are built in.
 _KNOWN = ("TC2_STANDARD", "TC2_SYSTEM", "TC3_MODULE")
 
@@ -186,13 +188,16 @@ def read_tasks(files: list[Path]) -> Project:
         root = read_xml(file)
         for element in root.all("Task"):
             time, priority = element.first("CycleTime"), element.first("Priority")
-            if time is None or not re.fullmatch(r"[1-9]\d*", time.text()):
+            name = element.get("Name") or file.stem
+            if time is None:
                 raise InputError("the task has no cycle time", file=file, line=element.at)
+            what = f"the cycle time of the task {name} [us]"
+            said = priority.text() if priority is not None else ""
             tasks.append(
                 Task(
-                    element.get("Name") or file.stem,
-                    int(time.text()),
-                    int(priority.text()) if priority is not None else None,
+                    name,
+                    whole(time.text(), what, 1, _LONGEST_US, file, time.at),
+                    priority_of(said, name, file, (priority or element).at),
                     tuple((one.text(), one.text()) for one in element.all("PouCall", "Name")),
                     file,
                     element.at,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,12 +11,30 @@ from xml.parsers import expat
 
 from rcx_harness.engine.source import Line
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import PROJECT
+from rcx_harness.output.reading import file_bytes
 
 __all__ = ["Element", "read_xml"]
 
 #: Elements inside each other; projects have some 30.
 _DEEPEST = 200
-_WRONG_ENCODING = 19  # XML_ERROR_INCORRECT_ENCODING: said to be UTF-16, and is not
+#: The declaration of an encoding, in the first bytes.
+_DECLARED = re.compile(
+    rb"(?:\xef\xbb\xbf)?<\?xml\s[^>]*?encoding\s*=\s*[\"']([A-Za-z][\w.\-]*)[\"']"
+)
+_PROLOG = 400
+#: Encodings of several bytes, as Python calls them. Windows writes wider ones under these names.
+_CODECS = {
+    **dict.fromkeys(("shiftjis", "sjis", "xsjis", "mskanji", "windows31j", "cp932"), "cp932"),
+    **dict.fromkeys(("eucjp", "xeucjp"), "euc_jp"),
+    "iso2022jp": "iso2022_jp_2",
+    **dict.fromkeys(("gb2312", "gbk", "xgbk", "euccn", "gb18030", "cp936"), "gb18030"),
+    **dict.fromkeys(("big5", "cp950"), "cp950"),
+    **dict.fromkeys(("euckr", "ksc56011987", "cp949"), "cp949"),
+    "utf8": "utf-8",
+}
+#: Those of one byte.
+_NARROW = re.compile(r"(us)?ascii|(iso8859|latin|windows|cp|koi8|mac)\w+")
 
 
 @dataclass(eq=False)
@@ -64,19 +84,14 @@ class Element:
     def lines(self) -> list[Line]:
         """Its text and that of all below it, by lines."""
         found: list[Line] = []
-        fresh = True
+        line: list[Line] = []
         for piece in self.pieces():
-            if piece.text == "\n":
-                if fresh:
-                    found.append(Line("", piece.at))
-                fresh = True
-            elif fresh:
-                found.append(piece)
-                fresh = False
-            else:
-                last = found[-1]
-                found[-1] = Line(last.text + piece.text, last.at, last.shift)
-        return found
+            if piece.text != "\n":
+                line.append(piece)
+                continue
+            found.append(_joined(line) if line else Line("", piece.at))
+            line = []
+        return [*found, _joined(line)] if line else found
 
     def text(self) -> str:
         """Its text and that of all below it, without white space around."""
@@ -91,25 +106,49 @@ class Element:
                 yield from one.pieces()
 
 
+def _joined(pieces: list[Line]) -> Line:
+    """Pieces of one line as one."""
+    first = pieces[0]
+    if len(pieces) == 1:
+        return first
+    return Line("".join(piece.text for piece in pieces), first.at, first.shift)
+
+
 def read_xml(file: Path) -> Element:
     """Read a file.
 
     Raises:
         InputError: it cannot be read, is not well-formed, or has a document type.
     """
+    content = file_bytes(file, PROJECT)
+    declared = _DECLARED.match(content[:_PROLOG])
+    if declared is not None:
+        content = _as_utf8(content, declared[1].decode("ascii"), file)
     try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read the file: {error.strerror}", file=file) from None
-    try:
-        return _Reader(file, None).read(content)
-    except expat.ExpatError as error:
-        if error.code != _WRONG_ENCODING:
-            raise _malformed(error, file) from None
-    try:
-        return _Reader(file, "utf-8").read(content)
+        return _Reader(file, "utf-8" if declared is not None else None).read(content)
     except expat.ExpatError as error:
         raise _malformed(error, file) from None
+
+
+def _as_utf8(content: bytes, name: str, file: Path) -> bytes:
+    """The same in UTF-8: expat itself reads the encodings of a byte for each character only.
+
+    Raises:
+        InputError: the encoding is not known, or the content is not of it.
+    """
+    key = re.sub(r"[-_ ]", "", name.lower())
+    if key.startswith("utf16"):
+        return content  # a file that says so in bytes of eight bits is none: it is UTF-8
+    hint = "export it again as UTF-8, or write in its first line which encoding it is of"
+    codec = _CODECS.get(key) or (name if _NARROW.fullmatch(key) else "unknown")
+    try:
+        return content.decode(codec).encode().removeprefix(codecs.BOM_UTF8)
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        message = f"byte {error.start} is not {name}"
+    except LookupError:
+        line, message = 1, f"the encoding {name!r:.40} is not known"
+    raise InputError(message, file=file, line=line, hint=hint)
 
 
 def _malformed(error: expat.ExpatError, file: Path) -> InputError:

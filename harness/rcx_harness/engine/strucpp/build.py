@@ -18,12 +18,12 @@ from rcx_harness.engine.native.toolchain import (
     compile_shared,
     fingerprint,
     from_cache,
+    run_tool,
     version,
 )
 from rcx_harness.engine.source import origin, source_text
 from rcx_harness.engine.strucpp.memory import NAMESPACE
 from rcx_harness.errors import InputError
-from rcx_harness.output import programs
 from rcx_harness.output.paths import real
 
 __all__ = ["MISSING_STRUCPP", "Strucpp", "compile_project", "find_strucpp"]
@@ -156,7 +156,7 @@ def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder:
     # Of the libraries beside it only the standard's: names of the others may be the user's.
     shutil.copy(strucpp.blocks, folder)
     options = ("-o", "program.cpp", "--line-directives", "--no-default-libs", "-L", ".")
-    done = programs.run([*strucpp.command, *names, *options], cwd=folder)
+    done = run_tool([*strucpp.command, *names, *options], folder)
     if done.returncode == 0:
         return
     output = (done.stderr + done.stdout).decode("utf-8", "replace")

@@ -12,12 +12,14 @@ from rcx_harness.look.judge.advice import advice
 from rcx_harness.look.judge.capture import Capture, host_text
 from rcx_harness.look.judge.judge import is_capture
 from rcx_harness.look.judge.network import Network, Sample
+from rcx_harness.output.limits import MOST_REPLAYED_US
 from rcx_harness.spec.wire import AREA_SIZES, CYCLE_US, READY
 from rcx_harness.trace import Cycle, Scan, read_trace
 from rcx_harness.watch.wire import word
 
 __all__ = ["Recording", "load", "of_cycles"]
 
+_HOUR_US = 3_600_000_000
 Progress = Callable[[float], None]
 
 
@@ -160,6 +162,14 @@ def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Rec
         hint = "rcx scan reads only; record the traffic of a PLC with rcx record"
         raise InputError(text, file=path, hint=hint)
     size = len(driven[0].so)
+    lasts_us = samples[-1].t_us - driven[0].t_us
+    if lasts_us > MOST_REPLAYED_US:
+        raise InputError(
+            f"lasts {lasts_us // _HOUR_US:,} h, and at most {MOST_REPLAYED_US // _HOUR_US} h are "
+            "compared",
+            file=path,
+            hint="cut out the part that matters; or its clock was set meanwhile",
+        )
     begin = samples.index(driven[0])
     inputs = [(one.t_us, one.si if one.connected else None) for one in samples[begin:]]
     return Recording(

@@ -12,6 +12,7 @@ from typing import Any
 from rcx_harness.errors import InputError
 from rcx_harness.look.compare.fit import Fit
 from rcx_harness.robot import RobotConfig
+from rcx_harness.spec import toml_text
 
 __all__ = ["robot_file"]
 
@@ -27,7 +28,7 @@ def robot_file(fit: Fit, base: Path | None, of: str) -> str:
     Raises:
         InputError: the keys in `base` stand in lines that cannot be replaced one by one.
     """
-    old = base.read_text(encoding="utf-8") if base is not None else ""
+    old = toml_text(base) if base is not None else ""
     before = RobotConfig.load(base) if base is not None else RobotConfig()
     changed = {
         entry.name: getattr(fit.config, entry.name)

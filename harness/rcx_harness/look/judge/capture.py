@@ -6,6 +6,7 @@ nothing; the names of the link types are those of the registry at tcpdump.org.
 
 from __future__ import annotations
 
+import os
 import struct
 from collections import Counter
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.reading import check_file
 
 __all__ = ["ENDINGS", "Capture", "Packet", "host_text"]
 
@@ -69,6 +71,7 @@ class Capture:
         packets: How many there were so far, of any kind.
         others: What cannot be read here, and how often: `IPv6`, `IP fragments` ...
         begin_us: Time of the first packet, microseconds since 1970; the others count from it.
+        last_us: Time of the latest packet from there.
         damage: What is wrong with the file behind the last packet; empty where nothing is.
         read_bytes: So much of the file has been read, about.
 
@@ -80,8 +83,9 @@ class Capture:
     def __init__(self, path: str | Path) -> None:
         self._path = Path(path)
         self._library = _library()
-        if not self._path.is_file():
+        if not os.path.lexists(self._path):
             raise InputError("there is no such file", file=path)
+        check_file(path)
         # Microseconds: the package reads the nanoseconds of the other precision as these.
         precision = self._library.TstampPrecision.MICRO
         try:
@@ -111,7 +115,8 @@ class Capture:
                     self.damage = self._damage(t_us - self.begin_us, header.len, len(data))
                     if self.damage:
                         return
-                    self.last_us = t_us - self.begin_us
+                    # Packets of several network cards may be a little out of order.
+                    self.last_us = max(self.last_us, t_us - self.begin_us)
                     self.packets += 1
                     self.read_bytes += len(data) + _RECORD_HEADER
                     found = self._packet(data, header.len > len(data))

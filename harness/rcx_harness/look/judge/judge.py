@@ -13,6 +13,8 @@ from rcx_harness.look.judge.advice import advice
 from rcx_harness.look.judge.capture import ENDINGS, Capture
 from rcx_harness.look.judge.follow import Follower
 from rcx_harness.look.judge.network import Network, Note, Sample
+from rcx_harness.output.limits import CAPTURE
+from rcx_harness.output.reading import beginning
 from rcx_harness.robot import Violation
 from rcx_harness.spec.wire import AREA_SIZES, DEDICATED_AT
 from rcx_harness.trace import Cycle, Record, Scan, Trace, read_trace
@@ -238,11 +240,7 @@ def is_judged(file: Path) -> bool:
 
 def _beginning(file: Path) -> str:
     """The first four bytes in hexadecimal."""
-    try:
-        with file.open("rb") as opened:
-            return opened.read(4).hex()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    return beginning(file, CAPTURE, 4).hex()
 
 
 def _judge_capture(

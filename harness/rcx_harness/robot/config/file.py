@@ -29,6 +29,7 @@ from rcx_harness.robot.config.checks import (
     shown,
 )
 from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point
+from rcx_harness.spec import toml_text
 
 __all__ = ["line_of", "read_value"]
 
@@ -84,7 +85,7 @@ def line_of(file: Path, message: str) -> int | None:
     quoted = re.search(r"'([^']+)'", message)
     if not quoted:
         return None
-    places = list(_places(file.read_text(encoding="utf-8")))
+    places = list(_places(toml_text(file)))
     key = quoted[1]
     while key:
         ranked = [(rank, number) for path, number in places if (rank := _rank(path, key))]

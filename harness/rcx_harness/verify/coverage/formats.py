@@ -113,7 +113,9 @@ def cobertura(results: Sequence[FileResult], home: Path) -> bytes:
     ET.indent(root)
     head = '<?xml version="1.0" ?>\n<!-- rcx coverage -->\n<!DOCTYPE coverage SYSTEM '
     dtd = "http://cobertura.sourceforge.net/xml/coverage-04.dtd"
-    return f'{head}"{dtd}">\n{ET.tostring(root, encoding="unicode")}\n'.encode()
+    return f'{head}"{dtd}">\n{ET.tostring(root, encoding="unicode")}\n'.encode(
+        "utf-8", "backslashreplace"
+    )
 
 
 def _shares(results: Sequence[FileResult]) -> tuple[Share, Share]:

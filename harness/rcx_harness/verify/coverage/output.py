@@ -123,11 +123,13 @@ def write_report(
     Raises:
         InputError: a file is there that is no report's, or cannot be written.
     """
-    made = {folder / name: text.encode() for name, text in pages(results, title).items()}
+    made: dict[Path, bytes | str] = {
+        folder / name: text for name, text in pages(results, title).items()
+    }
     others = [folder / name for name in ("coverage.lcov", "coverage.xml")]
     above = home if absolute else None
-    made[others[0]] = tracefile(results, above).encode()
-    made[folder / "mcdc.lcov"] = tracefile(results, above, mcdc=True).encode()
+    made[others[0]] = tracefile(results, above)
+    made[folder / "mcdc.lcov"] = tracefile(results, above, mcdc=True)
     made[others[1]] = cobertura(results, home)
     for file in made:
         _check(file)

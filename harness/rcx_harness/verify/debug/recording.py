@@ -23,6 +23,8 @@ from rcx_harness.engine.load import build
 from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
+from rcx_harness.output.limits import OTHER
+from rcx_harness.output.reading import file_bytes, open_file
 from rcx_harness.robot import Violation
 from rcx_harness.verify.debug.machine import builtin_of, live_input
 from rcx_harness.verify.debug.telegrams import Telegrams
@@ -238,7 +240,7 @@ def write_recording(
     rest = list(recorded.lines())
     head["digest"] = _digest(rest)
     lines = [json.dumps(head, **_COMPACT), *rest, ""]
-    replace_files({file: "\n".join(lines).encode()})
+    replace_files({file: "\n".join(lines)})
 
 
 # --- reading ------------------------------------------------------------------------------------
@@ -247,9 +249,9 @@ def write_recording(
 def is_recording(file: Path) -> bool:
     """Does a file begin as a recording does?"""
     try:
-        with file.open("rb") as stream:
+        with open_file(file, OTHER) as stream:
             return stream.read(len(FORMAT) + 12).startswith(b'{"format":"rcx-recording/')
-    except OSError:
+    except InputError:
         return False
 
 
@@ -262,10 +264,9 @@ def opened(file: Path) -> tuple[Tape, str, str]:
     Raises:
         InputError: no recording, or its sources have changed since; one message.
     """
+    content = file_bytes(file, OTHER)
     try:
-        lines = file.read_text(encoding="utf-8").splitlines()
-    except OSError as error:
-        raise InputError(f"the recording cannot be read: {error.strerror}", file=file) from None
+        lines = content.decode().splitlines()
     except UnicodeDecodeError:
         lines = []
     if not is_recording(file) or not lines:

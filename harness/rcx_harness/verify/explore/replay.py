@@ -41,7 +41,7 @@ def replay(
         [*broken.rules, "broken in the last scan of:", *told]
     )
     entries = _entries(broken.path, explored.areas, settings.scan_us)
-    replace_files({stimulus: stimulus_text(entries, about).encode()})
+    replace_files({stimulus: stimulus_text(entries, about)})
     timeline = Timeline()
     with Cell.build(
         list(files),
@@ -61,7 +61,7 @@ def replay(
         except InputError as error:
             stopped = f"stops: {error}"
         shown = [stopped, *(one.text.partition(": ")[2] for one in cell.violations)]
-    replace_files({chart: svg_chart(timeline, stimulus.name).encode()})
+    replace_files({chart: svg_chart(timeline, stimulus.name)})
     return stimulus, all(rule in shown for rule in broken.rules)
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_LINE_BYTES, OTHER
+from rcx_harness.output.reading import open_file
 from rcx_harness.verify.kept import Results, move_aside, read_entry
 
 __all__ = ["Kept"]
@@ -115,13 +118,10 @@ def _rescued(file: Path) -> str:
 
 def _first_line(file: Path) -> dict[str, Any] | None:
     """What an earlier call has written first; None: there is no such file, or nothing in it."""
-    try:
-        with file.open("rb") as stream:
-            line = stream.readline()
-    except FileNotFoundError:
+    if not os.path.lexists(file):
         return None
-    except OSError as error:
-        raise _unusable(file, error) from None
+    with open_file(file, OTHER) as stream:
+        line = stream.readline(MOST_LINE_BYTES)
     if not line:
         return None
     found = read_entry(line)

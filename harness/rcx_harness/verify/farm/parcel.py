@@ -11,7 +11,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from rcx_harness.errors import InputError
+from rcx_harness.output.limits import OTHER
 from rcx_harness.output.paths import real
+from rcx_harness.output.reading import file_bytes
 
 __all__ = ["Parcel"]
 
@@ -34,12 +36,7 @@ class Parcel:
             InputError: one cannot be read.
         """
         named = list(files)
-        contents = []
-        for file in named:
-            try:
-                contents.append(file.read_bytes())
-            except OSError as error:
-                raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+        contents = [file_bytes(file, OTHER) for file in named]
         return cls(tuple(zip(map(str, named), _names(named), contents, strict=True)))
 
     def digest(self) -> str:

@@ -98,7 +98,7 @@ def replay(
         if file is not None:
             check(file)
     text = stimulus_text(entries(run, around), f"{MARK.removeprefix('# ')}{about}")
-    replace_files({stimulus: text.encode()})
+    replace_files({stimulus: text})
     differences: list[str] = []
     error = None
     timeline = Timeline()
@@ -116,7 +116,7 @@ def replay(
             if see is not None:
                 see(cell, number)
         if chart is not None:
-            replace_files({chart: svg_chart(timeline, stimulus.name).encode()})
+            replace_files({chart: svg_chart(timeline, stimulus.name)})
         return Replayed(cell.scans, error, tuple(differences), tuple(cell.violations))
 
 

@@ -13,7 +13,7 @@ import z3
 
 from rcx_harness.cell.sources import SourceFiles, blame_lib, source_files
 from rcx_harness.engine.frontend.constructs import TRANSLATED, refuse
-from rcx_harness.engine.frontend.load import load
+from rcx_harness.engine.frontend.load import load, too_deep
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import quoted
@@ -119,8 +119,11 @@ def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str
             refuse(project.uses, "rcx prove", TRANSLATED)
         except InputError as error:
             raise _told_of_original(blame_lib(error, settings.lib), copies) from None
-        work = _Work(files, sources, copies, project, settings)
-        return work.results(), [one.name for one in work.around.inputs]
+        try:
+            work = _Work(files, sources, copies, project, settings)
+            return work.results(), [one.name for one in work.around.inputs]
+        except RecursionError:
+            raise too_deep(sources.all) from None
 
 
 def _told_of_original(error: InputError, copies: Copies) -> InputError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -13,6 +14,7 @@ from rcx_harness.cell.stimulus import Entry, Stimulus, typed
 from rcx_harness.cell.surroundings import OPPOSITES
 from rcx_harness.engine.types import ElementaryType
 from rcx_harness.errors import InputError
+from rcx_harness.output.reading import check_file
 from rcx_harness.spec import load_toml
 from rcx_harness.spec.telegram import did_you_mean
 from rcx_harness.units import parse_us
@@ -74,8 +76,9 @@ class Demands:
         tables: dict[str, tuple[Any, Path]] = {}
         properties: list[Declared] = []
         for file in files:
-            if not file.is_file():
+            if not os.path.lexists(file):
                 raise InputError("no such file", file=file)
+            check_file(file)
             if file.suffix == ".py":
                 properties += from_python(file)
                 continue

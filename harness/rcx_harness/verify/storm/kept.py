@@ -8,6 +8,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from rcx_harness.errors import InputError
+from rcx_harness.output.limits import MOST_LINE_BYTES, OTHER
+from rcx_harness.output.reading import open_file
 from rcx_harness.verify.farm import Kept
 from rcx_harness.verify.storm.campaign import Explained, Seed, Unexplained
 from rcx_harness.verify.storm.replay import Replay
@@ -37,10 +40,10 @@ def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
 def _rests_on_other(file: Path, about: Mapping[str, str]) -> bool:
     """Are there results of ours that rest on something else?"""
     try:
-        with file.open("rb") as stream:
-            first = json.loads(stream.readline())
+        with open_file(file, OTHER) as stream:
+            first = json.loads(stream.readline(MOST_LINE_BYTES))
         return bool(first["about"] != dict(about))
-    except (OSError, ValueError, TypeError, KeyError):
+    except (InputError, ValueError, TypeError, KeyError, RecursionError):
         return False
 
 

@@ -38,7 +38,7 @@ def write(folder: Path, files: Mapping[str, str]) -> None:
     """
     for name in files:
         check(folder / name)
-    replace_files({folder / name: text.encode() for name, text in files.items()})
+    replace_files({folder / name: text for name, text in files.items()})
 
 
 def forget(folder: Path) -> None:

@@ -301,6 +301,8 @@ class Source:
         pragmas: What is in { }.
         errors: What could not be read.
         namespaces: Those it declares and uses.
+        characters: How long its text is.
+        tokens: How many words, numbers and signs it has.
     """
 
     file: Path
@@ -309,3 +311,5 @@ class Source:
     pragmas: tuple[Name, ...] = ()
     errors: tuple[InputError, ...] = ()
     namespaces: tuple[Namespace, ...] = ()
+    characters: int = 0
+    tokens: int = 0

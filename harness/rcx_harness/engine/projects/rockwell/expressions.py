@@ -33,7 +33,7 @@ __all__ = [
 COUNTER, FIRST_SCAN = "RcxIndex", "RcxFirstScan"
 
 _TOKEN = re.compile(
-    r"""(?P<skip>\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/|\#(?:end)?region[^\n]*)
+    r"""(?P<skip>\s+|//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z)|\#(?:end)?region[^\n]*)
       | (?P<number>(?:2|8|16)\#[0-9A-F_]+|\d[\d_]*(?:\.\d+)?(?:E[-+]?\d+)?)
       | (?P<text>'(?:\$.|[^$'\n])*')
       | (?P<name>\\?[^\W\d]\w*(?::\w+)*)
@@ -42,6 +42,8 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.DOTALL | re.IGNORECASE,
 )
+#: A LWORD in binary, and more than any real has.
+_LONGEST_NUMBER = 80
 _REALS = ("SQRT", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "EXP")
 _SCALED = {"DEG": "57.2957795", "RAD": "0.0174532925"}
 _RANKS: tuple[tuple[str, ...], ...] = (
@@ -222,7 +224,7 @@ class Expressions:
             self._expect(")")
             return value
         if token.kind == "number":
-            return _number(self._next().text)
+            return _number(self._next().text, token, self._routine.file)
         if token.kind == "text":
             return self._next().text, "STRING"
         if token.kind != "name" or token.word in KEYWORDS:
@@ -376,11 +378,12 @@ def bare(text: str) -> str:
 def tokens_of(lines: Sequence[Line]) -> list[Token]:
     """The tokens of some lines, without comments."""
     text = "\n".join(line.text for line in lines)
-    found = []
+    found, number, behind = [], 0, 0
     for one in _TOKEN.finditer(text):
         if one.lastgroup != "skip":
-            at = lines[text.count("\n", 0, one.start())].at
-            found.append(Token(str(one.lastgroup), one.group(), at))
+            number += text.count("\n", behind, one.start())
+            behind = one.start()
+            found.append(Token(str(one.lastgroup), one.group(), lines[number].at))
     return found
 
 
@@ -398,11 +401,17 @@ def _as(value: Value, kind: str) -> str:
     return f"{given}_TO_{kind}({text})"
 
 
-def _number(text: str) -> Value:
+def _number(text: str, token: Token, file: Path) -> Value:
     plain = text.replace("_", "")
+    if len(plain) > _LONGEST_NUMBER:
+        shown = f"a number of {len(plain)} characters: {plain[:20]}..."
+        raise InputError(shown, file=file, line=token.at, hint="no type holds such a value")
     if "#" in plain:
         base, _, digits = plain.partition("#")
-        value = int(digits, int(base))
+        try:
+            value = int(digits, int(base))
+        except ValueError:
+            raise InputError(f"{text} is no number", file=file, line=token.at) from None
         if value >= 1 << 32:
             return f"LWORD_TO_LINT(LWORD#16#{value:X})", "LINT"
         if value >= 1 << 31:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+from rcx_harness.engine.compiling import deeply
 from rcx_harness.engine.projects.model import Foreign, Lines, Piece, Project, Unit, made
+from rcx_harness.engine.projects.numbers import milliseconds_us, priority_of, whole
 from rcx_harness.engine.projects.rockwell.body import (
     COUNTER,
     FIRST_SCAN,
@@ -28,6 +32,14 @@ _ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED = "RcxPrescanned"
 _JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
 
+#: What an alias stands for: a tag with its members, elements and bits.
+_ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
+_MOST_ALIASES = 50
+#: Elements of a dimension.
+_LARGEST = (1 << 31) - 1
+_INTEGER = re.compile(r"-?[0-9]{1,20}|(?:2|8|16)#[0-9A-Fa-f]{1,64}")
+_REAL = re.compile(r"[-+]?[0-9]{1,400}(?:\.[0-9]{0,400})?(?:[eE][-+]?[0-9]{1,3})?")
+_REAL_MOST = 3.4028235e38
 #: The instruction TONR: ACC counts whole milliseconds while TimerEnable is set.
 _TIMER = """\
 FUNCTION_BLOCK FBD_TIMER
@@ -155,8 +167,7 @@ class _Reader:
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
         controller = next(root.below("Controller"), root)
-        self._aliases: dict[str, str] = {}
-        self._tags = [one for one in controller.all("Tags", "Tag") if not self._alias(one)]
+        self._tags, self._aliases = self._told_apart(controller, {})
         self._global = {_key(one): self._data(one) for one in self._tags}
 
     def _error(self, message: str, element: Element, hint: str = "") -> InputError:
@@ -189,16 +200,53 @@ class _Reader:
     def _data(self, element: Element) -> Data:
         kind = element.get("DataType")
         given = element.get("Dimensions") or element.get("Dimension")
-        sizes = tuple(int(one) for one in re.findall(r"\d+", given) if int(one))
+        what = f"a dimension of {element.get('Name')}"
+        numbers = [
+            whole(one, what, 0, _LARGEST, self._file, element.at)
+            for one in given.replace(",", " ").split()
+        ]
+        sizes = tuple(one for one in numbers if one)
         if kind.upper() in ("BIT", "BOOL", *NUMBERS):
             kind = {"BIT": "BOOL"}.get(kind.upper(), kind.upper())
         return Data(kind, sizes)
 
-    def _alias(self, tag: Element) -> bool:
-        if tag.get("TagType") != "Alias":
-            return False
-        self._aliases[_key(tag)] = tag.get("AliasFor")
-        return True
+    def _told_apart(
+        self, owner: Element, known: Mapping[str, str]
+    ) -> tuple[list[Element], dict[str, str]]:
+        """The tags of a controller or program that are none, and what its aliases stand for.
+
+        An alias of a program hides one of the controller, as does a tag.
+        """
+        own = owner.all("Tags", "Tag")
+        tags = [one for one in own if one.get("TagType") != "Alias"]
+        hidden = {_key(one) for one in tags}
+        aliases = {key: tag for key, tag in known.items() if key not in hidden}
+        named = {_key(one): one for one in own if one.get("TagType") == "Alias"}
+        aliases |= {key: one.get("AliasFor") for key, one in named.items()}
+        for key, tag in named.items():
+            self._check_alias(key, tag, aliases)
+        return tags, aliases
+
+    def _check_alias(self, key: str, tag: Element, aliases: Mapping[str, str]) -> None:
+        """Raise InputError for an alias that leads to itself, or to no tag."""
+        name, seen = tag.get("Name"), {key}
+        target = aliases[key]
+        while True:
+            found = _ALIASED.fullmatch(target)
+            if found is None:
+                text = f"the alias {name} stands for {target!r:.60}"
+                raise self._error(text, tag, "name a tag, with its members and elements")
+            base = found[1].upper()
+            if base not in aliases:
+                return
+            if base in seen:
+                hint = "name the tag that it is meant for in AliasFor"
+                raise self._error(f"the alias {name} leads to itself", tag, hint)
+            if len(seen) > _MOST_ALIASES:
+                text = f"the alias {name} leads to more than {_MOST_ALIASES} others"
+                raise self._error(text, tag, "name the tag itself in AliasFor")
+            seen.add(base)
+            target = aliases[base]
 
     # --- units ----------------------------------------------------------------------------
 
@@ -311,12 +359,12 @@ class _Reader:
 
     def _program(self, program: Element) -> Unit:
         name = plain_tag(program.get("Name"))
-        own = [one for one in program.all("Tags", "Tag") if not self._alias(one)]
+        own, aliases = self._told_apart(program, self._aliases)
         tags = {**self._global, **{_key(one): self._data(one) for one in own}}
         routines = {_key(one): one for one in program.all("Routines", "Routine")}
         main = routines.pop(_key_of(program, "MainRoutineName"), None)
         names = {key: plain_tag(one.get("Name")) for key, one in routines.items()}
-        scope = Routine(self._file, self._types, tags, self._aliases, names)
+        scope = Routine(self._file, self._types, tags, aliases, names)
         body: Lines | Foreign = self._body(main, scope) if main is not None else ()
         parts = tuple(
             Piece(
@@ -355,7 +403,10 @@ class _Reader:
         else:
             return Foreign(kind, routine.at)
         try:
-            return translated(lines, scope)
+            return deeply(partial(translated, lines, scope))
+        except RecursionError:
+            text = "has statements or expressions too deep inside each other"
+            return Foreign(kind, routine.at, text)
         except InputError as error:
             hint = f" ({error.hint})" if error.hint else ""
             return Foreign(kind, error.line or routine.at, f"{error.message}{hint}")
@@ -380,16 +431,15 @@ class _Reader:
                 else:
                     programs.append((name, name))
             kind = task.get("Type")
-            rate = float(task.get("Rate") or 0)
             name = plain_tag(task.get("Name"))
             if kind == "EVENT":
                 self._note(f"the task {name} waits for an event and does not run", task)
                 continue
-            priority = task.get("Priority")
+            rate = task.get("Rate") if kind == "PERIODIC" else ""
             yield Task(
-                name if kind == "PERIODIC" and rate else "",
-                round(rate * 1000),
-                int(priority) if priority.isdigit() else None,
+                name if rate else "",
+                milliseconds_us(rate, name, self._file, task.at) if rate else 0,
+                priority_of(task.get("Priority"), name, self._file, task.at),
                 tuple(programs),
                 self._file,
                 task.at,
@@ -413,7 +463,7 @@ class _Reader:
 
     def _value(self, value: Element, data: Data) -> str:
         if value.name in ("DataValue", "DataValueMember"):
-            return self._scalar(value.get("Value"), data)
+            return self._scalar(value, data)
         if value.name in ("Array", "ArrayMember"):
             items = [self._item(one, data.element) for one in value.all("Element")]
             if len(data.sizes) != 1 or not any(items):
@@ -436,7 +486,7 @@ class _Reader:
     def _item(self, element: Element, data: Data) -> str:
         for one in element.children:
             return self._value(one, data)
-        return self._scalar(element.get("Value"), data)
+        return self._scalar(element, data)
 
     def _zero(self, data: Data) -> str:
         if data.type == "BOOL":
@@ -445,25 +495,35 @@ class _Reader:
             return "0.0"
         return "0" if data.type in NUMBERS else ""
 
-    def _scalar(self, text: str, data: Data) -> str:
+    def _scalar(self, element: Element, data: Data) -> str:
+        text = element.get("Value")
         if data.type == "BOOL":
             return "TRUE" if text in ("1", "true") else ""
-        if data.type in ("REAL", "LREAL"):
-            try:
-                value = float(text)
-            except ValueError:
-                return ""
-            return repr(value) if value and abs(value) < 1e39 else ""
         if data.type not in NUMBERS:
             return ""
-        try:
-            base, mark, digits = text.replace("_", "").partition("#")
-            value = int(digits, int(base)) if mark else int(base)
-        except ValueError:
+        value = _number(text, data)
+        if value is None:
+            self._note(f"the initial value {text!r:.60} of a {data.type} is not read", element)
             return ""
         if data.stored and value < 0:
             value += 256 if data.type == "SINT" else 65536
-        return str(value) if value else ""
+        return repr(value) if value else ""
+
+
+def _number(text: str, data: Data) -> int | float | None:
+    """A number as a tool writes it; None: it is not one, or outside of what the type holds."""
+    plain = text.replace("_", "").strip()
+    if data.type in ("REAL", "LREAL"):
+        found = float(plain) if _REAL.fullmatch(plain) else math.inf
+        most = _REAL_MOST if data.type == "REAL" else math.inf
+        return found if abs(found) <= most and math.isfinite(found) else None
+    if not _INTEGER.fullmatch(plain):
+        return None
+    base, mark, digits = plain.partition("#")
+    try:
+        return int(digits, int(base)) if mark else int(base)
+    except ValueError:
+        return None
 
 
 def _key(element: Element) -> str:

@@ -1,0 +1,184 @@
+"""Programs that are larger than any computer: refused before memory is taken for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.frontend import extent, load, parser, recovery
+from rcx_harness.engine.frontend.load import check
+from rcx_harness.errors import InputError
+
+Errors = Callable[[str], list[InputError]]
+
+
+@pytest.fixture
+def errors(tmp_path: Path) -> Errors:
+    """The mistakes in a text."""
+
+    def found(text: str) -> list[InputError]:
+        file = tmp_path / "Main.st"
+        file.write_text(text, encoding="utf-8")
+        return check([file])
+
+    return found
+
+
+def _chain(kind: str, levels: int) -> str:
+    """Each one has four of the one before."""
+    made = {
+        "struct": "TYPE T{}: STRUCT {} END_STRUCT; END_TYPE\n",
+        "block": "FUNCTION_BLOCK T{} VAR {} END_VAR END_FUNCTION_BLOCK\n",
+    }[kind]
+    parts = [made.format(0, "x: INT;")]
+    parts += [made.format(k, f"a, b, c, d: T{k - 1};") for k in range(1, levels + 1)]
+    return "".join(parts) + f"PROGRAM Own VAR v: T{levels}; END_VAR END_PROGRAM\n"
+
+
+def test_structures_of_structures_are_counted_without_being_made(errors: Errors) -> None:
+    """n(0) = 2 and n(k) = 4 n(k-1) + 1 elements: 2,446,677 at 10, 9,786,709 at 11.
+
+    Source: docs/limits.md, programs.
+    """
+    assert errors(_chain("struct", 7)) == []
+    (error,) = errors(_chain("struct", 60))
+    assert error.message == "T11 has 9,786,709 elements, and a program has at most 4,000,000"
+    assert (error.line, error.hint) == (12, "make arrays smaller, or declare fewer of them")
+
+
+def test_blocks_in_blocks_are_counted_without_being_made(errors: Errors) -> None:
+    """(4^9 - 1) / 3 = 87,381 instances in T8, and 349,525 in T9.
+
+    Source: docs/limits.md, programs.
+    """
+    assert errors(_chain("block", 5)) == []
+    (error,) = errors(_chain("block", 60))
+    assert error.message == (
+        "T9 has 349,525 instances of function blocks, and a program has at most 200,000"
+    )
+    assert error.line == 10
+
+
+def test_arrays_of_arrays_are_counted_from_the_inside(errors: Errors) -> None:
+    """Source: docs/limits.md, programs: 2^22 - 1 elements and arrays at the 21st level."""
+    nested = "ARRAY[0..1] OF " * 40
+    (error,) = errors(f"PROGRAM Own VAR a: {nested}INT; END_VAR END_PROGRAM")
+    assert error.message.startswith("this array has 4,194,303 elements, and a program has at most")
+    flat = "ARRAY[0..0] OF " * 130
+    (error,) = errors(f"PROGRAM Own VAR a: {flat}INT; END_VAR END_PROGRAM")
+    assert (
+        error.message == "this array has more than 120 arrays, structures and blocks in each other"
+    )
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A program has at most 1,000 elements."""
+    monkeypatch.setattr(extent, "MOST_ELEMENTS", 1_000)
+
+
+@pytest.mark.usefixtures("small")
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            "PROGRAM Own VAR\n" + "".join(f"a{k}: ARRAY[1..400] OF INT;\n" for k in range(9))
+            + "END_VAR END_PROGRAM",
+            "the arrays up to here have more than 1,000 elements",
+        ),
+        (
+            "TYPE A: ARRAY[1..400] OF INT; END_TYPE\n"
+            "PROGRAM Own VAR a: A := [1]; b: A := [1]; c: A := [1]; END_VAR END_PROGRAM",
+            "the arrays up to here have more than 1,000 elements",
+        ),
+        (
+            "TYPE A: ARRAY[1..400] OF INT; END_TYPE\n"
+            "PROGRAM Own VAR a, b, c: A; END_VAR END_PROGRAM",
+            "Own has 1,204 elements",
+        ),
+        (
+            "TYPE A: ARRAY[1..400] OF INT; END_TYPE\nVAR_GLOBAL a, b: A; END_VAR\n"
+            "FUNCTION F: INT VAR_INPUT x: INT; END_VAR VAR a: A; END_VAR F := x; END_FUNCTION\n"
+            "PROGRAM Own VAR x: INT; END_VAR x := F(1); END_PROGRAM",
+            "the program has 1,207 elements",
+        ),
+        ("PROGRAM Own VAR a: ARRAY[1..99] OF STRING[80]; END_VAR END_PROGRAM", "1,090 elements"),
+        (
+            "PROGRAM Own VAR a: ARRAY[1..9] OF INT := [9(9(9(9(9(0)))))]; END_VAR END_PROGRAM",
+            "81 values are more than the array holds",
+        ),
+    ],
+)  # fmt: skip
+def test_all_variables_together_have_one_limit(errors: Errors, text: str, told: str) -> None:
+    """Types, initial values, instances, globals and what functions keep count together.
+
+    Source: docs/limits.md, programs.
+    """
+    (error,) = errors(text)
+    assert told in error.message
+
+
+def test_so_many_words_are_read_and_no_more(
+    errors: Errors, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: docs/limits.md, programs."""
+    monkeypatch.setattr(parser, "MOST_TOKENS", 13)
+    text = "PROGRAM Own VAR x: INT; END_VAR x := 1;{} END_PROGRAM"
+    assert errors(text.format("")) == []
+    (error,) = errors(text.format(" x := 2;"))
+    assert error.message == "more than 13 words, numbers and signs up to here"
+
+
+@pytest.mark.parametrize("mistake", ["q := 1;\n", ") ;\n", "'\n"])
+def test_so_many_mistakes_are_told_and_the_rest_is_counted(
+    errors: Errors, mistake: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: docs/limits.md, programs."""
+    for module in (load, recovery):
+        monkeypatch.setattr(module, "MOST_MISTAKES", 20)
+    found = errors(f"PROGRAM Own\n{mistake * 30}END_PROGRAM\n")
+    assert len(found) == 21
+    assert (
+        "more mistakes, which are not shown" in found[-1].message
+        or "mistakes in this file" in found[-1].message
+    )
+
+
+def test_constants_that_use_each_other_are_worked_out_once(errors: Errors) -> None:
+    """Each of a chain would look at the whole rest of the chain again.
+
+    Source: docs/limits.md, programs: 100 in a row.
+    """
+    chain = "".join(f"c{k}: INT := c{k + 1} + 1;\n" for k in range(400))
+    text = f"VAR_GLOBAL CONSTANT\n{chain}c400: INT := 1;\nEND_VAR\nPROGRAM Own END_PROGRAM"
+    found = errors(text)
+    assert "more than 100 constants and types that use each other in a row" in found[0].message
+
+
+def test_a_name_has_an_end(errors: Errors) -> None:
+    """The message has the beginning of the name only.
+
+    Source: docs/limits.md, programs.
+    """
+    error, _ = errors(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
+    assert error.message == f"a name of 100,000 characters: {'y' * 40}..."
+
+
+def test_comments_that_are_never_closed_are_looked_at_once(errors: Errors) -> None:
+    """Each of them would look for its end through the whole rest of the file: for hours.
+
+    Source: docs/limits.md.
+    """
+    (error,) = errors("PROGRAM Own END_PROGRAM\n" + "(*\n" * 200_000)
+    assert error.message == "this comment is never closed"
+
+
+def test_comments_behind_names_in_a_case_are_looked_at_once(errors: Errors) -> None:
+    """Source: docs/limits.md."""
+    rows = "y; (* *) (* *)\n" * 60
+    found = errors(
+        f"PROGRAM Own VAR x, y: INT; END_VAR CASE x OF 1: y := 1;\n{rows}END_CASE; END_PROGRAM"
+    )
+    assert found

@@ -1,0 +1,36 @@
+"""Compilers that do not come to an end."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.engine.native.toolchain import run_tool
+from rcx_harness.errors import InputError
+from rcx_harness.output import programs
+
+
+def test_a_compiler_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Source: docs/limits.md, programs: 900 s."""
+    given: dict[str, object] = {}
+
+    def endless(command: list[str], **options: object) -> None:
+        given.update(options)
+        raise subprocess.TimeoutExpired(command, 900)
+
+    monkeypatch.setattr(programs, "run", endless)
+    with pytest.raises(
+        InputError, match="iec2c has not compiled this program within 900 s"
+    ) as told:
+        run_tool(["/opt/matiec/iec2c", "x.st"], Path("/tmp"))
+    assert given["timeout"] == 900
+    assert told.value.hint == "make the program smaller, or use --engine builtin"
+
+
+def test_what_it_prints_is_kept() -> None:
+    """Source: engine/native/toolchain.py."""
+    done = run_tool([sys.executable, "-c", "print('said'); raise SystemExit(3)"])
+    assert (done.returncode, done.stdout.split()) == (3, [b"said"])

@@ -1,0 +1,60 @@
+"""Expressions that lie deep inside each other: exported, or told with their place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.app import main
+from rcx_harness.errors import InputError
+from rcx_harness.export import export
+from rcx_harness.export import targets as module
+
+_HEAD = "PROGRAM Own\nVAR InputArea, OutputArea : RCX_IMAGE; x, y : INT; END_VAR\n"
+
+
+def _program(folder: Path, expression: str) -> Path:
+    file = folder / "own.st"
+    file.write_text(f"{_HEAD}\n  x := {expression};\nEND_PROGRAM\n", encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("target", ["scl", "plcopen", "l5x"])
+def test_calls_a_thousand_deep_are_exported(target: str, tmp_path: Path) -> None:
+    """Python's usual stack holds some 200 of them.
+
+    Source: docs/limits.md, programs: 10,000 in each other.
+    """
+    file = _program(tmp_path, "ABS(" * 1_000 + "y" + ")" * 1_000)
+    output = export(target, program=[file], only_needed=True)
+    assert any(text.count("ABS") >= 1_000 for text in output.files.values())
+
+
+def test_what_no_stack_holds_is_told_with_its_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: docs/limits.md, programs."""
+
+    def too_small(work: object) -> None:
+        raise RecursionError
+
+    monkeypatch.setattr(module, "deeply", too_small)
+    file = _program(tmp_path, "ABS(" * 50 + "y" + ")" * 50)
+    with pytest.raises(
+        InputError, match=r"own\.st:4: too many operators, brackets or calls"
+    ) as told:
+        export("scl", program=[file], only_needed=True)
+    assert told.value.hint == "assign parts of the expression to variables first"
+
+
+def test_a_proof_of_expressions_too_deep_for_it_names_their_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Source: docs/limits.md, programs."""
+    pytest.importorskip("z3")
+    file = _program(tmp_path, " + ".join(["y"] * 2_000))
+    assert main(["prove", str(file), "--out", str(tmp_path)]) == 2
+    assert "own.st:4: too many operators, brackets or calls inside each other" in (
+        capsys.readouterr().err
+    )
