@@ -231,6 +231,7 @@ def test_a_worker_with_other_sources_is_refused_with_both_named(
     )
 
 
+@pytest.mark.exhaustive
 def test_a_worker_without_us_is_refused(tmp_path: Path) -> None:
     (tmp_path / "rcx_harness").mkdir()
     (tmp_path / "rcx_harness/__init__.py").touch()
