@@ -70,6 +70,7 @@ def test_a_name_is_quoted_where_a_shell_would_take_it_apart(name: str, expected:
     assert quoted(name) == expected
 
 
+@pytest.mark.exhaustive
 def test_lines_count_as_drawn_only_with_every_character_that_is_printed(repository: Path) -> None:
     """Those of the pages that `verify` writes are of UTF-8 files."""
     texts = {

@@ -83,6 +83,7 @@ def test_a_page_names_the_wheel_by_its_path_and_version(page: str) -> None:
         assert "pip wheel --no-deps -w dist ." in text.partition(line)[0].splitlines()[-1]
 
 
+@pytest.mark.exhaustive
 def test_every_link_to_a_chart_leads_to_a_heading() -> None:
     headings = re.findall(r"^## (.+)$", docs.pages()["docs/processes.md"](), re.MULTILINE)
     anchors = {re.sub(r"[^\w -]", "", text.lower()).replace(" ", "-") for text in headings}

@@ -216,6 +216,7 @@ def worker_with(package: Path, address: str) -> Iterator[None]:
         worker.wait()
 
 
+@pytest.mark.exhaustive
 def test_a_worker_with_other_sources_is_refused_with_both_named(
     tmp_path: Path, repository: Path
 ) -> None:
