@@ -171,7 +171,8 @@ def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None
     """A block, a member, fields, pins and texts as the library has them, too."""
     source = tmp_path / "Mine.st"
     source.write_text(_OWN)
-    (file,) = write(export("st", program=[source], prefix="Yam_"), tmp_path / "one.st")
+    output = export("st", program=[source], only_needed=True, prefix="Yam_")
+    (file,) = write(output, tmp_path / "one.st")
     text = file.read_text()
     mine = text[text.index("FUNCTION_BLOCK FB_Status") : text.index("END_PROGRAM")]
     assert "(* FB_Status is mine, Yam_FB_ServoOn and fb_servoon are theirs *)" in mine

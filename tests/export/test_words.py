@@ -189,6 +189,7 @@ def test_all_of_the_library_is_on_each_list(name: str) -> None:
     assert unwritten(library().parts, words(name)) == {}
 
 
+@pytest.mark.exhaustive(but=["01_power_up", "03_general_io", "06_teach_points"])
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.folder.name)
 def test_each_example_is_on_each_list(example: Example) -> None:
     parts = sources_of(program=[example.folder], only_needed=True).parts
