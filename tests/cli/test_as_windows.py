@@ -76,6 +76,7 @@ def rcx(tmp_path: Path, windows: dict[str, str]) -> Rcx:
     return call
 
 
+@pytest.mark.exhaustive
 def test_such_a_process_lacks_what_windows_lacks(tmp_path: Path, windows: dict[str, str]) -> None:
     """Source: the documentation of the standard library, availability."""
     (tmp_path / "probe.py").write_text(

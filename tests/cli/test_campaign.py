@@ -118,6 +118,7 @@ def test_demands_that_cannot_be_are_one_message(
     assert said.count("\n") == 1
 
 
+@pytest.mark.exhaustive
 def test_properties_in_python_are_judged_by_campaign_and_run(here: Path, capsys: Captured) -> None:
     feeder(here, runs_open=True)
     (here / "mine.py").write_text(
@@ -220,6 +221,7 @@ def test_the_options_of_a_cluster_are_those_of_every_command(
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_a_property_that_does_not_come_in_time_is_found_and_judged_by_run(
     here: Path, capsys: Captured
 ) -> None:

@@ -201,6 +201,7 @@ def test_standard_output_on_a_full_disk_is_one_line(command: list[str]) -> None:
     )
 
 
+@pytest.mark.exhaustive
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
 def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
     (address,) = own_addresses(1)

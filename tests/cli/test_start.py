@@ -85,6 +85,7 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
     assert not _below(run, *_HEAVY)
 
 
+@pytest.mark.exhaustive
 def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_path: Path) -> None:
     """Source: reading and compiling Structured Text is a fifth of a start; what it gave is kept."""
     example = repository / "plc" / "examples" / "01_power_up"

@@ -437,6 +437,7 @@ def test_closing_twice_does_no_harm(adapter: Adapter) -> None:
     eventually(adapter, lambda: adapter.shared.owner is OwnerState.CLOSED)
 
 
+@pytest.mark.exhaustive
 def test_the_adapters_process_of_the_cyclic_part_needs_its_own_port() -> None:
     """Two adapters at one address and port would take each other's packets."""
     with Adapter(host=HOST, cyclic=0) as first:

@@ -180,6 +180,7 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
         assert all(now > then for now, then in zip(after, before, strict=True)), "both go on"
 
 
+@pytest.mark.exhaustive(but=["14_one_table-Main.Placer"])
 @pytest.mark.parametrize(
     ("name", "waits"), [("12_two_robots", "Main.Carry1"), ("14_one_table", "Main.Placer")]
 )

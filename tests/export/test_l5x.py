@@ -10,6 +10,7 @@ import pytest
 
 from example_runs import EXAMPLES
 from exported import recorded, trace_of
+from exported_dialect import library as all_sources
 from l5x_reader import read_l5x
 from l5x_structure import faults
 from plc_bench import ROOT
@@ -18,9 +19,8 @@ from rcx_harness.engine.frontend.load import check
 from rcx_harness.engine.load import build
 from rcx_harness.engine.types import BlockType
 from rcx_harness.errors import InputError
-from rcx_harness.export import export
+from rcx_harness.export import TARGETS, export
 from rcx_harness.export.output import Output, write
-from rcx_harness.export.parts import sources_of
 from rcx_tools.docs.examples import Example
 
 #: What is read back: 01, and 06 with texts, arrays of structures and a table of the user's.
@@ -35,7 +35,7 @@ _READ_BACK = [
 @pytest.fixture(scope="module")
 def library() -> Output:
     """The whole library, without a program."""
-    return export("l5x")
+    return TARGETS["l5x"].write(all_sources())
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def _routine(root: ET.Element, aoi: str, name: str = "Logic") -> list[str]:
 def test_all_of_the_library_is_carried(library: Output) -> None:
     """Nothing is left out, and each thing that is used is declared before it."""
     root = ET.fromstring(library.files[""])
-    sources = sources_of()
+    sources = all_sources()
     declared = [one.attrib["Name"] for one in root.iter("AddOnInstructionDefinition")]
     blocks = [part.name for part in sources.of("FUNCTION", "FUNCTION_BLOCK")]
     assert library.left_out == ()

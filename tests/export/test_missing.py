@@ -176,7 +176,7 @@ def test_a_second_program_is_named_where_a_file_holds_one(tmp_path: Path, capsys
     assert f"not carried: {file}:7: PROGRAM Second: a file holds one" in capsys.readouterr().out
 
 
-@pytest.mark.exhaustive(but=["st", "l5x", "keyence", "twincat"])
+@pytest.mark.exhaustive(but=["st", "l5x", "keyence"])
 @pytest.mark.parametrize("target", TARGETS)
 def test_the_library_is_carried_whole(target: str) -> None:
     """Where there are no bytes, the blocks for words stand for the others."""

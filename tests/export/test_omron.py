@@ -10,13 +10,13 @@ import pytest
 
 from example_runs import EXAMPLES
 from exported import recorded, trace_of
-from exported_dialect import WITH_INITIAL_VALUES, declared, untyped
+from exported_dialect import WITH_INITIAL_VALUES, declared, library_and_example, untyped
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.load import check
 from rcx_harness.engine.load import build
 from rcx_harness.export import TARGETS, export
 from rcx_harness.export.expressions import init_text
-from rcx_harness.export.parts import Sources, sources_of
+from rcx_harness.export.parts import Sources
 
 #: Elementary types of NJ and NX controllers. Source: Omron W501, page 6-32, and W506, 8-7.
 _TYPES = {
@@ -32,7 +32,7 @@ _RENAMED = {name: f"{name}_X" for name in ("Clear", "Next", "Out", "Reset")}
 @pytest.fixture(scope="module")
 def sources() -> Sources:
     """The library and the first example."""
-    return sources_of(program=[EXAMPLES[0].folder])
+    return library_and_example()
 
 
 @pytest.fixture(scope="module")

@@ -14,6 +14,7 @@ from exported import EXPORTED, by_position, comments, recorded, shapes, trace_of
 from plc_bench import ROOT
 from plcopen_reader import read_plcopen
 from rcx_harness.cli.app import main
+from rcx_harness.engine.needed import needed as engine_needed
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
 from rcx_harness.export.output import write
@@ -77,10 +78,28 @@ END_CONFIGURATION
 """
 
 
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(True, id="needed"),
+        pytest.param(False, id="whole", marks=pytest.mark.exhaustive),
+    ],
+)
+def needed(request: pytest.FixtureRequest) -> bool:
+    """Only what the first example needs of the library, or all of it."""
+    return bool(request.param)
+
+
 @pytest.fixture(scope="module")
-def document(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The whole library and the first example in one project."""
-    output = export("plcopen", program=[EXAMPLES[0].folder])
+def original(needed: bool) -> list[Path]:
+    """The files that are exported."""
+    return [*(engine_needed(CELL, LIB) if needed else LIB), *CELL]
+
+
+@pytest.fixture(scope="module")
+def document(needed: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The library and the first example in one project."""
+    output = export("plcopen", program=[EXAMPLES[0].folder], only_needed=needed)
     (file,) = write(output, tmp_path_factory.mktemp("plcopen") / "rcx3.xml")
     return file
 
@@ -91,17 +110,15 @@ def back(document: Path) -> list[Path]:
     return write(read_plcopen(document), document.parent / "back")
 
 
-@pytest.mark.exhaustive
-def test_read_back_it_declares_the_same_blocks(back: list[Path]) -> None:
-    assert shapes(back) == by_position(shapes([*LIB, *CELL]))
+def test_read_back_it_declares_the_same_blocks(back: list[Path], original: list[Path]) -> None:
+    assert shapes(back) == by_position(shapes(original))
 
 
-def test_no_comment_is_lost(back: list[Path]) -> None:
-    lost = set(comments([*LIB, *CELL])) - set(comments(back))
+def test_no_comment_is_lost(back: list[Path], original: list[Path]) -> None:
+    lost = set(comments(original)) - set(comments(back))
     assert not lost
 
 
-@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("old", "new"),
     [
@@ -124,6 +141,7 @@ def test_a_wrong_element_would_be_seen(
     assert read_plcopen(wrong).files != {file.name: file.read_text() for file in back}
 
 
+@pytest.mark.exhaustive(but=["01_power_up", "03_general_io", "06_teach_points"])
 @pytest.mark.parametrize("example", EXPORTED, ids=lambda example: example.folder.name)
 def test_an_example_read_back_has_the_same_trace(example: Example, tmp_path: Path) -> None:
     file = tmp_path / "one.xml"
@@ -221,6 +239,6 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
         read_plcopen(tmp_path / "none.xml")
 
 
-def test_it_is_the_same_every_time(document: Path) -> None:
-    again = export("plcopen", program=[EXAMPLES[0].folder])
+def test_it_is_the_same_every_time(document: Path, needed: bool) -> None:
+    again = export("plcopen", program=[EXAMPLES[0].folder], only_needed=needed)
     assert again.files[""] == document.read_text(encoding="utf-8")

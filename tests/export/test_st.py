@@ -13,6 +13,7 @@ from plc_bench import ROOT
 from rcx_harness.cli.app import main
 from rcx_harness.engine.frontend.load import check, load
 from rcx_harness.engine.load import build, find_c_compiler, find_matiec
+from rcx_harness.engine.needed import needed as engine_needed
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
 from rcx_harness.export.output import Output, write
@@ -20,32 +21,54 @@ from rcx_harness.export.parts import sources_of
 from rcx_tools.docs.examples import Example
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
+CELL = sorted(EXAMPLES[0].folder.glob("*.st"))
 Captured = pytest.CaptureFixture[str]
 
 
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(True, id="needed"),
+        pytest.param(False, id="whole", marks=pytest.mark.exhaustive),
+    ],
+)
+def needed(request: pytest.FixtureRequest) -> bool:
+    """Only what the first example needs of the library, or all of it."""
+    return bool(request.param)
+
+
 @pytest.fixture(scope="module")
-def single(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The whole library in one file."""
-    (file,) = write(export("st"), tmp_path_factory.mktemp("st") / "rcx3.st")
+def original(needed: bool) -> list[Path]:
+    """The files that are exported."""
+    return [*(engine_needed(CELL, LIB) if needed else LIB), *CELL]
+
+
+@pytest.fixture(scope="module")
+def single(needed: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The library and the first example in one file."""
+    output = export("st", program=[EXAMPLES[0].folder], only_needed=needed)
+    (file,) = write(output, tmp_path_factory.mktemp("st") / "rcx3.st")
     return file
 
 
-def test_the_file_declares_what_the_library_declares_and_says_what_it_says(single: Path) -> None:
+def test_the_file_declares_what_the_library_declares_and_says_what_it_says(
+    single: Path, original: list[Path]
+) -> None:
     assert check([single]) == []
-    assert shapes([single]) == shapes(LIB)
-    assert set(comments(LIB)) <= set(comments([single]))
+    assert shapes([single]) == shapes(original)
+    assert set(comments(original)) <= set(comments([single]))
 
 
-def test_a_changed_body_would_be_seen(single: Path, tmp_path: Path) -> None:
+def test_a_changed_body_would_be_seen(single: Path, original: list[Path], tmp_path: Path) -> None:
     changed = tmp_path / "changed.st"
     changed.write_text(single.read_text().replace("Trouble := WORD#16#8003", "Trouble := Offline"))
-    assert shapes([changed]) != shapes(LIB)
+    assert shapes([changed]) != shapes(original)
 
 
-def test_every_declaration_stands_after_those_it_needs(single: Path) -> None:
-    names = set(shapes(LIB))
+def test_every_declaration_stands_after_those_it_needs(needed: bool, original: list[Path]) -> None:
+    names = set(shapes(original))
     known: set[str] = set()
-    for part in sources_of().parts:
+    for part in sources_of(program=[EXAMPLES[0].folder], only_needed=needed).parts:
         code = re.sub(r"\(\*.*?\*\)|'[^']*'", " ", part.text, flags=re.DOTALL)
         used = set(re.findall(r"\w+", code)) & names - {part.name}
         assert used <= known, part.name
@@ -53,6 +76,7 @@ def test_every_declaration_stands_after_those_it_needs(single: Path) -> None:
     assert known == names
 
 
+@pytest.mark.exhaustive(but=["01_power_up", "03_general_io", "06_teach_points"])
 @pytest.mark.parametrize("example", EXPORTED, ids=lambda example: example.folder.name)
 def test_an_example_in_one_file_has_the_same_trace(example: Example, tmp_path: Path) -> None:
     one = tmp_path / "one.st"
@@ -68,8 +92,9 @@ def test_matiec_compiles_the_one_file(tmp_path: Path) -> None:
     build([file], "matiec").program.close()
 
 
-def test_it_is_the_same_every_time_and_names_its_licence(single: Path) -> None:
-    assert export("st").files[""] == single.read_text()
+def test_it_is_the_same_every_time_and_names_its_licence(single: Path, needed: bool) -> None:
+    again = export("st", program=[EXAMPLES[0].folder], only_needed=needed)
+    assert again.files[""] == single.read_text()
     assert "SPDX-License-Identifier: MIT" in single.read_text()[:300]
 
 

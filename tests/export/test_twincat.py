@@ -12,6 +12,7 @@ from blark.parse import parse
 from example_runs import EXAMPLES
 from exported import by_position, shapes
 from plc_bench import ROOT
+from rcx_harness.engine.needed import needed as engine_needed
 from rcx_harness.export import export
 from rcx_harness.export.output import write
 from rcx_harness.output.exported import RECORD
@@ -20,15 +21,27 @@ LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 CELL = sorted(EXAMPLES[0].folder.glob("*.st"))
 
 #: One object of each kind; the exhaustive test parses every object, which takes minutes.
-_SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxByteWithBit", "FB_RcxJob", "FB_ReadArea")
+_SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxAreaError", "FB_RcxJob", "FB_ReadArea")
 _MSBUILD = "{http://schemas.microsoft.com/developer/msbuild/2003}"
 
 
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(True, id="needed"),
+        pytest.param(False, id="whole", marks=pytest.mark.exhaustive),
+    ],
+)
+def needed(request: pytest.FixtureRequest) -> bool:
+    """Only what the first example needs of the library, or all of it."""
+    return bool(request.param)
+
+
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The whole library and the first example."""
+def folder(needed: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The library and the first example."""
     place = tmp_path_factory.mktemp("twincat")
-    write(export("twincat", program=[EXAMPLES[0].folder]), place)
+    write(export("twincat", program=[EXAMPLES[0].folder], only_needed=needed), place)
     return place
 
 
@@ -58,17 +71,19 @@ def test_blark_parses_every_object(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [("END_VAR", "END_VARS"), (":= NOT", ":= NOT NOT :="), ("END_IF", "END_IFS")]
+    ("old", "new"), [("END_VAR", "END_VARS"), (" := ", " := NOT := "), ("END_IF", "END_IFS")]
 )
 def test_blark_refuses_what_is_wrong(folder: Path, tmp_path: Path, old: str, new: str) -> None:
     wrong = tmp_path / "wrong.TcPOU"
-    text = (folder / "RCX3/core/FC_RcxByteWithBit.TcPOU").read_text()
+    text = (folder / "RCX3/core/FC_RcxAreaError.TcPOU").read_text()
     assert old in text
     wrong.write_text(text.replace(old, new))
     assert _errors(wrong)
 
 
-def test_put_together_again_the_objects_are_the_library(folder: Path, tmp_path: Path) -> None:
+def test_put_together_again_the_objects_are_the_library(
+    folder: Path, needed: bool, tmp_path: Path
+) -> None:
     sources = []
     for file in sorted((folder / "RCX3").rglob("*.Tc*")):
         (element,) = ET.parse(file).getroot()
@@ -81,7 +96,8 @@ def test_put_together_again_the_objects_are_the_library(folder: Path, tmp_path: 
         source = tmp_path / f"{file.stem}.st"
         source.write_text(text.replace("END_STRUCT\n", "END_STRUCT;\n"))
         sources.append(source)
-    wanted = shapes([*LIB, *(one for one in CELL if one.stem != "Config")])
+    library = engine_needed(CELL, LIB) if needed else LIB
+    wanted = shapes([*library, *(one for one in CELL if one.stem != "Config")])
     assert shapes(sources) == by_position(wanted)
 
 
@@ -91,13 +107,14 @@ def test_the_project_names_every_object_its_folders_and_the_standard_library(fol
     files = [file.relative_to(folder) for file in (folder / "RCX3").rglob("*.Tc*")]
     assert named == {file.as_posix() for file in files}
     folders = {one.attrib["Include"].replace("\\", "/") for one in root.iter(f"{_MSBUILD}Folder")}
-    assert folders == {"RCX3", *(file.parent.as_posix() for file in files)}
+    above = {one for file in files for one in file.parents} - {Path()}
+    assert folders == {one.as_posix() for one in above}
     (library,) = root.iter(f"{_MSBUILD}PlaceholderReference")
     assert library.attrib["Include"] == "Tc2_Standard"
 
 
-def test_identifiers_differ_and_are_the_same_every_time(folder: Path) -> None:
-    output = export("twincat", program=[EXAMPLES[0].folder])
+def test_identifiers_differ_and_are_the_same_every_time(folder: Path, needed: bool) -> None:
+    output = export("twincat", program=[EXAMPLES[0].folder], only_needed=needed)
     written = {
         file.relative_to(folder).as_posix(): file.read_text()
         for file in folder.rglob("*")

@@ -85,6 +85,7 @@ def test_what_is_no_character_to_print_is_written_as_its_code(text: str, shown: 
     assert escaped(text) == shown
 
 
+@pytest.mark.exhaustive
 def test_lines_count_as_drawn_only_with_every_character_that_is_printed(repository: Path) -> None:
     """Those of the pages that `verify` writes are of UTF-8 files."""
     texts = {

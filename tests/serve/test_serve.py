@@ -32,6 +32,7 @@ _IDENTITY = (1, 1)
 _PATIENCE_S = 60
 
 
+@pytest.mark.exhaustive
 def test_two_controllers_are_devices_of_their_own_and_end_with_ctrl_c() -> None:
     first, second = own_addresses(2)
     with ServeProcess("--address", first, "--address", second, "--product-code", "7") as served:
@@ -88,6 +89,7 @@ def test_a_port_that_is_taken_is_one_clear_message_and_nothing_stays() -> None:
             pass  # the other controller has gone, too
 
 
+@pytest.mark.exhaustive
 def test_an_address_of_another_machine_is_one_clear_message() -> None:
     with ServeProcess("--address", "192.0.2.1") as served:
         code, said = served.end()
@@ -159,6 +161,7 @@ def test_children_end_with_a_parent_that_is_killed() -> None:
             served.kill()
 
 
+@pytest.mark.exhaustive
 def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() -> None:
     """Also where nothing else is said. The web page is on the loopback whatever is asked for."""
     settings = [

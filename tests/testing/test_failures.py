@@ -292,6 +292,7 @@ def test_a_cell_that_the_test_has_closed_is_shown_without_variables(run: Run) ->
     assert "rcx: variables" not in result.stdout.str(), "with matiec they are gone"
 
 
+@pytest.mark.exhaustive
 def test_cells_of_tests_that_are_over_take_no_memory(run: Run) -> None:
     result = run("""
         import gc, weakref

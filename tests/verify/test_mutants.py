@@ -294,6 +294,7 @@ def _run(house: Path) -> tuple[int, str, dict[str, object]]:
     return done.returncode, done.stdout + done.stderr, report
 
 
+@pytest.mark.exhaustive
 def test_a_run_tells_killed_from_surviving_and_goes_on_where_it_ended(house: Path) -> None:
     (house / "plc/lib/area/FB_Sample.st").unlink()
     program = house / "tests/data/library/Sample.st"

@@ -25,6 +25,7 @@ def test_every_option_has_its_row_and_no_other(page: str) -> None:
     assert named == {"--" + one.name.replace("_", "-") for one in fields(FarmOptions)}
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("which", ["scheduler", "worker"])
 def test_what_is_told_of_dask_is_in_its_help(page: str, which: str) -> None:
     pytest.importorskip("distributed", reason="needs the extra cluster")

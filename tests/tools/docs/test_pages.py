@@ -95,6 +95,7 @@ def test_the_readme_installs_what_its_commands_need() -> None:
     assert {"test", "prove"} <= set(extras[0].split(","))
 
 
+@pytest.mark.exhaustive
 def test_every_link_to_a_chart_leads_to_a_heading() -> None:
     headings = re.findall(r"^## (.+)$", docs.pages()["docs/processes.md"](), re.MULTILINE)
     anchors = {re.sub(r"[^\w -]", "", text.lower()).replace(" ", "-") for text in headings}
@@ -177,12 +178,12 @@ def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
             assert f"\n{tag}.Execute := " in code.partition(f"{block}(")[0], block
 
 
-@pytest.mark.parametrize("head", docs.headers(), ids=lambda head: head.name)
-def test_a_head_names_its_tests_and_they_exist(head: docs.Header) -> None:
+def test_a_head_names_its_tests_and_they_exist() -> None:
     """`FB_Jog` has tests/command/test_jog.py, `FC_RcxArmRotation` of core test_arm_rotation.py."""
-    name = head.name.partition("_")[2].removeprefix("Rcx")
-    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
-    folder = "*" if head.folder == "core" else head.folder.partition("/")[0]
-    for own in _ROOT.glob(f"tests/{folder}/test_{words}.py"):
-        assert own.relative_to(_ROOT).as_posix() in head.tests or head.name.startswith("RCX_")
-    assert [test for test in head.tests if not (_ROOT / test).is_file()] == []
+    for head in docs.headers():
+        name = head.name.partition("_")[2].removeprefix("Rcx")
+        words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
+        folder = "*" if head.folder == "core" else head.folder.partition("/")[0]
+        for own in _ROOT.glob(f"tests/{folder}/test_{words}.py"):
+            assert own.relative_to(_ROOT).as_posix() in head.tests or head.name.startswith("RCX_")
+        assert [test for test in head.tests if not (_ROOT / test).is_file()] == [], head.name

@@ -216,6 +216,7 @@ def worker_with(package: Path, address: str) -> Iterator[None]:
         worker.wait()
 
 
+@pytest.mark.exhaustive
 def test_a_worker_with_other_sources_is_refused_with_both_named(
     tmp_path: Path, repository: Path
 ) -> None:
@@ -231,6 +232,7 @@ def test_a_worker_with_other_sources_is_refused_with_both_named(
     )
 
 
+@pytest.mark.exhaustive
 def test_a_worker_without_us_is_refused(tmp_path: Path) -> None:
     (tmp_path / "rcx_harness").mkdir()
     (tmp_path / "rcx_harness/__init__.py").touch()

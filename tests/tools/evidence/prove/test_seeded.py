@@ -212,6 +212,7 @@ def _hunted(folder: Path, bug: hunting.Hunted, runs: int) -> hunting.Found | Non
     return hunting.hunt(bug, copy, Library(_LIBRARY), folder, runs)
 
 
+@pytest.mark.exhaustive
 def test_a_run_from_the_start_shows_the_bug_and_is_replayed_from_its_stimulus(
     tmp_path: Path,
 ) -> None:

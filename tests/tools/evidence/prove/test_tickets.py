@@ -52,6 +52,7 @@ def _answers(library: Library, name: str, part: str, of: str) -> set[str]:
     return {ask(goal.assumed, goal.claim, 60).status for goal in goals}
 
 
+@pytest.mark.exhaustive(but=[row[0] for row in _PARTS[:2]])
 @pytest.mark.parametrize(("name", "part", "of", "bug"), _PARTS, ids=[row[0] for row in _PARTS])
 def test_the_turns_are_proved_and_not_with_a_seeded_bug(
     tmp_path: Path, name: str, part: str, of: str, bug: str
