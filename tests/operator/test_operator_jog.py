@@ -528,3 +528,52 @@ def test_a_step_that_somebody_else_has_stopped_is_a_fault(stop: bool) -> None:
     plc.hold = 0
     plc.scan(5)
     assert (plc.message == 0x8020) is not stop
+
+
+@pytest.mark.parametrize("stepwise", [False, True])
+@pytest.mark.parametrize(("code", "harm"), [(0x038, True), (0x1038, True), (0x039, False)])
+def test_who_else_sets_the_speed_of_a_jog_before_it_moves_ends_the_press(
+    code: int, harm: bool, stepwise: bool
+) -> None:
+    """It would move at a speed that nobody has selected at this panel.
+
+    Source: guide 4.2.14, manual movement speed; 4.2.15, automatic movement speed
+    """
+    plc = OperatorBench()
+    plc.set(Stepwise=stepwise)
+    plc.key("JogPlus")
+    plc.scan()
+    plc["Other.Code"], plc["Other.Execute"] = code, True
+    plc.scan(20)
+    assert plc.codes[:2] == [0x038, code]
+    moved = bool({0x020, 0x024} & set(plc.codes))
+    assert moved is not harm
+    assert (plc.message == 0x805D) is harm
+    plc["Other.Execute"] = False
+    plc.key("JogPlus", False)
+    plc.scan(40)
+    plc.key("JogPlus")
+    plc.scan(20)
+    assert {0x020, 0x024} & set(plc.codes), "the next press counts"
+
+
+@pytest.mark.parametrize(("key", "code"), [("StepLine", 0x403), ("JogPlus", 0x024)])
+@pytest.mark.parametrize("missed", [False, True])
+def test_without_the_hmi_a_step_is_stopped_that_a_missed_call_has_left_alone(
+    key: str, code: int, missed: bool
+) -> None:
+    """It is held to its end, and the robot moves. Source: head of FB_Operator, HmiOk."""
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    plc.hold = code
+    plc.key(key)
+    plc.scan_until(lambda: plc.codes[-1:] == [code])
+    plc.scan(3)
+    plc["Call"] = not missed
+    plc.scan()
+    plc["Call"] = True
+    plc.scan(3)
+    assert "SI06" in plc.inputs
+    plc["Operator.HmiOk"] = False
+    plc.scan(2)
+    assert "SI06" not in plc.inputs

@@ -45,8 +45,8 @@ TYPES: dict[str, Kept] = {
     "RCX_REF": Kept(dropped="Connected Status Response SO"),
     "RCX_ARBITRATION": Kept(
         dropped="Elapsed Answer Losses",
-        fixed="Request StopJog CodeRequest General KeepEmergency KeepStop InScan Works Worked "
-        "Carries",
+        fixed="Request StopJog CodeRequest General KeepEmergency KeepStop InScan "
+        "Works Worked Carries",
         scans="Scan",
         while_true={_RUN: "Running Code Data"},
     ),

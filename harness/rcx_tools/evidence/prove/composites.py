@@ -175,7 +175,7 @@ def _task(state: _State, path: Path) -> Any:
         switches = state.among(("GRIP", "STAGE"), "GRIP_OFF", "GRIP_SWITCH")
         return z3.And(switches, get("GRIP", "STAGE") == get("GRIP", "LAST"))
     if path == ("LOOK", "READ"):
-        return z3.BoolVal(True)
+        return z3.BoolVal(True)  # its stage says it
     if path[0] == "LOOK":
         unread = z3.And(get("HAND", "RELEASES"), z3.Not(state.stage("EMPTY")))
         return z3.And(_legal(get("GRIP", "GRIPPER", "PARTINPUT")), z3.Not(unread))

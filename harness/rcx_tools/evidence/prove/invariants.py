@@ -107,7 +107,7 @@ def _guesses(
         if path != BLOCK:
             found = _of_two(view, views[path[:-1]])
             guesses |= {f"{told} in its owner: {name}": guess for name, guess in found.items()}
-            if "SEEN" in view and "SEEN" in whole:
+            if "SEEN" in view and "BUSY" in view and "SEEN" in whole:
                 guesses[f"{told}: seen in one scan"] = z3.Implies(
                     view["BUSY"], view["SEEN"] == whole["SEEN"]
                 )
