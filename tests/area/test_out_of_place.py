@@ -374,7 +374,7 @@ def test_a_relative_movement_goes_its_way_once_or_not_at_all(
         assert cell["Main.MoveI.ErrorID"] == OUT_OF_PLACE
         assert cell.robot.commands_executed == 0
         assert cell.robot.positions[0] == 0
-    assert {one.rule for one in cell.violations} == {"calls"}
+    assert {one.rule for one in cell.violations} == {"contract"}
     assert "move the call between the two" in cell.violations[0].text
     cell["Main.Go"], cell["Main.Place"] = False, 0
     cell.scan(2)

@@ -5,8 +5,8 @@ called is checked for every instance, also inside other blocks. The rest needs t
 or Enable that the block saw; it is checked where the source shows it: one call per scan that
 cannot be skipped, and no assignment to the pin after it (`steady_instances`).
 
-That a block was called out of place (rule `calls`) is taken from its own ErrorID: no engine but the
-built-in one shows the calls.
+That a block was called out of place is taken from its own ErrorID: no engine but the built-in one
+shows the calls.
 """
 
 from __future__ import annotations
@@ -179,12 +179,11 @@ class ContractMonitor:
             return []
         pins = iter(seen)
         found = [
-            Violation(t_us, rule, f"plc, scan {scan}: {rule}: {instance.path}: {text}")
+            Violation(t_us, "contract", f"plc, scan {scan}: contract: {instance.path}: {text}")
             for instance in self.instances
             if (now := tuple(islice(pins, len(instance.read)))) != instance.before
             or not instance.at_rest
             for text in instance.scan(now)
-            for rule in ("calls" if text is _MOVE_IT else "contract",)
         ]
         at_rest = all(instance.at_rest for instance in self.instances)
         self._seen = seen if at_rest else None
