@@ -35,6 +35,7 @@ CLAIMS: Mapping[str, tuple[str, ...]] = {
     "handshake": _HELD,
     "response": ("owned", SHOWN),
     "guarantee": ("owned", *_HELD, "interval", "levels", "start against stop", BYTES),
+    "place": ("place", BYTES),
     "bytes": ("outside", BYTES),
     "reserved": ("reserved", BYTES),
     "contract": ("contract", SHOWN),
