@@ -42,7 +42,7 @@ def test_each_dedicated_input_goes_to_its_bit_and_no_other(byte: int, bit: int, 
         plc.scan(60)
         before = bytearray(plc.image)
         assert before[32:34] == bytes([0x41, 0x00]), "SI(00) and SI(06)"
-        plc["Robot.Inner.Request"] = bits_of({name: True})
+        plc["Request"] = bits_of({name: True})
         plc.scan()
         before[byte] |= 1 << bit
         assert plc.image == before

@@ -27,7 +27,9 @@ class Alone:
     def __init__(self, block: str, in_outs: Mapping[str, str], engine: str = "auto") -> None:
         declared = "".join(f"    {name} : {kind};\n" for name, kind in in_outs.items())
         given = ", ".join(f"{name} := {name}" for name in in_outs)
-        counted = "  Block.Scan := Block.Scan + UINT#1;\n" if block == "FB_RcxJob" else ""
+        counted = ""
+        if block == "FB_RcxJob":
+            counted = "  Block.Scan := Block.Scan + UINT#1;\n  Block.InScan := TRUE;\n"
         if "Robot" in in_outs:
             reads = block.startswith(("FB_ReadArea", "FB_RcxTakeHead"))
             counted = "" if reads else "  Robot.Inner.Scan := Robot.Inner.Scan + UINT#1;\n"

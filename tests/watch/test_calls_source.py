@@ -35,6 +35,8 @@ HEAD = """PROGRAM CELL1
     Bit : FB_ReadBit;
     Recorder : FB_CommandRecorder;
     Station : FB_Station;
+    Halt : FB_EmergencyStop;
+    Mode : FB_AutoMode;
   END_VAR
 """
 STATION = """FUNCTION_BLOCK FB_Station
@@ -78,6 +80,7 @@ def check(tmp_path: Path) -> Check:
         (READ, MOVE, ORIGIN, WRITE),
         (READ, "IF Gate THEN k := 1; ELSE k := 2; END_IF;", MOVE, WRITE),
         (READ, "Station(Robot := Robot, Go := Go);", WRITE, "Recorder(Robot := Robot);"),
+        (READ, WRITE, "Mode(Robot := Robot, Enable := Go);"),
         (
             READ,
             "Bit(Robot := Robot, Image := InputArea, Port := 20);",
@@ -173,11 +176,57 @@ def test_legal_calls_are_not_reported(check: Check, body: tuple[str, ...]) -> No
         ),
         (
             (MOVE, READ, ORIGIN, WRITE),
-            ["1: Step1 is called before the area of Robot is read: "],
+            [
+                "1: Step1 is called before the area of Robot is read: it ends with 16#8017 "
+                "(Called out of place) and nothing is executed; "
+                "move the call behind ReadArea in line {2}"
+            ],
         ),
         (
             (READ, WRITE, MOVE),
-            ["3: Step1 is called after WriteArea in line {2}: "],
+            [
+                "3: Step1 is called after WriteArea in line {2}: it ends with 16#8017 "
+                "(Called out of place) and nothing is executed; "
+                "move the call in front of that line"
+            ],
+        ),
+        (
+            (READ, WRITE, "IF Gate THEN", MOVE, "END_IF;"),
+            [
+                "4: Step1 is called after WriteArea in line {2}: it ends with 16#8017 ",
+                "4?: Step1 is called only under a condition: ",
+            ],
+        ),
+        (
+            ("Station(Robot := Robot);", READ, WRITE),
+            ["1: Station is called before the area of Robot is read: it ends with 16#8017 "],
+        ),
+        (
+            (READ, WRITE, "Halt(Robot := Robot, Execute := Go);"),
+            [
+                "3: Halt is called after WriteArea in line {2}: it ends with 16#8017 "
+                "(Called out of place), though its stop acts; "
+            ],
+        ),
+        (
+            ("Mode(Robot := Robot, Enable := Go);", READ, WRITE),
+            ["1: Mode is called before the area of Robot is read: it sees the scan before; "],
+        ),
+        (
+            (MOVE, WRITE, READ),
+            [
+                "1: Step1 is called before the area of Robot is read: it sees the scan before; ",
+                "2: WriteArea is called before the area of Robot is read: ",
+                "3: ReadArea is called after WriteArea in line {2}: ",
+            ],
+        ),
+        (
+            (WRITE, MOVE, READ),
+            [
+                "1: WriteArea is called before the area of Robot is read: ",
+                "2: Step1 is called after WriteArea in line {1}: it ends with 16#8017 ",
+                "3: ReadArea is called after WriteArea in line {1}: ",
+            ],
         ),
         (
             (WRITE, READ),

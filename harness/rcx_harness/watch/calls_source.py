@@ -2,14 +2,15 @@
 
 A block that takes a `Robot : RCX_REF`, or has such blocks inside, remembers what it saw in its last
 call: it wants one call in each scan, always for the same robot, between FB_ReadArea and
-FB_WriteArea. Blocks that read or write one bit or word of an image remember nothing and are free.
+FB_WriteArea. Outside of these two, what asks something of the robot ends with 16#8017. Blocks that
+read or write one bit or word of an image remember nothing and are free.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -30,6 +31,9 @@ AREAS = {
 _OWNERS = ("PROGRAM", "FUNCTION_BLOCK")
 _REF, _IMAGES = "RCX_REF", ("RCX_IMAGE", "RCX_IMAGE_WORDS")
 _STARTS = ("EXECUTE", "ENABLE")
+#: What asks something of the robot is or has one of these; the stops act out of place, too.
+_ASKING = ("FB_RCXJOB", "FB_SEQUENCECONTROL")
+_STOPPING = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
 
 class CallFinding(NamedTuple):
@@ -135,6 +139,7 @@ class _Block:
         place: Where that is among its VAR_IN_OUT.
         watched: It wants one call in each scan.
         works: It has an Execute or Enable, is an area block, or has such blocks inside.
+        asks: It asks something of the robot, and is refused outside of the two area blocks.
     """
 
     name: str
@@ -142,6 +147,7 @@ class _Block:
     place: int | None
     watched: bool
     works: bool
+    asks: bool
 
 
 def _declarations(file: Path) -> tuple[s.Declaration, ...]:
@@ -166,10 +172,16 @@ def _blocks(files: Sequence[Path]) -> dict[str, _Block]:
         more = False
         for name, kinds in inside.items():
             block = found[name]
-            if not (block.watched and block.works) and any(
-                kind in found and found[kind].watched and found[kind].works for kind in kinds
-            ):
-                found[name] = _Block(name, block.pin, block.place, watched=True, works=True)
+            parts = [found[kind] for kind in kinds if kind in found]
+            works = any(part.watched and part.works for part in parts)
+            whole = replace(
+                block,
+                watched=block.watched or works,
+                works=block.works or works,
+                asks=block.asks or any(part.asks for part in parts),
+            )
+            if whole != block:
+                found[name] = whole
                 more = True
     return found
 
@@ -182,7 +194,8 @@ def _block(pou: s.Pou) -> _Block:
     passing = any(kind in _IMAGES for _, kind in in_outs) and not area
     starts = any(name in _STARTS for name, _ in _variables(pou, "VAR_INPUT"))
     watched = bool(refs) and (starts or not passing)
-    return _Block(pou.name.key, pin, place, watched, watched and (starts or area))
+    asks = pou.name.key in _ASKING
+    return _Block(pou.name.key, pin, place, watched, watched and (starts or area), asks)
 
 
 def _variables(pou: s.Pou, kind: str) -> Iterator[tuple[str, str]]:
@@ -245,11 +258,10 @@ class _Calls:
         self._exits: list[list[_Way]] = []
         self._branches = 0
         self._returned = False
-        self._read: set[str] = {
-            _text(_argument(call, block)).upper()
-            for call, block in self._all(self.owner.body)
-            if AREAS.get(block.name) == "read"
-        }
+        self._reads: dict[str, s.CallStatement] = {}
+        for call, block in self._all(self.owner.body):
+            if AREAS.get(block.name) == "read":
+                self._reads.setdefault(_text(_argument(call, block)).upper(), call)
         self._run(self.owner.body, {}, (), loop=False)
 
     def findings(self) -> list[CallFinding]:
@@ -371,20 +383,42 @@ class _Calls:
         """Reading first, writing last, where this body reads the robot's area."""
         if not call.block.works or call.loop:
             return
-        if area != "read" and call.key in self._read and ("read", call.key) not in way:
-            self._tell(
-                call,
-                f"{call.name} is called before the area of {call.robot} is read: it sees the scan "
-                "before; call FB_ReadArea first",
-            )
         written = way.get(("write", call.key), ())
-        if written and area != "write":
+        read = self._reads.get(call.key)
+        refused = "it ends with 16#8017 (Called out of place) and nothing is executed"
+        if call.block.name in _STOPPING:
+            refused = "it ends with 16#8017 (Called out of place), though its stop acts"
+        if written and area == "read":
             self._tell(
                 call,
                 f"{call.name} is called after {written[0].name} in line {written[0].at.line}: what "
-                "it asks for goes out a scan late; call FB_WriteArea last",
+                "it reads is of use in the next scan only; call FB_ReadArea first",
                 certain=_both_run(written, call),
             )
+        elif written and call.block.asks:
+            self._tell(
+                call,
+                f"{call.name} is called after {written[0].name} in line {written[0].at.line}: "
+                f"{refused}; move the call in front of that line",
+                certain=_both_run(written, call),
+            )
+        elif area != "read" and read is not None and ("read", call.key) not in way:
+            # In the order write, read the blocks before both are in the scan that is read last.
+            late = "it sees the scan before; call FB_ReadArea first"
+            if call.block.asks and not self._is_written_before(read, call.key):
+                late = f"{refused}; move the call behind {_name(read)} in line {read.at.line}"
+            self._tell(
+                call, f"{call.name} is called before the area of {call.robot} is read: {late}"
+            )
+
+    def _is_written_before(self, read: s.CallStatement, robot: str) -> bool:
+        """Does the body write the robot's area in front of where it reads it?"""
+        return any(
+            AREAS.get(block.name) == "write"
+            and call.at < read.at
+            and _text(_argument(call, block)).upper() == robot
+            for call, block in self._all(self.owner.body)
+        )
 
     def _tell(self, call: _Call, text: str, *, certain: bool = True) -> None:
         self._found.setdefault((call.at, text), CallFinding(self.file, call.at, text, certain))
@@ -408,6 +442,11 @@ def _argument(one: s.CallStatement, block: _Block) -> s.Expression | None:
         if argument.name is not None and argument.name.key == block.pin:
             return argument.value
     return None
+
+
+def _name(one: s.CallStatement) -> str:
+    """The instance that is called."""
+    return one.callee.text if isinstance(one.callee, s.Name) else ""
 
 
 def _varies(node: s.Expression | None) -> bool:

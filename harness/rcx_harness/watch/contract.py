@@ -4,6 +4,9 @@ A monitor sees a block before and after a scan, not at its call. What holds when
 called is checked for every instance, also inside other blocks. The rest needs to know the Execute
 or Enable that the block saw; it is checked where the source shows it: one call per scan that
 cannot be skipped, and no assignment to the pin after it (`steady_instances`).
+
+That a block was called out of place is taken from its own ErrorID: no engine but the built-in one
+shows the calls.
 """
 
 from __future__ import annotations
@@ -18,6 +21,9 @@ from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.robot import Violation
 
 __all__ = ["ContractMonitor"]
+
+#: ErrorID of a block that was called outside of FB_ReadArea and FB_WriteArea (docs/errors.md).
+_OUT_OF_PLACE = 0x8017
 
 
 class _Pins(NamedTuple):
@@ -50,6 +56,9 @@ class _Instance:
 
     pins: tuple[str, ...] = ("error", "errorid")
 
+    #: No instance around it is watched: what it shows is told of it alone.
+    topmost: bool = False
+
     def __init__(self, path: str, names: dict[str, str], steady: bool) -> None:
         self.path, self.steady = path, steady
         # In the order of their declaration: so they lie one behind the other.
@@ -70,7 +79,10 @@ class _Instance:
         change = self.before, now
         verdict = self._verdicts.get(change)
         if verdict is None:
-            broken = self._judge(self._by_pin(self.before), self._by_pin(now))
+            pins = self._by_pin(now)
+            broken = self._judge(self._by_pin(self.before), pins)
+            if self.topmost and self.has_id and pins[-1] == _OUT_OF_PLACE:
+                broken = [*broken, _MOVE_IT]
             verdict = self._verdicts[change] = tuple(broken)
         found = [text for text in verdict if text not in self.told]
         self.before, self.told = now, verdict
@@ -189,14 +201,27 @@ class ContractMonitor:
         self._seen = None
 
 
-#: What an instance is made of: its contract, path, pins, whether it is steady, and outermost.
-_Found = tuple[type[_Instance], str, dict[str, str], bool, bool]
+class _Found(NamedTuple):
+    """What an instance is made of: its contract, path, pins, and where it stands."""
+
+    kind: type[_Instance]
+    path: str
+    names: dict[str, str]
+    steady: bool
+    outermost: bool
+    topmost: bool
 
 
 def _made(
-    kind: type[_Instance], path: str, names: dict[str, str], steady: bool, outermost: bool
+    kind: type[_Instance],
+    path: str,
+    names: dict[str, str],
+    steady: bool,
+    outermost: bool,
+    topmost: bool,
 ) -> _Instance:
     instance = kind(path, names, steady)
+    instance.topmost = topmost
     if isinstance(instance, _Edge):
         instance.outermost = outermost
     return instance
@@ -205,11 +230,11 @@ def _made(
 @lru_cache(maxsize=64)
 def _all_inside(path: str, owner: BlockType, steady: frozenset[str]) -> tuple[_Found, ...]:
     """What is watched in a program; the same for each of its cells."""
-    return tuple(_inside(path, owner, steady, outermost=True))
+    return tuple(_inside(path, owner, steady, outermost=True, topmost=True))
 
 
 def _inside(
-    path: str, owner: BlockType, steady: Collection[str], *, outermost: bool
+    path: str, owner: BlockType, steady: Collection[str], *, outermost: bool, topmost: bool
 ) -> Iterator[_Found]:
     """The instances declared in `owner`, and those inside them."""
     for variable in owner.variables:
@@ -221,8 +246,14 @@ def _inside(
         names = {pin.name.lower(): pin.name for pin in block.variables if _is_pin(pin.type)}
         kind = _kind(names)
         if kind is not None:
-            yield kind, inner, names, certain, outermost
-        yield from _inside(inner, block, steady if certain else (), outermost=False)
+            yield _Found(kind, inner, names, certain, outermost, topmost)
+        yield from _inside(
+            inner,
+            block,
+            steady if certain else (),
+            outermost=False,
+            topmost=topmost and kind is None,
+        )
 
 
 def _is_pin(kind: object) -> bool:
@@ -238,6 +269,12 @@ def _kind(names: Collection[str]) -> type[_Instance] | None:
     if "error" in names and "errorid" in names:
         return _Instance
     return None
+
+
+_MOVE_IT = (
+    "was called before FB_ReadArea or behind FB_WriteArea: it has ended with 16#8017, and nothing "
+    "was executed; move the call between the two"
+)
 
 
 def _together(shown: Collection[str]) -> list[str]:

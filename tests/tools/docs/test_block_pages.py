@@ -156,7 +156,7 @@ def test_a_range_is_that_of_the_manual(block: str, pin: str, expected: str) -> N
 def test_a_page_lists_the_errors_that_its_block_can_give_and_no_others() -> None:
     """Source: what the blocks check, plc/lib; spec/errors.toml."""
     servo = ["16#8001", "16#8002", "16#8003", "16#8004", "16#8005", "16#8010", "16#8012"]
-    assert _errors("FB_ServoOn") == [*servo, "16#8013", "16#8016"]
+    assert _errors("FB_ServoOn") == [*servo, "16#8013", "16#8016", "16#8017"]
     assert _errors("FB_ReadBit") == ["16#8001", "16#8030", "16#8031", "16#8033"]
     assert _errors("FB_ReadBitInWords") == ["16#8001", "16#8030", "16#8031", "16#8032", "16#8033"]
     assert "16#8035" in _errors("FB_ReadDoubleWord")
@@ -170,6 +170,7 @@ def test_a_page_lists_the_errors_that_its_block_can_give_and_no_others() -> None
         "16#8014",
         "16#8015",
         "16#8016",
+        "16#8017",
         "16#8020",
     ]
     assert _errors("FB_ReadPoint") == [*remote, "16#8044"]
@@ -179,6 +180,7 @@ def test_a_page_lists_the_errors_that_its_block_can_give_and_no_others() -> None
         "16#8010",
         "16#8013",
         "16#8016",
+        "16#8017",
     ]
     assert _errors("FB_ReadArea") == ["16#8030", "16#8031", "16#8037"]
     assert all(row[2] and row[3] for row in _rows(_page("FB_ServoOn"), "Errors"))

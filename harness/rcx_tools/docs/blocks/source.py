@@ -35,7 +35,7 @@ _ODD_OFFSET, _ODD_NUMBER, _ABORTED = 0x8032, 0x8035, 0x8050
 #: command also ends with what FB_ReadArea finds, Robot.Inner.Answer; a channel of one's own has
 #: no queue.
 _JOB = "FB_RcxJob"
-_CALLED_WRONG = {0x8013, 0x8016}
+_CALLED_WRONG = {0x8013, 0x8016, 0x8017}
 _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
 _ANSWER = re.compile(r"\bRobot\.Inner\.Answer := WORD#16#([0-9A-F]{4});")

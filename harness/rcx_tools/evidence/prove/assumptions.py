@@ -9,7 +9,7 @@ ASSUMPTIONS = {
     "inner": "No program writes into RCX_REF: neither its part Inner nor the other fields.",
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",
     "calls": "Each robot has one FB_ReadArea (or ...Words) and one FB_WriteArea (or ...Words). A"
-    " block instance belongs to one robot and is called between the two; none of core/ is called.",
+    " block instance belongs to one robot; none of core/ is called.",
     "missed": "No block is Busy and left uncalled for an exact multiple of 65,536 scans: the number"
     " of the scan, which is all that it sees of them, is then as if there had been none.",
     "waiters": "While a block that has no ticket yet waits for one, at most 32,767 turns begin: it"

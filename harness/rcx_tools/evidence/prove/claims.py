@@ -35,6 +35,7 @@ CLAIMS: Mapping[str, tuple[str, ...]] = {
     "handshake": _HELD,
     "response": ("owned", SHOWN),
     "guarantee": ("owned", *_HELD, "interval", "levels", "start against stop", BYTES),
+    "place": ("place", BYTES),
     "bytes": ("outside", BYTES),
     "reserved": ("reserved", BYTES),
     "contract": ("contract", SHOWN),
@@ -104,6 +105,8 @@ class Judges:
         self._pins = program.reader([f"Main.WriteArea.{name}" for name in pins])
         owned = ("Connected", "Status", "Response")
         self._owned = program.reader([f"Main.Robot.{name}" for name in owned])
+        places = [f"Main.{place}{n}" for n in about.blocks for place in about.client.places[:2]]
+        self._placed = program.reader([] if about.client.steady else places)
         self._look = program.reader(list(about.pins("VAR_OUTPUT")) if SHOWN in kinds else [])
         functions = range(1, len(about.client.functions) + 1)
         self._results = program.reader([f"Main.F{number}" for number in functions])
@@ -133,6 +136,7 @@ class Judges:
             "outside": self._outside,
             "interval": self._interval,
             "levels": self._levels,
+            "place": self._place,
             "owned": self._owner,
             "restart": self._restart,
             HANG: self._hang,
@@ -145,7 +149,9 @@ class Judges:
         if "contract" in kinds:
             monitor = ContractMonitor(self._program, self._about.steady)
             yield lambda moment, _: (
-                (one.rule, one.text) for one in monitor.scan(moment.t_us, moment.number)
+                (one.rule, one.text)
+                for one in monitor.scan(moment.t_us, moment.number)
+                if "16#8017" not in one.text  # out of place: the caller's fault, not the block's
             )
 
     def scan(self, moment: Moment) -> list[tuple[str, str]]:
@@ -199,6 +205,12 @@ class Judges:
         for bit, allowed in ((0x01, emergency_ok), (0x40, stop_ok)):
             if si[DEDICATED_AT] & bit and not (allowed and moment.connected):
                 yield "levels", f"bit {bit:#x} is ON without its pin, or without the link"
+
+    def _place(self, _: Moment, si: bytes) -> Findings:
+        """What is asked for goes out in a scan in which a block is called in its place."""
+        rising = word(si, DEDICATED_AT) & ~word(self.written, DEDICATED_AT) & ~_STOPS
+        if (rising or (word(si, 0) and not word(self.written, 0))) and not any(self._placed()):
+            yield "place", "something goes out, and no block was called in its place"
 
     def _outside(self, _: Moment, si: bytes) -> Findings:
         n = self._about.n

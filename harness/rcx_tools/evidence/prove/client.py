@@ -23,8 +23,9 @@ def less(block: int, pin: str) -> str:
 class Client:
     """A program with some blocks between FB_ReadArea and FB_WriteArea.
 
-    Each block is called early (`Call1`), late (`Late1`), twice or not at all; the areas may be left
-    out of a scan (`SkipRead`, `SkipWrite`), or written a second time by the same instance or by
+    Each block is called early (`Call1`), late (`Late1`), twice or not at all, with `out_of_place` also
+    before FB_ReadArea (`Before1`) and behind FB_WriteArea (`Behind1`); the areas may be left out of a
+    scan (`SkipRead`, `SkipWrite`), or written a second time by the same instance or by
     another one (`Again`, `Other`).
 
     Attributes:
@@ -32,12 +33,19 @@ class Client:
         steady: They are called once in every scan, and so are the areas.
         words: The process image is one of words.
         functions: Functions that are called in every scan, with free inputs.
+        out_of_place: The blocks are called outside of the areas, too.
     """
 
     blocks: tuple[str, ...]
     steady: bool = False
     words: bool = False
     functions: tuple[str, ...] = ()
+    out_of_place: bool = False
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """The variables that say where a block is called."""
+        return ("Call", "Late", *(("Before", "Behind") if self.out_of_place else ()))
 
     def source(self, library: Library) -> str:
         """Structured Text."""
@@ -64,6 +72,8 @@ class Client:
             "ReadArea(Robot := Robot, Image := InputArea, m := m, Size := InSize,"
             " ImageSize := ImageSize, Connected := Connected);"
         )
+        if self.out_of_place:
+            lines += self._calls(library, "Before")
         lines.append(f"  {read}" if self.steady else f"  IF NOT SkipRead THEN {read} END_IF;")
         lines += self._functions(library)
         lines += self._calls(library, "Call")
@@ -80,6 +90,8 @@ class Client:
                 _written("OtherArea", "Again"),
                 "  END_IF;",
             ]
+            if self.out_of_place:
+                lines += self._calls(library, "Behind")
         else:
             lines.append(_written("WriteArea", ""))
         return "\n".join([*lines, "END_PROGRAM", ""])
@@ -93,7 +105,8 @@ class Client:
             for duration in _durations(library, block):
                 yield f"    {less(number, duration)} : TIME;"
             if not self.steady:
-                yield f"    Call{number}, Late{number} : BOOL;"
+                called = ", ".join(f"{place}{number}" for place in self.places)
+                yield f"    {called} : BOOL;"
         for number, name in enumerate(self.functions, 1):
             yield f"    F{number} : {_result(library, name)};"
             for symbol in library.pou(name.upper()).section("VAR_INPUT"):

@@ -50,6 +50,10 @@ _WATCHING = ("FB_ATPOINT", "FB_AXISAREA", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
 #: It alone says what the link and the controller's answer are.
 _TAKER = "FB_RCXTAKEHEAD"
+#: They ask nothing of the controller, in any place.
+_LOOKING = ("FB_AUTOMODE", "FB_INTERLOCK", "FB_STATUS")
+#: ErrorID of a block that is called out of place (docs/errors.md).
+_OUT_OF_PLACE = 0x8017
 
 
 def kind_of(library: Library, block: str) -> str:
@@ -73,8 +77,9 @@ def kind_of(library: Library, block: str) -> str:
 
 def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
     """What a block with Execute promises of one call, by name."""
-    execute = now["EXECUTE"]
+    execute, placed = now["EXECUTE"], _placed(was)
     edge = z3.And(execute, z3.Not(saw), z3.Not(was["BUSY"]))
+    refused = z3.And(now["ERROR"], now["ERRORID"] == _OUT_OF_PLACE, z3.Not(now["BUSY"]))
     ends = ("DONE", "ERROR", "ERRORID")
     quiet = z3.And(z3.Not(edge), z3.Not(was["BUSY"]))
     return {
@@ -84,7 +89,10 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
         "Active only with Busy": z3.Implies(
             z3.And(now.bit("ACTIVE"), block != COLLECTS), now["BUSY"]
         ),
-        "a rising edge gives Busy in its call": z3.Implies(edge, now["BUSY"]),
+        "a rising edge gives Busy in its call": z3.Implies(z3.And(edge, placed), now["BUSY"]),
+        "out of place a block that begins or is at work ends with an error of its own": z3.Implies(
+            z3.And(z3.Not(placed), z3.Or(edge, was["BUSY"])), refused
+        ),
         "Busy ends in Done or Error": z3.Implies(was["BUSY"], now.shown),
         "an end stays while Execute does": z3.Implies(
             z3.And(quiet, execute), z3.And(now.same(was, ends), z3.Not(now["BUSY"]), now.shown)
@@ -108,7 +116,20 @@ def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
         claims["Error stays until Enable falls"] = z3.Implies(
             z3.And(enable, was["ERROR"]), now["ERROR"]
         )
+    if block not in _LOOKING:
+        # A jog that has ended by itself shows that on.
+        ended = z3.And(now["VALID"], now.bit("LOCKED"))
+        claims["out of place it is an error"] = z3.Implies(
+            z3.And(z3.Not(_placed(was)), enable), z3.Or(now["ERROR"], ended)
+        )
     return claims
+
+
+def _placed(was: View) -> Any:
+    """The call is between FB_ReadArea and FB_WriteArea."""
+    if "INSCAN" in was:
+        return was["INSCAN"]
+    return was.machine.term((*ROBOT, "INNER", "INSCAN"), was.memory)
 
 
 def _error(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
@@ -152,6 +173,8 @@ def _data(library: Library, block: str, step: Step, was: View, now: View) -> dic
     machine = step.machine
     _, initial = at_start(library, block)
     ended = z3.And(was["BUSY"], z3.Not(now["BUSY"]))
+    if (*BLOCK, "JOB", "ENDED") in now.memory:  # out of place it begins and ends in one call
+        ended = z3.Or(ended, z3.And(z3.Not(_placed(was)), step.now((*BLOCK, "JOB", "ENDED"))))
     kept, cleared = [], []
     for path in _answers(library, block, machine):
         value = now.memory[path]
@@ -256,7 +279,7 @@ PROPERTIES = (
         "contract",
         "Every block keeps the contract of its pins in every call: at most one of Busy, Done and"
         " Error (or Valid, Busy and Error), Error exactly with ErrorID, Active only with Busy; an"
-        " edge of Execute gives Busy in its call and an end after it, which stays while Execute"
+        " edge of Execute gives Busy in its call (out of place: an error) and an end after it, which stays while Execute"
         " does and goes after it; what the last command brought is shown until the next one ends,"
         " and cleared by an end without an answer; not so of blocks that send several, whose"
         " outputs show how far they are. That nothing of an earlier call shows is not asked of"

@@ -147,9 +147,8 @@ class Environment:
             if path.startswith(f"Main.B{number}.") and kind == _TIME and absurd and draw() < 0.3
         }
         # In their order, or the other way round: before others, or behind them.
-        places = ("Call", "Late")
         self._calls = [
-            f"Main.{self._random.choice(places)}{number}"
+            f"Main.{self._random.choice(client.places)}{number}"
             for number in (() if client.steady else self.blocks)
         ]
         self._values: dict[str, Any] = {}
@@ -282,7 +281,7 @@ class Environment:
         """Nobody asks for anything."""
         values: dict[str, Any] = {"Main.EmergencyStopOk": True, "Main.StopOk": True}
         values |= {path: False for path, kind in self._pins if kind == _BOOL}
-        odd = ("Call", "Late", "SkipRead", "SkipWrite", "Again", "Other")
+        odd = ("Call", "Late", "Before", "Behind", "SkipRead", "SkipWrite", "Again", "Other")
         values |= {
             path: False
             for path in self._values

@@ -1,4 +1,4 @@
-"""What a block may do to RCX_REF between FB_ReadArea and FB_WriteArea, whatever its pins hold.
+"""What a block may do to RCX_REF, whatever its pins hold, in its place or out of it.
 
 `guarantee` is reflexive and transitive: it holds of any number of calls of any blocks in any order.
 The inductions over FB_ReadArea and FB_WriteArea lean on it; FB_ReadArea keeps `reading`.
@@ -35,6 +35,8 @@ WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
 #: What FB_ReadArea writes.
 _READ = ("CONNECTED", "SO", "STATUS", "RESPONSE")
 _READ_INNER = ("ELAPSED", "SCAN", "INSCAN", "ANSWER")
+#: What it takes back, since it was asked for outside of a scan.
+_TAKEN_BACK = ("REQUEST", "CODEREQUEST")
 #: Blocks that are, or have, an FB_PowerUp, and where it is.
 _POWER_UPS: dict[str, Path] = {
     "FB_POWERUP": BLOCK,
@@ -96,16 +98,18 @@ def guarantee(machine: Machine, before: Memory, after: Memory, request: int = AN
 
 
 def reading(machine: Machine, before: Memory, after: Memory) -> Any:
-    """What FB_ReadArea does: it writes what it has read, and nothing else."""
-    return z3.And(
-        *[
-            machine.term(path, before) == machine.term(path, after)
-            for path in before
-            if path[:1] == ROBOT
-            and path[1] not in _READ
-            and not (path[1] == "INNER" and path[2] in _READ_INNER)
-        ]
-    )
+    """What FB_ReadArea does: it writes what it has read, and takes requests back; nothing else."""
+    claims = []
+    for path in before:
+        inner = path[2] if path[1:2] == ("INNER",) else ""
+        if path[:1] != ROBOT or path[1] in _READ or inner in _READ_INNER:
+            continue
+        was, now = machine.term(path, before), machine.term(path, after)
+        kept = was == now
+        if inner in _TAKEN_BACK:
+            kept = z3.Or(kept, z3.Not(now) if inner == "CODEREQUEST" else now == 0)
+        claims.append(kept)
+    return z3.And(*claims)
 
 
 def is_connected(library: Library, name: str, path: Path) -> bool:
@@ -114,7 +118,7 @@ def is_connected(library: Library, name: str, path: Path) -> bool:
 
 
 def between(library: Library) -> list[str]:
-    """The blocks that users call between FB_ReadArea and FB_WriteArea and that have a Robot."""
+    """The blocks that users call beside FB_ReadArea and FB_WriteArea and that have a Robot."""
     return [
         name
         for name in library.blocks
@@ -214,7 +218,7 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "guarantee",
-        "Between FB_ReadArea and FB_WriteArea no block changes what those two own, touches a"
+        "No block changes what FB_ReadArea and FB_WriteArea own, touches a"
         " command that is out, requests an input that is not its own, or ends a hold of another"
         " block (FB_Operator that of its own Stop, at its key Reset or Start); any number of"
         " calls in any order neither.",

@@ -95,7 +95,8 @@ def hunt(
     words = "Words" in bug.file
     own = tuple(block for block in bug.own for _ in range(2))[:6]
     standing = (*STANDING, "FB_WriteWordInWords" if words else "FB_WriteWord")
-    clients = [Client((*own, *standing), words=words, functions=functions)]
+    out_of_place = "place" in bug.kinds
+    clients = [Client((*own, *standing), False, words, functions, out_of_place)]
     if "contract" in bug.kinds:
         clients.insert(0, Client(own or STANDING[2:4], True, words))
     for client in clients:

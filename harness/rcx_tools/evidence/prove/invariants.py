@@ -114,6 +114,11 @@ def _guesses(
     if "EXECUTE" in whole:
         guesses["an Execute that was seen is answered"] = z3.Implies(saw, whole.shown)
     if "ENABLE" in whole:
+        guesses |= {
+            f"{'.'.join(path)}: after its end an Error": z3.Implies(_over(view), whole["ERROR"])
+            for path, view in views.items()
+            if path != BLOCK and "ACTIVE" in view and "BUSY" in view
+        }
         for symbol in library.pou(block).section("VAR"):
             if getattr(symbol.type, "name", "") == "BOOL":
                 flag = whole[symbol.name.upper()]
@@ -126,6 +131,7 @@ def _guesses(
                         told = f"{symbol.name}, {'.'.join(path)}"
                         guesses[f"{told}: only if Active"] = z3.Implies(flag, view["ACTIVE"])
                         guesses[f"{told}: never Busy"] = z3.Not(z3.And(flag, view["BUSY"]))
+                        guesses[f"{told}: after its end"] = z3.Implies(_over(view), flag)
     edges = [
         (path, view[pin])
         for path, view in views.items()
@@ -138,6 +144,11 @@ def _guesses(
         if one[:-1] == other[:-1]:
             guesses[f"{one} and {other} have the same Execute"] = first == second
     return guesses
+
+
+def _over(view: View) -> Any:
+    """What it was called for with Execute has ended; FALSE of one that does not remember Execute."""
+    return z3.And(view.bit("WASEXECUTE"), z3.Not(view["BUSY"]))
 
 
 def _of_one(view: View) -> dict[str, Any]:
@@ -265,16 +276,20 @@ def invariant(library: Library, block: str, step: Step, saw: Any) -> tuple[list[
 
 
 def assumed(step: Step) -> tuple[Any, ...]:
-    """What holds before a call of any block between FB_ReadArea and FB_WriteArea."""
+    """What holds before a call of any block."""
     linked_up = [linked(step.machine, step.before)] if (*ROBOT, "CONNECTED") in step.before else []
     return (*step.machine.assumptions, *linked_up)
 
 
 def linked(machine: Machine, memory: Memory) -> Any:
-    """What FB_ReadArea says and no other block alters: without CPU_OK the answer is an error."""
+    """What FB_ReadArea says and no other block alters: without CPU_OK the answer is an error.
+
+    Before the first FB_ReadArea of all there is no answer yet.
+    """
+    placed = machine.term((*ROBOT, "INNER", "INSCAN"), memory)
     answer = machine.term((*ROBOT, "INNER", "ANSWER"), memory)
     cpu_ok = machine.term((*ROBOT, "SO", "SO01_CPUOK"), memory)
-    return z3.Or(cpu_ok, answer == 0x8001, answer == 0x8002)
+    return z3.Or(z3.Not(placed), cpu_ok, answer == 0x8001, answer == 0x8002)
 
 
 def _unwritten(library: Library, block: str, machine: Machine) -> Iterator[Path]:

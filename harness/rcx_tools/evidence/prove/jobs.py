@@ -24,6 +24,7 @@ from rcx_tools.evidence.prove import (
     interval,
     levels,
     overflow,
+    place,
     restart,
     safety,
     telegrams,
@@ -52,6 +53,7 @@ __all__ = [
 PROPERTIES: tuple[Property, ...] = (
     *interval.PROPERTIES,
     *guarantee.PROPERTIES,
+    *place.PROPERTIES,
     *image.PROPERTIES,
     *levels.PROPERTIES,
     *restart.PROPERTIES,

@@ -21,6 +21,7 @@ from rcx_harness.verify.prove.values import Value
 
 __all__ = [
     "ANY",
+    "ASKS",
     "COMMAND_RUN",
     "OUTLINED",
     "RELEASES",
@@ -59,6 +60,8 @@ ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RE
 _FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP", "WORKS", "WORKED", "CARRIES")
 #: Flags of a scan: they come, and only FB_WriteArea takes them away.
 _RISING = ("KEEPEMERGENCY", "KEEPSTOP", "STOPJOG", "CODEREQUEST")
+#: What a block asks for, and its turn: outside of a scan it leaves all of it alone (`place`).
+ASKS = ("COMMAND", "SEQUENCE", "CODE", "DATA", "CODEREQUEST", "REQUEST")
 #: Blocks that end a hold, on a rising edge.
 RELEASES = {"HOLDEMERGENCY": "FB_SERVOONFROMEMERGENCYSTOP", "HOLDSTOP": "FB_PROGRAMCONTINUE"}
 
@@ -156,6 +159,11 @@ class Outline(Machine):
         was = self.term(path)
         self.havoc(path, leaf.type)
         new = self.term(path)
+        if leaf.suffix[1] in (*ASKS, *RELEASES):
+            placed = self.term((*robot, "INNER", "INSCAN"))
+            rises = z3.Or(was, new) if leaf.suffix[1] in RELEASES else was
+            new = z3.If(placed, new, rises)
+            self[path] = new
         if leaf.suffix[1] in RELEASES and RELEASES[leaf.suffix[1]] != block:
             law = "rising"
         if law == "rising":

@@ -48,15 +48,17 @@ _STOPPERS = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
 
 def answers(machine: Machine, memory: Memory | None = None) -> Any:
-    """What FB_ReadArea leaves in Answer where the link or CPU_OK is lost."""
+    """What FB_ReadArea leaves in Answer where the link or CPU_OK is lost, for a block in place."""
+    placed = machine.term((*INNER, "INSCAN"), memory)
     connected = machine.term((*ROBOT, "CONNECTED"), memory)
     ready = machine.term((*ROBOT, "SO", "SO01_CPUOK"), memory)
     answer = machine.term((*INNER, "ANSWER"), memory)
-    return z3.And(
+    told = z3.And(
         (answer == _NOT_CONNECTED) == z3.Not(connected),
         (answer == _NOT_READY) == z3.And(connected, z3.Not(ready)),
         z3.Implies(ready, connected),
     )
+    return z3.Implies(placed, told)
 
 
 def jobs_of(library: Library) -> list[str]:
@@ -132,6 +134,7 @@ def _promises(machine: Machine, call: Outlined) -> Iterator[Any]:
     lost = z3.Or(z3.Not(connected), z3.Not(ready), skipped)
     yield z3.Implies(z3.And(began, lost), ends)
     yield z3.Implies(z3.Not(connected), z3.Not(asks))
+    yield z3.Implies(z3.Not(was(*INNER, "INSCAN")), z3.Not(busy))  # property `contract`
     shown = z3.Or(busy, now(*path, "DONE"), now(*path, "ERROR"))
     yield z3.Implies(z3.And(z3.Not(began), z3.Not(execute)), z3.Not(shown))
     yield z3.Implies(began, shown)

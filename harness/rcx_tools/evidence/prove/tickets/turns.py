@@ -266,7 +266,10 @@ def _back(library: Library, part: str) -> Iterator[Goal]:
     was, job = step.before.jobs[0], step.after.jobs[0]
     on_wire = step.was(("JOB1", "APPLIED"))
     ended = z3.And(was.lives(before), z3.Not(job.busy))
-    holder = z3.And(ended, was.ticket == before.turns, was.waits, was.seen == before.scan - 1)
+    placed = step.was(("JOB1", "INSCAN"))
+    holder = z3.And(
+        ended, placed, was.ticket == before.turns, was.waits, was.seen == before.scan - 1
+    )
     held = z3.And(z3.BoolVal(channel == "COMMAND"), on_wire, after.orphan)
     stays = z3.And(after.turns == before.turns, after.lowest == before.lowest)
     yield step.goal(
@@ -295,9 +298,9 @@ def _back(library: Library, part: str) -> Iterator[Goal]:
         ),
     )
     yield step.goal(
-        f"{part}: who was left out or is called twice ends, and changes no turn",
+        f"{part}: who was left out, is called twice or out of place ends, and changes no turn",
         z3.Implies(
-            z3.And(was.busy, was.seen != before.scan - 1),
+            z3.And(was.busy, z3.Or(was.seen != before.scan - 1, z3.Not(placed))),
             z3.And(z3.Not(job.busy), z3.Not(job.active), job.error != 0, stays),
         ),
     )
@@ -395,7 +398,8 @@ PROPERTIES = (
     Property(
         "turn-back",
         "A block that ends in its turn passes it on; a command that is still on the wire keeps it"
-        " until its end or a loss; the turn of a block that is gone goes to the next that lives.",
+        " until its end or a loss; the turn of a block that is gone, or was called out of place,"
+        " goes to the next that lives.",
         "docs/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _back,

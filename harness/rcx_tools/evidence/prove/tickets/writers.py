@@ -29,12 +29,18 @@ OWNERS = {
 _PINS: dict[str, dict[str, str | None]] = {
     "COMMAND": {
         "SCAN": "ROBOT.INNER.SCAN",
+        "INSCAN": "ROBOT.INNER.INSCAN",
         "ELAPSED": "ROBOT.INNER.ELAPSED",
         "ANSWER": "ROBOT.INNER.ANSWER",
         "REMOTE": "1",
         "APPLIED": "(ROBOT.INNER.PHASE = 3)",
     },
-    "SEQUENCE": {"SCAN": "ROBOT.INNER.SCAN", "ELAPSED": "ROBOT.INNER.ELAPSED", "REMOTE": None},
+    "SEQUENCE": {
+        "SCAN": "ROBOT.INNER.SCAN",
+        "INSCAN": "ROBOT.INNER.INSCAN",
+        "ELAPSED": "ROBOT.INNER.ELAPSED",
+        "REMOTE": None,
+    },
 }
 #: Blocks to which a channel of a robot may be handed.
 _TAKERS = {"FB_RCXJOB", "FB_RCXCHANNELTURN"}

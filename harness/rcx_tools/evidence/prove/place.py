@@ -1,0 +1,83 @@
+"""What a call outside of FB_ReadArea and FB_WriteArea may do: take SI(00) and SI(06) away."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import z3
+
+from rcx_harness.verify.prove.machine import Path
+from rcx_tools.evidence.prove.area import accepted
+from rcx_tools.evidence.prove.guarantee import INNER, READERS, WRITERS, between
+from rcx_tools.evidence.prove.library import BLOCK, Library, Step
+from rcx_tools.evidence.prove.outline import ASKS, RELEASES
+from rcx_tools.evidence.prove.property import Goal, Property
+
+__all__ = ["PROPERTIES"]
+
+_PLACED: Path = (*INNER, "INSCAN")
+
+
+def _called(library: Library, name: str) -> Iterator[Goal]:
+    """From any state, with any pins: it asks for nothing, and ends no hold."""
+    step = library.step(name, library.outline(name))
+    machine = step.machine
+    assumed = (*machine.assumptions, z3.Not(step.was(_PLACED)))
+    claims = []
+    for path in step.before:
+        if path[: len(INNER)] != INNER:
+            continue
+        was, now = step.was(path), step.now(path)
+        if path[2] in ASKS and not was.eq(now):
+            claims.append(was == now)
+        if path[2] in RELEASES and not was.eq(now):
+            claims.append(z3.Implies(was, now))
+    yield Goal(f"{name}: it asks for nothing, and ends no hold", assumed, z3.And(claims))
+
+
+def _read_area(library: Library, name: str) -> Iterator[Goal]:
+    """A scan begins without requests."""
+    step = library.step(name)
+    first = z3.Not(step.was(_PLACED))
+    none = z3.And(step.now((*INNER, "REQUEST")) == 0, z3.Not(step.now((*INNER, "CODEREQUEST"))))
+    yield Goal(
+        f"{name}: what was asked for before is taken back",
+        tuple(step.machine.assumptions),
+        z3.And(step.now(_PLACED), z3.Implies(first, none)),
+    )
+
+
+def _write_area(library: Library, name: str) -> Iterator[Goal]:
+    """It puts out what was asked for in this scan, and ends the scan."""
+    step = library.step(name)
+    assumed = tuple(step.machine.assumptions)
+    yield Goal(f"{name}: it ends the scan", assumed, z3.Not(step.now(_PLACED)))
+    yield Goal(
+        f"{name}: outside of a scan it puts nothing out",
+        assumed,
+        z3.Implies(z3.Not(step.was(_PLACED)), z3.Not(accepted(step))),
+    )
+
+
+def _goals(library: Library, part: str) -> Iterator[Goal]:
+    if part in READERS:
+        yield from _read_area(library, part)
+    elif part in WRITERS:
+        yield from _write_area(library, part)
+    else:
+        yield from _called(library, part)
+
+
+PROPERTIES = (
+    Property(
+        "place",
+        "A block that is called before FB_ReadArea or behind FB_WriteArea asks for nothing, takes"
+        " no turn and ends no hold; what was asked for there by whomever does not go out. It can"
+        " take SI(00) and SI(06) away. That it ends with an error: `contract`.",
+        "docs/scan-model.md",
+        ("inner",),
+        _goals,
+        lambda library: (*READERS, *WRITERS, *between(library)),
+        lambda part: (part,),
+    ),
+)

@@ -1,0 +1,385 @@
+"""Calls before FB_ReadArea and behind FB_WriteArea: what of them may reach the wire, and what not.
+
+tests/contract/test_out_of_place.py tries every block; here is what they have no part in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+
+from both_engines import ENGINES
+from plc_bench import PlcBench
+from rcx_harness import Cell
+from rcx_harness.robot import Axis, RobotConfig
+
+OUT_OF_PLACE = 0x8017
+PLACES = ("Early", "Late")
+_CALLS = """Halt(Robot := Robot); Release(Robot := Robot); Stop(Robot := Robot);
+    Go(Robot := Robot); Watch(Robot := Robot); Cycle(Robot := Robot, CellSafe := TRUE);
+    Moving(Robot := Robot); Robot.Inner.Request := Robot.Inner.Request OR Request;
+    IF Code <> WORD#16#0000 THEN
+      Robot.Inner.Code := Code;
+      Robot.Inner.CodeRequest := TRUE;
+    END_IF;"""
+
+
+@cache
+def _compiled(words: str) -> PlcBench:
+    """A program with stops, releases and a few more, called at the places that are TRUE."""
+    image = "RCX_IMAGE_WORDS" if words else "RCX_IMAGE"
+    panel = "Keys(Robot := Robot, Panel := Panel);"
+    with TemporaryDirectory() as folder:
+        program = Path(folder) / "Places.st"
+        program.write_text(
+            f"""PROGRAM Places
+  VAR
+    InputArea, OutputArea : {image};
+    Robot : RCX_REF;
+    ReadArea : FB_ReadArea{words};
+    WriteArea : FB_WriteArea{words};
+    Panel : RCX_PANEL;
+    Keys : FB_Operator;
+    Halt : FB_EmergencyStop;
+    Release : FB_ServoOnFromEmergencyStop;
+    Stop : FB_ProgramStop;
+    Go : FB_ProgramContinue;
+    Watch : FB_ContinuousPosition;
+    Cycle : FB_WorkCycle;
+    Moving, Other : FB_MovePtp;
+    Request, Code : WORD;
+    Connected, There : BOOL := TRUE;
+    Early, Late : BOOL;
+  END_VAR
+  IF Early THEN
+    {_CALLS}
+    {panel}
+  END_IF;
+  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
+  IF There THEN
+    {_CALLS}
+    {panel}
+  END_IF;
+  Other(Robot := Robot);
+  WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms,
+            EmergencyStopOk := TRUE, StopOk := TRUE);
+  IF Late THEN
+    {_CALLS}
+    {panel}
+  END_IF;
+END_PROGRAM
+""",
+            encoding="utf-8",
+        )
+        return PlcBench(program=program, contract=False)
+
+
+def _first(words: str = "") -> PlcBench:
+    """Before the first scan."""
+    plc = _compiled(words)
+    if not hasattr(plc, "first"):
+        plc.first = plc.program.snapshot()  # type: ignore[attr-defined]
+    plc.program.restore(plc.first)  # type: ignore[attr-defined]
+    plc.now_us = 0
+    plc.so[:] = bytes(len(plc.so))
+    return plc
+
+
+def _up(words: str = "") -> PlcBench:
+    plc = _first(words)
+    plc.outputs(SO02=True, SO11=True)
+    plc.power_up()
+    return plc
+
+
+def _move(plc: PlcBench, place: str) -> None:
+    """Call the blocks there from now on, and in their place no more."""
+    for name in ("Early", "There", "Late"):
+        plc[name] = name == place
+
+
+@pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize(
+    ("block", "input_name", "kept"), [("Halt", "SI00", ["SI06"]), ("Stop", "SI06", ["SI00"])]
+)
+def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_it(
+    place: str, block: str, input_name: str, kept: list[str], words: str
+) -> None:
+    """It goes out with the next FB_WriteArea; the block says where it was called.
+
+    Source: manual chapter 5, 2: SI(00) and SI(06) OFF stop; docs/errors.md, 16#8017.
+    """
+    plc = _up(words)
+    _move(plc, place)
+    plc[f"{block}.Execute"] = True
+    plc.scan()
+    assert (plc[f"{block}.Error"], plc[f"{block}.ErrorID"]) == (True, OUT_OF_PLACE)
+    plc[f"{block}.Execute"] = False
+    plc.scan()
+    assert plc.inputs == kept
+    plc.scan(30)
+    assert plc.inputs == kept, "it is held"
+    release = {"Halt": "Release", "Stop": "Go"}[block]
+    plc[f"{release}.Execute"] = True
+    plc.scan(30)
+    assert plc[f"{release}.ErrorID"] == OUT_OF_PLACE
+    assert plc.inputs == kept, "no release out of place"
+    plc[f"{release}.Execute"] = False
+    plc.scan()
+    _move(plc, "There")
+    plc.scan(2)
+    plc[f"{release}.Execute"] = True
+    plc.scan(14)
+    assert input_name in plc.inputs
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_stop_that_is_moved_while_it_is_at_work_stays(place: str) -> None:
+    """Source: manual chapter 5, 2, SI(00); head of FB_EmergencyStop: until it is released."""
+    plc = _up()
+    plc["Halt.Execute"] = True
+    plc.scan(2)
+    assert plc["Halt.Busy"]
+    _move(plc, place)
+    plc.scan()
+    assert plc["Halt.ErrorID"] == OUT_OF_PLACE
+    plc["Halt.Execute"] = False
+    plc.scan(40)
+    assert plc.inputs == ["SI06"]
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize(("block", "hold"), [("Release", "HoldEmergency"), ("Go", "HoldStop")])
+def test_a_release_that_is_moved_before_its_input_is_on_puts_the_hold_back(
+    place: str, block: str, hold: str
+) -> None:
+    """Source: heads of FB_ServoOnFromEmergencyStop and FB_ProgramContinue."""
+    plc = _up()
+    stop = {"Release": "Halt", "Go": "Stop"}[block]
+    plc.outputs(SO13=True)
+    plc[f"{stop}.Execute"] = True
+    plc.scan(2)
+    plc[f"{stop}.Execute"] = False
+    plc.outputs(SO00=True, SO02=False, SO13=False)
+    plc.scan(4)
+    assert plc[f"Robot.Inner.{hold}"]
+    plc[f"{block}.Execute"] = True
+    plc.outputs(SO00=False, SO02=True)
+    plc.scan()
+    assert not plc[f"Robot.Inner.{hold}"]
+    _move(plc, place)
+    plc.scan()
+    assert plc[f"{block}.ErrorID"] == OUT_OF_PLACE
+    assert plc[f"Robot.Inner.{hold}"]
+
+
+@pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
+@pytest.mark.parametrize("place", PLACES)
+def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words: str) -> None:
+    """Whoever asked for it, and also where a FB_WriteArea in between had an illegal area.
+
+    Source: docs/scan-model.md, where a block is called.
+    """
+    plc = _up(words)
+    _move(plc, place)
+    plc["Request"], plc["Code"] = 0x8000, 0x0001
+    plc.scan(20)
+    plc["WriteArea.n"] = 600
+    plc.scan(3)
+    plc["WriteArea.n"] = 0
+    plc.scan(20)
+    assert plc.words == [0] * 16
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+def test_what_was_asked_for_in_a_scan_without_a_legal_area_does_not_go_out_in_the_next_one() -> None:
+    plc = _up()
+    plc["WriteArea.n"], plc["Request"], plc["Code"] = 600, 0x8000, 0x0001
+    plc.scan(3)
+    plc["WriteArea.n"], plc["Request"], plc["Code"] = 0, 0, 0
+    plc.scan(20)
+    assert (plc.words[0], plc.inputs) == (0, ["SI00", "SI06"])
+
+
+def test_a_block_that_is_called_before_the_first_reading_of_all_is_refused() -> None:
+    """Nothing of the controller is known then. Source: docs/errors.md, 16#8017."""
+    plc = _first()
+    _move(plc, "Early")
+    plc["Moving.Execute"] = True
+    plc.outputs(SO01=True, SO02=True, SO04=True)
+    plc.scan()
+    assert plc["Moving.ErrorID"] == OUT_OF_PLACE
+    plc.scan(60)
+    assert plc.words[0] == 0
+    plc["Moving.Execute"] = False
+    plc.scan()
+    _move(plc, "There")
+    plc.scan()
+    plc["Moving.Execute"] = True
+    plc.scan(3)
+    assert plc.words[0] == 0x0001
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_an_output_of_positions_whose_block_moves_is_ended_by_the_status_reset(place: str) -> None:
+    """Else nobody would end it: it has no end of its own.
+
+    Source: remote command guide 4.7.4, status reset.
+    """
+    plc = _up()
+    plc["Watch.Enable"] = True
+    plc.scan_until(lambda: plc.words[0] == 0x0505)
+    plc.answer(0x0100)
+    plc.scan(3)
+    assert plc["Watch.Valid"]
+    _move(plc, place)
+    plc.scan()
+    assert (plc["Watch.Valid"], plc["Watch.ErrorID"]) == (False, OUT_OF_PLACE)
+    plc.scan(1)
+    assert plc.words[0] == 0
+    plc.answer(0)
+    plc.scan(10)
+    assert plc.words[0] == 0
+    plc["Other.Execute"] = True
+    plc.scan(3)
+    assert plc.words[0] == 0x0001
+
+
+@pytest.mark.parametrize("order", ["There", "Early"])
+def test_a_block_that_changes_its_place_from_scan_to_scan_sends_at_most_once(order: str) -> None:
+    """One Execute, one command at most, whatever the order. Source: docs/errors.md, 16#8017."""
+    plc = _up()
+    places = ["There", "Late", "Early"]
+    codes, before = 0, 0
+    plc["Moving.Execute"] = True
+    for scan in range(60):
+        _move(plc, places[(scan + places.index(order)) % 3])
+        plc.scan()
+        code = plc.words[0]
+        codes += code != 0 and before == 0
+        before = code
+        plc.answer(0x0200 if code else 0)
+    assert codes == 0, "the code would follow its data a scan later"
+    assert plc["Moving.ErrorID"] == OUT_OF_PLACE
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_panel_out_of_place_starts_nothing_says_so_and_still_stops(place: str) -> None:
+    """Source: head of FB_Operator: Stop always acts; docs/errors.md, 16#8017."""
+    plc = _up()
+    plc.outputs(SO02=False)
+    plc.scan(4)
+    assert plc["Panel.Can.ServoOn"]
+    _move(plc, place)
+    plc.scan()
+    assert (plc["Keys.Error"], plc["Keys.ErrorID"]) == (True, OUT_OF_PLACE)
+    assert (plc["Panel.MessageID"], plc["Panel.Can.ServoOn"]) == (OUT_OF_PLACE, False)
+    plc["Panel.Key.ServoOn"] = True
+    plc.scan(30)
+    assert plc.inputs == ["SI00", "SI06"]
+    plc["Panel.Key.Stop"] = True
+    plc.scan(2)
+    assert plc.inputs == ["SI00"]
+    plc["Panel.Key.Stop"] = False
+    plc.scan(2)
+    plc["Panel.Key.Reset"] = True
+    plc.scan(30)
+    assert plc.inputs == ["SI00"], "no release out of place"
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_work_cycle_out_of_place_is_a_fault(place: str) -> None:
+    """Run is an Execute: it does not come from there. Source: docs/errors.md, 16#8017."""
+    plc = _up()
+    plc.scan(2)
+    _move(plc, place)
+    plc["Cycle.Start"] = True
+    plc.scan()
+    assert (plc["Cycle.ErrorID"], plc["Cycle.State"]) == (OUT_OF_PLACE, "WORK_FAULT")
+    plc.scan(30)
+    assert not plc["Cycle.Run"]
+    assert plc.inputs == ["SI00", "SI06"]
+
+
+# --- with the virtual robot: does it move? ---
+
+_CELL = """PROGRAM Places
+  VAR
+    InputArea, OutputArea, InputTwo, OutputTwo : RCX_IMAGE;
+    Robot, Two : RCX_REF;
+    ReadArea, ReadTwo : FB_ReadArea;
+    WriteArea, WriteTwo : FB_WriteArea;
+    Connected, ConnectedTwo : BOOL;
+    Up : FB_PowerUp;
+    Power, Go : BOOL;
+    Place : INT;
+    Way : RCX_POSITION;
+    MoveI : FB_MoveIDirectMm;
+  END_VAR
+  Way[1] := 10.0;
+  IF Place = 1 THEN MoveI(Robot := Robot, Execute := Go, DistanceMm := Way); END_IF;
+  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);
+  Up(Robot := Robot, Execute := Power, StartProgram := FALSE);
+  IF Place = 0 THEN MoveI(Robot := Robot, Execute := Go, DistanceMm := Way); END_IF;
+  WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms,
+            EmergencyStopOk := TRUE, StopOk := TRUE);
+  IF Place = 2 THEN MoveI(Robot := Robot, Execute := Go, DistanceMm := Way); END_IF;
+  ReadTwo(Robot := Two, Image := InputTwo, Connected := TRUE);
+  IF Place = 3 THEN MoveI(Robot := Robot, Execute := Go, DistanceMm := Way); END_IF;
+  WriteTwo(Robot := Two, Image := OutputTwo, EmergencyStopOk := TRUE, StopOk := TRUE);
+END_PROGRAM
+"""
+
+
+@pytest.fixture
+def moved(
+    build_cell: Callable[..., Cell], tmp_path: Path
+) -> Callable[[str, str, int], Cell]:
+    """A cell that has tried a relative movement of 10 mm at a place."""
+
+    def tried(engine: str, skip: str, place: int) -> Cell:
+        program = tmp_path / "Places.st"
+        program.write_text(_CELL, encoding="utf-8")
+        robot = RobotConfig(axes=tuple(Axis() for _ in range(4)), skip_run_status=skip)
+        cell = build_cell(program, engine=engine, robot=robot, scan="10ms")
+        cell["Main.Power"] = True
+        cell.run_until(lambda: bool(cell["Main.Up.Done"]), "10s")
+        cell["Main.Place"], cell["Main.Go"] = place, True
+        cell.run("1s")
+        return cell
+
+    return tried
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("skip", ["never", "always"])
+def test_a_relative_movement_goes_its_way_once_or_not_at_all(
+    moved: Callable[[str, str, int], Cell], engine: str, skip: str
+) -> None:
+    """Whether the controller shows 0x0100 or not; place 3 is between the areas of another robot.
+
+    Source: remote command guide 1.2: the status 0x0100 may be skipped; docs/errors.md, 16#8017.
+    """
+    cell = moved(engine, skip, 1)
+    for place in (1, 2, 3):
+        cell["Main.Go"] = False
+        cell.run("100ms")
+        cell["Main.Place"], cell["Main.Go"] = place, True
+        cell.run("500ms")
+        assert cell["Main.MoveI.ErrorID"] == OUT_OF_PLACE
+        assert cell.robot.commands_executed == 0
+        assert cell.robot.positions[0] == 0
+    assert {one.rule for one in cell.violations} == {"contract"}
+    assert "move the call between the two" in cell.violations[0].text
+    cell["Main.Go"], cell["Main.Place"] = False, 0
+    cell.scan(2)
+    cell["Main.Go"] = True
+    cell.run("2s")
+    assert cell["Main.MoveI.Done"]
+    assert cell.robot.commands_executed == 1
+    assert cell.robot.positions[0] == 10_000

@@ -1,0 +1,271 @@
+"""Every block before FB_ReadArea and behind FB_WriteArea: it is refused, and nothing goes out.
+
+One program has all blocks; they are tried one after another. matiec has some of them, since its
+compiler takes long.
+
+Source: docs/errors.md, 16#8017; docs/scan-model.md, where a block is called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+
+from both_engines import ENGINES
+from fault_cell import library
+from fault_scenarios import LEVELS, SCENARIOS
+from plc_bench import PlcBench
+
+OUT_OF_PLACE = 0x8017
+PLACES = ("Early", "Late")
+#: They ask nothing of the controller: what they show is only older there.
+LOOKING = ("FB_AutoMode", "FB_Interlock", "FB_Status")
+#: They take their input away wherever they are called: `test_a_stop_acts_...` below.
+STOPPING = {"FB_EmergencyStop": 0x0001, "FB_ProgramStop": 0x0040}
+BLOCKS = [name for name in (*library().edge, *library().level) if name not in LOOKING]
+_SOME = (
+    *("FB_MoveIDirectMm", "FB_RemoteCommand", "FB_ContinuousPosition", "FB_Jog", "FB_ServoOn"),
+    *("FB_PowerUp", "FB_EmergencyStop", "FB_SequenceControl", "FB_ToolPosition"),
+)
+#: What they need of the controller to be at work for some scans.
+_OUTPUTS = {
+    "FB_AlarmReset": {"SO03": True},
+    "FB_ProgramReset": {"SO14": False},
+    "FB_ServoOn": {"SO02": False},
+    "FB_ServoOnFromEmergencyStop": {"SO00": True},
+}
+_BOTH = {**SCENARIOS, **LEVELS}
+_END, _READY = 0x0200, 0x0000
+#: SI(00) and SI(06), the lowest byte of the inputs first.
+_LEVELS = 0x0041
+
+
+class Places(PlcBench):
+    """A block that can be called at three places of the scan, and a command in its place.
+
+    Args:
+        engine: What runs it.
+    """
+
+    def __init__(self, engine: str) -> None:
+        self.blocks = BLOCKS if engine == "builtin" else list(_SOME)
+        self.code, self.on = 0, 0
+        self.codes: list[int] = []
+        with TemporaryDirectory() as folder:
+            program = Path(folder) / "Places.st"
+            program.write_text(_program(self.blocks), encoding="utf-8")
+            super().__init__(program=program, engine=engine, contract=False)
+        self.outputs(SO02=True, SO11=True, SO14=True)
+        self.power_up()
+        self["Other.Code"], self["Other.Data"] = 0x0501, [0] * 15
+        self._start = self.program.snapshot(), self.now_us, bytes(self.so)
+
+    def choose(self, block: str) -> None:
+        """Begin anew with this block, which no place calls yet."""
+        snapshot, self.now_us, so = self._start
+        self.program.restore(snapshot)
+        self.so[:] = so
+        self["Chosen"] = self.blocks.index(block) + 1
+        self.name = f"B{self['Chosen']}"
+        self.start = "Execute" if block in library().edge else "Enable"
+        self.code, self.on, self.codes = 0, 0, []
+        self.outputs(**_OUTPUTS.get(block, {}))
+        inputs = _BOTH[block].inputs if block in _BOTH else {}
+        for pin, value in inputs.items():
+            shared = pin.partition("[")[0] in library().shared.get(block, {})
+            self[f"{self.name}{'' if shared else '.'}{pin}"] = value
+
+    def call(self, *places: str) -> None:
+        """Call the block at these places from now on."""
+        for place in ("Early", "There", "Late"):
+            self[place] = place in places
+
+    def go(self, on: bool = True) -> None:
+        """Set its Execute or Enable."""
+        self[f"{self.name}.{self.start}"] = on
+
+    def pin(self, name: str) -> object:
+        """A pin of the block."""
+        return self[f"{self.name}.{name}"]
+
+    @property
+    def error(self) -> int:
+        """Its ErrorID, 0 while it shows no Error."""
+        return int(self.pin("ErrorID")) if self.pin("Error") else 0
+
+    @property
+    def works(self) -> bool:
+        """Is it Busy or, with Enable, Valid?"""
+        return bool(self.pin("Busy")) or (self.start == "Enable" and bool(self.pin("Valid")))
+
+    @property
+    def applied(self) -> int:
+        """The dedicated inputs that are ON as written."""
+        return int.from_bytes(self.image[32:34], "little")
+
+    def scan(self, count: int = 1) -> None:
+        """Run scans; note the codes that go out, and the dedicated inputs that come ON."""
+        for _ in range(count):
+            super().scan()
+            area = self.image[:34]
+            code = int.from_bytes(area[:2], "little")
+            if code and not self.code:
+                self.codes.append(code)
+            self.code = code
+            self.on |= int.from_bytes(area[32:], "little") & ~_LEVELS
+
+    def finish(self) -> None:
+        """Answer as a controller does: each code ends, and each end is reset, the other one's, too.
+
+        After a jog that one waits until SI(06) is back.
+        """
+        for scan in range(60):
+            self.answer(_END if self.code else _READY)
+            self.scan()
+            if scan > 15 and self["Other.Done"]:
+                return
+
+
+def _program(blocks: list[str]) -> str:
+    declared, calls = [], []
+    for number, block in enumerate(blocks, 1):
+        shared = library().shared.get(block, {})
+        declared += [f"B{number} : {block};"]
+        declared += [f"B{number}{name} : {kind};" for name, kind in shared.items()]
+        given = "".join(f", {name} := B{number}{name}" for name in shared)
+        calls.append(f"{number}: B{number}(Robot := Robot{given});")
+    chosen = "CASE Chosen OF\n" + "\n".join(calls) + "\nEND_CASE;"
+    variables = "\n".join(declared)
+    return f"""PROGRAM Places
+  VAR
+    InputArea, OutputArea : RCX_IMAGE;
+    Robot : RCX_REF;
+    ReadArea : FB_ReadArea;
+    WriteArea : FB_WriteArea;
+    Other : FB_RemoteCommand;
+    Early, There, Late : BOOL;
+    Chosen : INT;
+{variables}
+  END_VAR
+  IF Early THEN {chosen} END_IF;
+  ReadArea(Robot := Robot, Image := InputArea, Connected := TRUE);
+  IF There THEN {chosen} END_IF;
+  Other(Robot := Robot);
+  WriteArea(Robot := Robot, Image := OutputArea, Margin := T#20ms,
+            EmergencyStopOk := TRUE, StopOk := TRUE);
+  IF Late THEN {chosen} END_IF;
+END_PROGRAM
+"""
+
+
+@cache
+def _bench(engine: str) -> Places:
+    return Places(engine)
+
+
+def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
+    """Try a case on every block; tell all that fail."""
+    plc, failed = _bench(engine), []
+    for block in plc.blocks:
+        plc.choose(block)
+        try:
+            judge(plc, block)
+        except AssertionError as error:
+            failed.append(f"{block}: {str(error).partition(chr(10))[0]}")
+    assert not failed, f"{len(failed)} blocks:\n" + "\n".join(failed)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("place", PLACES)
+def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out(
+    engine: str, place: str
+) -> None:
+    """And not one that it asks for later: Execute stays TRUE. Another one works meanwhile.
+
+    Source: docs/errors.md, 16#8017.
+    """
+
+    def judge(plc: Places, block: str) -> None:
+        plc.call(place)
+        plc.go()
+        for scan in range(5):
+            plc.scan()
+            assert (plc.error, plc.pin("Busy")) == (OUT_OF_PLACE, False), f"scan {scan}"
+        assert not plc.codes
+        assert not plc.on
+        plc["Other.Execute"] = True
+        plc.finish()
+        assert plc["Other.Done"]
+        assert plc.codes == [0x0501]
+        assert not plc.on
+        plc.go(False)
+        plc.scan(2)
+        assert plc.error == 0
+
+    _each(engine, judge)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("also", [False, True], ids=["moved", "twice"])
+def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_more_goes_out(
+    engine: str, place: str, also: bool
+) -> None:
+    """What is out is held to its end, and then the next one has its turn.
+
+    Source: docs/errors.md, 16#8017; guide chapter 2: code and data stand until the status is seen.
+    """
+
+    def judge(plc: Places, block: str) -> None:
+        plc.call("There")
+        plc.go()
+        plc.scan(6)
+        assert plc.works
+        plc["Other.Execute"] = True
+        sent, asked = len(plc.codes), plc.on
+        plc.call(place, *(["There"] if also else []))
+        plc.scan()
+        assert (plc.error, plc.pin("Busy")) == (OUT_OF_PLACE, False)
+        plc.call(place)
+        plc.finish()
+        assert plc.error == OUT_OF_PLACE
+        assert plc.codes[sent:] == [0x0501], "only the other one's"
+        assert plc["Other.Done"]
+        assert plc.on == asked
+        assert plc.applied == _LEVELS & ~STOPPING.get(block, 0)
+        for channel in ("Command", "Sequence"):
+            turn = f"Robot.Inner.{channel}"
+            assert plc[f"{turn}.Serving"] == plc[f"{turn}.NextTicket"]
+
+    _each(engine, judge)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_block_that_is_put_back_into_its_place_works_with_a_new_edge_and_only_once(
+    engine: str,
+) -> None:
+    """Source: docs/errors.md, 16#8017, remedy."""
+
+    def judge(plc: Places, block: str) -> None:
+        for place in PLACES:
+            plc.call(place)
+            plc.go()
+            plc.scan(2)
+            plc.go(False)
+            plc.scan()
+        plc.call("There")
+        plc.scan(2)
+        assert plc.error == 0
+        plc.go()
+        plc.scan()
+        assert plc.works
+        plc.scan(5)
+        assert plc.error == 0
+        assert len(plc.codes) <= 1
+        assert plc.on & (plc.on - 1) == 0
+
+    _each(engine, judge)
