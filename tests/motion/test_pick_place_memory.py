@@ -151,15 +151,37 @@ def test_a_close_that_was_refused_is_none(engine: str) -> None:
 
 
 def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
-    """The part has fallen: Holds says so, the next start, too; then it fetches another one.
+    """The part has fallen: Holds says so, and the next start fetches another one.
 
     Source: docs/fidelity.md: outputs are OFF after power-on
     """
     bench = _begun(3, "power cycle")
     assert bench.end == ("Error", 0x8001, False)
+    before = len(bench.told)
+    assert bench.work() == "Done"
+    assert bench.told[before:] == ["read DO2", *_PLAIN]
+
+
+def test_a_power_cycle_after_the_end_has_not_been_told_yet() -> None:
+    """Somebody looks for the part first: it may lie anywhere. Source: docs/errors.md, 16#8059."""
+    bench = _begun(3, "refused")
+    assert bench.end == ("Error", 0x8020, True)
+    bench.power_cycle()
+    assert not bench["Pick.Holds"]
     assert bench.work() == "8059"
     assert bench.work() == "Done"
-    assert bench.told.count("move 10") == 2
+
+
+def test_a_power_cycle_at_the_target_puts_the_part_down_there() -> None:
+    """No second part comes to it. Source: docs/fidelity.md: outputs are OFF after power-on."""
+    bench = PartBench()
+    bench["Pick.Gripper.PartInput"] = 30
+    bench["Pick.Execute"] = True
+    bench.until(lambda: bench["Pick.Stage"] == "PICK_STILL")
+    bench.power_cycle()
+    assert (bench["Pick.ErrorID"], bench.delivered) == (0x8001, 1)
+    assert bench.work() == "Done"
+    assert (bench.told.count("move 10"), bench.delivered) == (1, 1)
 
 
 def test_a_power_cycle_leaves_a_hand_of_two_outputs_as_it_is() -> None:

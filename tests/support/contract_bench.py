@@ -44,7 +44,7 @@ _ENABLED = 18
 #: An undisturbed command, from the edge to its end [scans].
 _PROMPT = 8
 #: Blocks that send several commands for one rising edge, and which.
-_SEVERAL = {"FB_PickPlace": (0x0001, 0x0301)}
+_SEVERAL = {"FB_PickPlace": (0x0001, 0x0301, 0x0304)}
 
 _SERVO = Start(("SO02", "SO14"))
 _RUNNING = Start(("SO02", "SO13"))

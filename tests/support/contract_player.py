@@ -68,6 +68,8 @@ SIGNAL_FATES = ("normal", "late", "too late", "never", "withdrawn", "flickering"
 _LATE = 3
 _JOG = (0x020, 0x021, 0x022)
 _CONTINUOUS = (0x505, 0x506)
+#: One bit of an output port, and a port: here they are the same.
+_WRITE, _READ = 0x301, 0x304
 _OUTPUTS = 34
 
 
@@ -126,7 +128,8 @@ class Player:
         self._mask = bit(signal) if signal else 0
         self._shown = shown
         self._gone = 0
-        self._lag: deque[tuple[int, int, int]] = deque(maxlen=delay + 1)
+        self._lag: deque[tuple[int, int, int, int]] = deque(maxlen=delay + 1)
+        self._port = 0
         self._si = 0
         self._code = 0
         self._age = 0
@@ -149,12 +152,15 @@ class Player:
 
     def step(self, si: bytes, connected: bool) -> bytes:
         """The area that the PLC reads next; without a connection it gets nothing and sends it."""
-        now = (0, 0, 0)
+        now = (0, 0, 0, 0)
         if connected:
-            now = (si[0] | si[1] << 8, si[2] | si[3] << 8, si[32] | si[33] << 8)
+            now = (si[0] | si[1] << 8, si[2] | si[3] << 8, si[32] | si[33] << 8, si[6])
         self._lag.append(now)
-        code, data, inputs = self._lag[0]
+        code, data, inputs, written = self._lag[0]
         response = self._command(code, data, inputs)
+        if self._status == 0x0200 and code in (_WRITE, _READ):
+            self._port = written if code == _WRITE else self._port
+            response = (0, 0, self._port)
         self._dedicated(inputs)
         words = [self._status, *response, *[0] * (15 - len(response))]
         bits = self._masked()

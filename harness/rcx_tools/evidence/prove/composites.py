@@ -175,7 +175,9 @@ def _task(state: _State, path: Path) -> Any:
         switches = state.among(("GRIP", "STAGE"), "GRIP_OFF", "GRIP_SWITCH")
         return z3.And(switches, get("GRIP", "STAGE") == get("GRIP", "LAST"))
     if path == ("LOOK", "READ"):
-        return z3.BoolVal(True)  # its stage says it
+        closes, opens = (get("GRIP", "GRIPPER", f"{name}OUTPUT") for name in ("CLOSE", "OPEN"))
+        number = z3.If(get("LOOK", "SECOND"), opens, closes)
+        return z3.Or(number == 0, _legal(number))
     if path[0] == "LOOK":
         unread = z3.And(get("HAND", "RELEASES"), z3.Not(state.stage("EMPTY")))
         return z3.And(_legal(get("GRIP", "GRIPPER", "PARTINPUT")), z3.Not(unread))
