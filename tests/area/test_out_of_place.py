@@ -197,7 +197,7 @@ def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words
     assert plc.inputs == ["SI00", "SI06"]
 
 
-def test_what_was_asked_for_in_a_scan_without_a_legal_area_does_not_go_out_in_the_next_one() -> None:
+def test_what_was_asked_for_beside_an_illegal_area_does_not_go_out_in_the_next_scan() -> None:
     plc = _up()
     plc["WriteArea.n"], plc["Request"], plc["Code"] = 600, 0x8000, 0x0001
     plc.scan(3)
@@ -337,9 +337,7 @@ END_PROGRAM
 
 
 @pytest.fixture
-def moved(
-    build_cell: Callable[..., Cell], tmp_path: Path
-) -> Callable[[str, str, int], Cell]:
+def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str, int], Cell]:
     """A cell that has tried a relative movement of 10 mm at a place."""
 
     def tried(engine: str, skip: str, place: int) -> Cell:

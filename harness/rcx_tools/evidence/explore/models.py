@@ -238,9 +238,7 @@ STOP = Model(
     pins=((True, True), (True, False)),
 )  # fmt: skip
 
-_COUNTED = (
-    "Scan := Robot.Inner.Scan, InScan := Robot.Inner.InScan, Elapsed := Robot.Inner.Elapsed"
-)
+_COUNTED = "Scan := Robot.Inner.Scan, InScan := Robot.Inner.InScan, Elapsed := Robot.Inner.Elapsed"
 
 JOBS = Model(
     "jobs",
