@@ -283,7 +283,8 @@ PROPERTIES = (
         " which stays while Execute does and goes after it; what the last command brought is"
         " shown until the next one ends, and cleared by an end without an answer; not so of"
         " blocks that send several, whose outputs show how far they are. That nothing of an"
-        " earlier call shows is not asked of FB_ScaraForward and FB_ScaraInverse: a proof takes any result of their arithmetic.",
+        " earlier call shows is not asked of FB_ScaraForward and FB_ScaraInverse: a proof takes"
+        " any result of their arithmetic.",
         "docs/blocks.md",
         ("inner", "area"),
         _goals,
