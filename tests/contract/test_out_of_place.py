@@ -19,6 +19,7 @@ from both_engines import ENGINES
 from fault_cell import library
 from fault_scenarios import LEVELS, SCENARIOS
 from plc_bench import PlcBench
+from rcx_harness.engine.base import Value
 
 OUT_OF_PLACE = 0x8017
 PLACES = ("Early", "Late")
@@ -88,7 +89,7 @@ class Places(PlcBench):
         """Set its Execute or Enable."""
         self[f"{self.name}.{self.start}"] = on
 
-    def pin(self, name: str) -> object:
+    def pin(self, name: str) -> Value:
         """A pin of the block."""
         return self[f"{self.name}.{name}"]
 

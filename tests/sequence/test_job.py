@@ -433,3 +433,56 @@ def test_an_earlier_command_on_the_wire_keeps_the_channel_from_the_next_one() ->
     assert job["Block.ErrorID"] == 0x8004
     assert job["Channel.Orphan"] is True
     assert job["Channel.Serving"] == 0
+
+
+_CHANNEL = ("NextTicket", "Serving", "Lowest", "Orphan", "Holder")
+
+
+def _out_of_place(job: Alone) -> list[object]:
+    """Call it out of place; the channel before, which must be as it was."""
+    before = [job[f"Channel.{name}"] for name in _CHANNEL]
+    job["Placed"] = False
+    job.scan(100)
+    shown = [job[f"Block.{pin}"] for pin in ("Busy", "Active", "Done", "Request", "Error")]
+    assert shown == [False, False, False, False, True]
+    assert job["Block.ErrorID"] == 0x8017
+    assert [job[f"Channel.{name}"] for name in _CHANNEL] == before
+    return before
+
+
+@pytest.mark.parametrize("remote", [False, True])
+def test_a_job_that_begins_out_of_place_ends_in_that_call_without_a_ticket(remote: bool) -> None:
+    """Source: docs/errors.md, 16#8017."""
+    job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
+    job["Block.Remote"], job["Block.Execute"] = remote, True
+    assert _out_of_place(job)[0] == 0
+    job["Placed"] = True
+    job.scan(110)
+    assert job["Block.ErrorID"] == 0x8017, "it is no new edge"
+    job["Block.Execute"] = False
+    job.scan(120)
+    job["Block.Execute"] = True
+    job.scan(130)
+    assert job["Block.Busy"] is job["Block.Request"] is True
+
+
+@pytest.mark.parametrize("remote", [False, True])
+@pytest.mark.parametrize("serving", [0, 65_535], ids=["its turn", "it waits"])
+@pytest.mark.parametrize(("applied", "answer"), [(False, 0), (True, 0), (True, 0x0200)])
+def test_a_job_out_of_place_gives_no_turn_on(
+    remote: bool, serving: int, applied: bool, answer: int
+) -> None:
+    """FB_WriteArea does, which knows what is on the wire. Source: docs/errors.md, 16#8017."""
+    job = _job(Remote=remote)
+    job["Channel.Serving"] = serving
+    job["Block.Active"] = serving == 0
+    job["Block.Applied"], job["Block.Answer"] = applied, answer
+    _out_of_place(job)
+
+
+@pytest.mark.parametrize("error", [0x8001, 0x8003])
+def test_out_of_place_comes_before_every_other_error(error: int) -> None:
+    """Source: docs/errors.md, 16#8017: the call has to be moved first."""
+    job = _job(Remote=True)
+    job["Block.Answer"] = job["Block.Trouble"] = error
+    _out_of_place(job)

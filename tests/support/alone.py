@@ -17,6 +17,8 @@ __all__ = ["Alone"]
 class Alone:
     """The instance `Block` of a block, called once in each scan, whose number goes up.
 
+    A job is in its place while `Placed` is TRUE.
+
     Args:
         block: Its type.
         in_outs: The type of each of its VAR_IN_OUT variables, which the program declares under
@@ -29,7 +31,8 @@ class Alone:
         given = ", ".join(f"{name} := {name}" for name in in_outs)
         counted = ""
         if block == "FB_RcxJob":
-            counted = "  Block.Scan := Block.Scan + UINT#1;\n  Block.InScan := TRUE;\n"
+            declared += "    Placed : BOOL := TRUE;\n"
+            counted = "  Block.Scan := Block.Scan + UINT#1;\n  Block.InScan := Placed;\n"
         if "Robot" in in_outs:
             reads = block.startswith(("FB_ReadArea", "FB_RcxTakeHead"))
             counted = "" if reads else "  Robot.Inner.Scan := Robot.Inner.Scan + UINT#1;\n"

@@ -23,9 +23,9 @@ def less(block: int, pin: str) -> str:
 class Client:
     """A program with some blocks between FB_ReadArea and FB_WriteArea.
 
-    Each block is called early (`Call1`), late (`Late1`), twice or not at all, with `out_of_place` also
-    before FB_ReadArea (`Before1`) and behind FB_WriteArea (`Behind1`); the areas may be left out of a
-    scan (`SkipRead`, `SkipWrite`), or written a second time by the same instance or by
+    Each block is called early (`Call1`), late (`Late1`), twice or not at all; with `out_of_place`
+    also before FB_ReadArea (`Before1`) and behind FB_WriteArea (`Behind1`). The areas may be left
+    out of a scan (`SkipRead`, `SkipWrite`), or written a second time by the same instance or by
     another one (`Again`, `Other`).
 
     Attributes:

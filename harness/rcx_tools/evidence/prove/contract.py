@@ -279,11 +279,12 @@ PROPERTIES = (
         "contract",
         "Every block keeps the contract of its pins in every call: at most one of Busy, Done and"
         " Error (or Valid, Busy and Error), Error exactly with ErrorID, Active only with Busy; an"
-        " edge of Execute gives Busy in its call (out of place: an error) and an end after it, which stays while Execute"
-        " does and goes after it; what the last command brought is shown until the next one ends,"
-        " and cleared by an end without an answer; not so of blocks that send several, whose"
-        " outputs show how far they are. That nothing of an earlier call shows is not asked of"
-        " FB_ScaraForward and FB_ScaraInverse: a proof takes any result of their arithmetic.",
+        " edge of Execute gives Busy in its call (out of place: an error) and an end after it,"
+        " which stays while Execute does and goes after it; what the last command brought is"
+        " shown until the next one ends, and cleared by an end without an answer; not so of"
+        " blocks that send several, whose outputs show how far they are. That nothing of an"
+        " earlier call shows is not asked of FB_ScaraForward and FB_ScaraInverse: a proof takes"
+        " any result of their arithmetic.",
         "docs/blocks.md",
         ("inner", "area"),
         _goals,

@@ -147,7 +147,7 @@ def _guesses(
 
 
 def _over(view: View) -> Any:
-    """What it was called for with Execute has ended; FALSE of one that does not remember Execute."""
+    """Its work has ended, and Execute is still TRUE; FALSE of one that does not remember it."""
     return z3.And(view.bit("WASEXECUTE"), z3.Not(view["BUSY"]))
 
 

@@ -9,7 +9,7 @@ import z3
 from rcx_harness.verify.prove.machine import Path
 from rcx_tools.evidence.prove.area import accepted
 from rcx_tools.evidence.prove.guarantee import INNER, READERS, WRITERS, between
-from rcx_tools.evidence.prove.library import BLOCK, Library, Step
+from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.outline import ASKS, RELEASES
 from rcx_tools.evidence.prove.property import Goal, Property
 
