@@ -62,7 +62,7 @@ def test_a_movement_between_two_commands_ends_it_before_the_hand_opens(engine: s
     bench = PartBench(engine)
     _sent(bench, 4)
     bench.send(*_MOVES)
-    bench.until(lambda: not bench["Pick.Busy"])
+    bench.ends()
     assert bench.end == ("Error", 0x805D, True)
     bench.until(lambda: bench.place == AWAY)
     bench.scan(60)
@@ -82,7 +82,7 @@ def test_what_moves_the_robot_or_its_points_or_the_hand_ends_it(name: str) -> No
         _sent(bench, count)
         bench.foreign = True
         bench.send(*(_HARMFUL | _HAND)[name])
-        bench.until(lambda bench=bench: not bench["Pick.Busy"])
+        bench.ends()
         assert bench.end[:2] == ("Error", 0x805D)
         assert bench["Pick.Stage"] == ("PICK_CLOSE" if count == 2 else "PICK_RELEASE")
         bench.scan(40)
@@ -96,7 +96,7 @@ def test_what_changes_nothing_for_it_lets_it_go_on(name: str) -> None:
     for count in (2, 4):
         _sent(bench, count)
         bench.send(*_HARMLESS[name])
-    bench.until(lambda: not bench["Pick.Busy"])
+    bench.ends()
     assert bench.end[0] == "Done"
     assert len(bench.told) == 7
 
@@ -134,7 +134,7 @@ def test_a_robot_program_that_begins_ends_it() -> None:
     assert bench.end[0] == "Busy"
     bench.plc.outputs(SO13=True)
     bench.scan()
-    bench.until(lambda: not bench["Pick.Busy"])
+    bench.ends()
     assert bench.end == ("Error", 0x805D, True)
 
 
@@ -150,7 +150,7 @@ def test_a_second_block_of_several_commands_is_refused() -> None:
             assert bench.work(second) == "805D", second
             assert bench["Pick.Busy"]
     bench["Second.Execute"] = False
-    bench.until(lambda: not bench["Pick.Busy"])
+    bench.ends()
     assert (bench.end[0], bench.delivered) == ("Done", 1)
     assert bench.work("Second") == "Done"
 
@@ -175,7 +175,7 @@ def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() 
         bench = PartBench()
         _sent(bench, 4)
         bench.fault = "refused"
-        bench.until(lambda bench=bench: not bench["Pick.Busy"])
+        bench.ends()
         assert bench.work("Second") == "805E"
         assert bench.held
         if empty:

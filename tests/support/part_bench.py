@@ -51,7 +51,8 @@ class PartBench:
             plc.outputs(SO02=True)
             plc.scan(3)
             _PROGRAMS[engine] = plc, (plc.program.snapshot(), plc.now_us, bytes(plc.so))
-        self.plc, (state, self.plc.now_us, so) = _PROGRAMS[engine]
+        self.plc, (state, now_us, so) = _PROGRAMS[engine]
+        self.plc.now_us = now_us
         self.plc.program.restore(state)
         self.plc.so[:] = so
         self.told: list[str] = []
@@ -101,6 +102,10 @@ class PartBench:
             self.scan()
         raise AssertionError(f"not within {most} scans: {self.told}, {self.end}")
 
+    def ends(self, block: str = "Pick") -> None:
+        """Scan until the block is not Busy any more."""
+        self.until(lambda: not self[f"{block}.Busy"])
+
     def work(self, block: str = "Pick", **pins: Any) -> str:
         """Give a new edge of Execute and wait for the end; Done or the ErrorID."""
         self[f"{block}.Execute"] = False
@@ -109,7 +114,7 @@ class PartBench:
             self[f"{block}.{pin}"] = value
         self[f"{block}.Execute"] = True
         self.scan()
-        self.until(lambda: not self[f"{block}.Busy"])
+        self.ends(block)
         return "Done" if self[f"{block}.Done"] else f"{int(self[f'{block}.ErrorID']):04X}"
 
     def send(self, code: int, *data: int) -> None:

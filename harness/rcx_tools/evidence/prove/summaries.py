@@ -93,9 +93,9 @@ def _scan_time(machine: Machine, arguments: list[Any]) -> None:
 
 
 def is_first_row(row: Any, error: Any, rows: Any, size: Any) -> Any:
-    """What FB_RcxFirstRow gives: a row in use, or the ErrorID 16#8051 (Illegal row)."""
+    """What FB_RcxFirstRow gives: a row in use, which may be done already (16#8055), or 16#8051."""
     used = z3.And(row >= 1, row <= rows, rows <= size)
-    return z3.Or(z3.And(error == 0, used), error == 0x8051)
+    return z3.Or(z3.And(z3.Or(error == 0, error == 0x8055), used), error == 0x8051)
 
 
 def _first_row(machine: Machine, arguments: list[Any]) -> None:
