@@ -59,8 +59,9 @@ class Block:
         return "sequence" if self.kind in ("sequence", "release stop", "job") else ""
 
 
-class Situation(NamedTuple):
-    """What the PLC reads in a scan.
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """What the PLC reads in a scan; one is no other, even if they say the same.
 
     Attributes:
         label: In words.

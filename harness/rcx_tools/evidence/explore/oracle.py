@@ -4,12 +4,14 @@ The oracle sees what a user sees: what was read, how the blocks were called, wha
 the blocks' outputs. It knows nothing of tickets, phases or timers inside.
 
 Each group of rules is a function of a few values, and most scans differ from many others in a few
-of them only. So what a group says to the same values is kept (`functools.cache`).
+of them only. So what a group says to the same values is kept (`functools.cache`). Values that consist
+of many are made once each, so that one object stands for them: those compare by identity.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
@@ -59,29 +61,60 @@ class Pins(NamedTuple):
         return int(self.done) + int(self.busy) + int(self.error)
 
 
-class Seen(NamedTuple):
-    """What the oracle looks at of a block."""
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What the oracle looks at of a block.
+
+    Attributes:
+        pins: Its outputs.
+        first: Response[1] of a command block; 0 of another.
+        works: It is Busy, or stops.
+    """
 
     pins: Pins
     first: int
-    """Response[1] of a command block; 0 of another."""
     works: bool
-    """It is Busy, or stops."""
 
 
-class _Link(NamedTuple):
-    """What was read in a scan."""
+@dataclass(frozen=True, eq=False)
+class _Link:
+    """What was read in a scan.
+
+    Attributes:
+        connected: The scanner's status.
+        status: SOW(0); 0 without a connection.
+        so: Dedicated outputs; 0 without a connection.
+        was_up: There was a connection in the scan before.
+    """
 
     connected: bool
     status: int
     so: int
-    cpu_ok: bool
-    judged: bool
-    """There is a connection, and there was one in the scan before."""
+    was_up: bool
+
+    @property
+    def cpu_ok(self) -> bool:
+        """Is CPU_OK there?"""
+        return bool(self.so & _CPU_OK)
+
+    @property
+    def judged(self) -> bool:
+        """Is there a connection, and was there one in the scan before?"""
+        return self.connected and self.was_up
 
 
-class _Turn(NamedTuple):
-    """What counts for the turn of a block."""
+@dataclass(frozen=True, eq=False)
+class _Turn:
+    """What counts for the turn of a block.
+
+    Attributes:
+        called: It was called.
+        started: It was asked to work in this scan.
+        missed: It was not called in some scan since.
+        was_active: Active before the scan.
+        busy: Busy after it.
+        active: Active after it.
+    """
 
     called: bool
     started: bool
@@ -91,15 +124,23 @@ class _Turn(NamedTuple):
     active: bool
 
 
-class _Hold(NamedTuple):
-    """What counts for the inputs that a block holds."""
+@dataclass(frozen=True, eq=False)
+class _Hold:
+    """What counts for the dedicated inputs that a block sets or holds.
+
+    Attributes:
+        does: What was done with it.
+        started: It was asked to work in this scan.
+        works: Busy before the scan, or after it.
+        was_up: Its Execute was TRUE when it was called last.
+        failed: It was busy and shows an error now.
+    """
 
     does: int
     started: bool
     works: bool
     was_up: bool
     failed: bool
-    """It was busy and shows an error now."""
 
 
 class _One(NamedTuple):
@@ -134,17 +175,20 @@ class Oracle:
         self.words: list[bytes] = [bytes(32)]
         self._index: dict[bytes, int] = {bytes(32): 0}
         self.by_code = {block.code: k for k, block in enumerate(self.blocks) if block.code}
-        self._channels = [
-            ours
+        self._channels = {
+            channel: [
+                k
+                for k, block in enumerate(self.blocks)
+                if block.channel == channel and not block.is_level
+            ]
             for channel in ("command", "sequence")
-            if (ours := [k for k, b in enumerate(self.blocks) if b.channel == channel
-                         and not b.is_level])
-        ]  # fmt: skip
+        }
         self._codes, self._by_word = [0], [self.by_code.get(0, -1)]
         self._has_jog = any(block.kind == "jog" for block in self.blocks)
         kinds = [block.kind.removeprefix("release ") for block in self.blocks]
         self._has_holds = bool({"emergency", "stop"}.intersection(kinds))
         self._recalled = lru_cache(maxsize=16)(self._recall)
+        self._seen, self._turn, self._hold = cache(Seen), cache(_Turn), cache(_Hold)
         self._link, self._one = cache(_link), cache(self._judge_block)
         self._turns, self._command = cache(self._judge_turns), cache(self._judge_command)
         self._dedicated, self._holds = cache(self._judge_dedicated), cache(self._judge_holds)
@@ -162,16 +206,17 @@ class Oracle:
         words = self.words[index]
         was = Wire(words[0] | words[1] << 8, words[2] | words[3] << 8, memory[2] | memory[3] << 8)
         since, clear, flags = memory[4:_HEAD]
-        return _Memory(was, index, since, clear, flags, memory[_HEAD::2], memory[_HEAD + 1 :: 2])
+        middle = _HEAD + len(self.blocks)
+        return _Memory(was, index, since, clear, flags, memory[_HEAD:middle], memory[middle:])
 
     def seen(self, k: int) -> Seen:
         """The outputs of a block as they are now."""
         block, o = self.blocks[k], self._held[k]
         works = bool(o.BUSY or getattr(o, "STOPPING", False))
         if block.is_level:
-            return Seen(Pins(o.VALID, o.BUSY, o.ERROR, o.ERRORID, False), 0, works)
+            return self._seen(Pins(o.VALID, o.BUSY, o.ERROR, o.ERRORID, False), 0, works)
         first = int(o.RESPONSE[0]) if block.kind == "command" else 0
-        return Seen(Pins(o.DONE, o.BUSY, o.ERROR, o.ERRORID, o.ACTIVE), first, works)
+        return self._seen(Pins(o.DONE, o.BUSY, o.ERROR, o.ERRORID, o.ACTIVE), first, works)
 
     def all_seen(self) -> list[Seen]:
         """The outputs of all blocks."""
@@ -209,23 +254,18 @@ class Oracle:
         Returns:
             What to remember, and the broken rules in words.
         """
-        was, old_words, since, clear, flags, own, ranks = self._recalled(memory)
+        was, old_words, since, clear, flags, own, places = self._recalled(memory)
         words, bits = written
-        up = bool(flags & _UP)
-        link = self._link(choice.situation, up)
-        ones = [
-            self._one(k, own[k], do, before[k], now[k], link, was)
-            for k, do in enumerate(choice.does)
-        ]
-        held = [one.flags for one in ones]
-        broken = [text for one in ones for text in one.broken]
-        places = list(ranks)
-        for ours in self._channels:
-            asks = tuple([(k, ranks[k], ones[k].turn) for k in ours])
-            order, said = self._turns(asks)
-            for k, place in zip(ours, order, strict=True):
-                places[k] = place
-            broken += said
+        link = self._link(choice.situation, bool(flags & _UP))
+        held, turns, holds, broken = [], [], [], []
+        for k, do in enumerate(choice.does):
+            one = self._one(k, own[k], do, before[k], now[k], link, was)
+            held.append(one.flags)
+            turns.append(one.turn)
+            holds.append(one.hold)
+            broken += one.broken
+        places, said = self._turns(places, tuple(turns))
+        broken += said
         k = self._by_word[words]
         asked = k >= 0 and bool(held[k] & _ASKED)
         clear = min(clear + choice.ticks, self.interval)
@@ -234,14 +274,16 @@ class Oracle:
             held[k] = held[k] & ~_ASKED | _OUT
         broken += said
         starts = tuple(
-            [bool(f & _ASKED and one.hold.works) for f, one in zip(held, ones, strict=True)]
+            [bool(one & _ASKED and hold.works) for one, hold in zip(held, holds, strict=True)]
+            if bits & ~was.bits
+            else []
         )
         since = min(since + choice.ticks, self.interval)
         allowed = (choice.emergency_ok, choice.stop_ok)
-        since, said = self._dedicated(was.bits, bits, since, link.connected, up, allowed, starts)
+        since, said = self._dedicated(was.bits, bits, since, link, allowed, starts)
         broken += said
         if self._has_holds:
-            flags, said = self._holds(flags, bits, tuple([one.hold for one in ones]))
+            flags, said = self._holds(flags, bits, tuple(holds))
             broken += said
         if self._has_jog:
             does = SKIPPED if k < 0 else choice.does[k]
@@ -249,8 +291,7 @@ class Oracle:
             broken += said
         flags = flags & ~_UP | (_UP if link.connected else 0)
         head = (words & 255, words >> 8, bits & 255, bits >> 8, since, clear, flags)
-        pairs = zip(held, places, strict=True)
-        return bytes([*head, *(one for pair in pairs for one in pair)]), broken
+        return bytes((*head, *held)) + places, broken
 
     def _judge_block(
         self, k: int, flags: int, do: int, before: Seen, now: Seen, link: _Link, was: Wire
@@ -270,46 +311,51 @@ class Oracle:
                 flags &= ~_ASKED
             flags = flags & ~_WAS | (_WAS if do == UP else 0)
         started, called, missed = edge and not old.busy, do != SKIPPED, bool(flags & _MISSED)
-        turn = _Turn(called, started, missed, bool(old.active), bool(new.busy), bool(new.active))
+        turn = self._turn(
+            called, started, missed, bool(old.active), bool(new.busy), bool(new.active)
+        )
         works, failed = bool(old.busy or new.busy), bool(old.busy and new.error)
-        hold = _Hold(do, started, works, bool(flags & _WAS), failed)
+        hold = self._hold(do, started, works, bool(flags & _WAS), failed)
         out = was.code == block.code and bool(flags & _OUT) and link.judged
         case = _Case(block, do == UP, started, missed, out, before.pins, now, link, was)
         return _One(flags, turn, hold, tuple(_contract(case)) if called else ())
 
     def _judge_turns(
-        self, asks: tuple[tuple[int, int, _Turn], ...]
-    ) -> tuple[tuple[int, ...], tuple[str, ...]]:
+        self, places: bytes, turns: tuple[_Turn, ...]
+    ) -> tuple[bytes, tuple[str, ...]]:
         """First come, first served; one holder at a time (design 2).
 
         Args:
-            asks: Number, place before and state of each block of a channel.
+            places: Of the blocks, in the order in which they were asked; 0 = it does not wait.
+            turns: What counts of each block.
 
         Returns:
-            The place of each, and what is broken.
+            `places` from now on, and what is broken.
         """
-        broken = []
-        turns = {k: turn for k, _, turn in asks}
-        ranks = {k: rank for k, rank, _ in asks}
-        called = [k for k, turn in turns.items() if turn.called]
-        if sum(turns[k].active for k in called) > 1:
-            channel = self.blocks[asks[0][0]].channel
-            broken.append(f"turn: two blocks are Active on the {channel} channel")
-        for k in called:
-            if turns[k].active and not turns[k].was_active:
-                for other in called:
-                    ahead = 0 < ranks[other] < ranks[k]
-                    if ahead and turns[other].busy and not turns[other].active:
-                        one, two = self.blocks[k].name, self.blocks[other].name
-                        broken.append(f"turn: {one} was served before {two}")
-        for k, turn in turns.items():
-            if not turn.busy or turn.missed:
-                ranks[k] = 0
-            elif turn.called and turn.started:
-                ranks[k] = max(ranks.values()) + 1
-        waiting = sorted((rank, k) for k, rank in ranks.items() if rank)
-        places = {k: place for place, (_, k) in enumerate(waiting, start=1)}
-        return tuple(places.get(k, 0) for k in turns), tuple(broken)
+        after, broken = bytearray(places), []
+        for channel, ours in self._channels.items():
+            ranks = {k: places[k] for k in ours}
+            called = [k for k in ours if turns[k].called]
+            if sum(turns[k].active for k in called) > 1:
+                broken.append(f"turn: two blocks are Active on the {channel} channel")
+            for k in called:
+                if turns[k].active and not turns[k].was_active:
+                    for other in called:
+                        ahead = 0 < ranks[other] < ranks[k]
+                        if ahead and turns[other].busy and not turns[other].active:
+                            one, two = self.blocks[k].name, self.blocks[other].name
+                            broken.append(f"turn: {one} was served before {two}")
+            for k in ours:
+                if not turns[k].busy or turns[k].missed:
+                    ranks[k] = 0
+                elif turns[k].called and turns[k].started:
+                    ranks[k] = max(ranks.values()) + 1
+            order = sorted((rank, k) for k, rank in ranks.items() if rank)
+            for k in ours:
+                after[k] = 0
+            for place, (_, k) in enumerate(order, start=1):
+                after[k] = place
+        return bytes(after), tuple(broken)
 
     def _judge_command(
         self, was: Wire, old: int, new: int, link: _Link, flags: int, clear: int, asked: bool
@@ -348,7 +394,7 @@ class Oracle:
                 broken.append(
                     f"reset: code {was.code:04X} to {code:04X} without 0x0000 between them"
                 )
-        if (link.connected and not flags & _UP) or not link.cpu_ok:
+        if (link.connected and not link.was_up) or not link.cpu_ok:
             clear = 0
         goes = bool(code and not was.code)
         if goes:
@@ -383,8 +429,7 @@ class Oracle:
         was: int,
         bits: int,
         since: int,
-        connected: bool,
-        up: bool,
+        link: _Link,
         allowed: tuple[bool, bool],
         starts: tuple[bool, ...],
     ) -> tuple[int, tuple[str, ...]]:
@@ -394,25 +439,24 @@ class Oracle:
             was: The dedicated inputs that were on the wire, and
             bits: those that are there now.
             since: How long ago they changed.
-            connected: Whether there is a connection.
-            up: Whether there was one in the scan before.
+            link: What was read.
             allowed: EmergencyStopOk and StopOk.
-            starts: Whether each block was asked to work, and does.
+            starts: Whether each block was asked to work, and does; asked for where any went ON.
 
         Returns:
             `since` from now on, and what is broken.
         """
         changed, broken = was ^ bits, []
-        if bits & _SAFETY and not connected:
+        if bits & _SAFETY and not link.connected:
             broken.append("safety: SI(00) or SI(06) is ON without a link")
         if bits & _SI00 and not allowed[0]:
             broken.append("safety: SI(00) is ON while EmergencyStopOk is FALSE")
         if bits & _SI06 and not allowed[1]:
             broken.append("safety: SI(06) is ON while StopOk is FALSE")
-        if connected and not up:
+        if link.connected and not link.was_up:
             since = 0
         paced = changed & ~(was & _SAFETY)
-        if paced and connected:
+        if paced and link.connected:
             if changed & (changed - 1):
                 broken.append(f"interval: inputs {was:04X} to {bits:04X} in one scan")
             elif since < self.interval:
@@ -484,10 +528,9 @@ class Oracle:
 
 def _link(situation: Situation, was_up: bool) -> _Link:
     """What was read, in a scan after one with or without a connection."""
-    if not situation.connected:
-        return _Link(False, 0, 0, False, False)
-    cpu_ok = bool(situation.so & _CPU_OK)
-    return _Link(True, situation.status, situation.so, cpu_ok, was_up)
+    connected = situation.connected
+    status, so = (situation.status, situation.so) if connected else (0, 0)
+    return _Link(connected, status, so, was_up)
 
 
 class _Case(NamedTuple):
