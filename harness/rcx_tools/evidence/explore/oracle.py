@@ -4,8 +4,8 @@ The oracle sees what a user sees: what was read, how the blocks were called, wha
 the blocks' outputs. It knows nothing of tickets, phases or timers inside.
 
 Each group of rules is a function of a few values, and most scans differ from many others in a few
-of them only. So what a group says to the same values is kept (`functools.cache`). Values that consist
-of many are made once each, so that one object stands for them: those compare by identity.
+of them only. So what a group says to the same values is kept (`functools.cache`). A value that
+consists of many is made once, and then compared by its identity.
 """
 
 from __future__ import annotations
@@ -257,7 +257,8 @@ class Oracle:
         was, old_words, since, clear, flags, own, places = self._recalled(memory)
         words, bits = written
         link = self._link(choice.situation, bool(flags & _UP))
-        held, turns, holds, broken = [], [], [], []
+        held, turns, holds = [], [], []
+        broken: list[str] = []
         for k, do in enumerate(choice.does):
             one = self._one(k, own[k], do, before[k], now[k], link, was)
             held.append(one.flags)

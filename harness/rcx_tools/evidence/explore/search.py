@@ -63,7 +63,7 @@ class Explorer(World[Choice]):
         self._root: Any = self._state.root
         self._oracle = Oracle(model, self._root)
         looks = [partial(self._oracle.seen, k) for k in range(len(model.blocks))]
-        notes = [lambda: None, *looks, self._oracle.written]
+        notes: list[Callable[[], Any]] = [lambda: None, *looks, self._oracle.written]
         self._stages = Stages(model, self.program, self._state, self._look_at_robot, notes)
         self._packed = Struct(f"<{len(self._stages.first)}I")
         self._choices = model.choices()
@@ -106,7 +106,7 @@ class Explorer(World[Choice]):
 
     def is_cut(self) -> bool:
         """Is the queue longer than the model looks at?"""
-        return self._after.shared.queue > self._model.queue
+        return bool(self._after.shared.queue > self._model.queue)
 
     def added(self) -> None:
         """Note whether it is quiet."""
