@@ -36,7 +36,7 @@ from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
 from rcx_tools.evidence.results import ROOT
 
-__all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "main"]
+__all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "items_of", "main", "without_collector"]
 
 #: Where outcomes are kept.
 OUT = ROOT / "out/verification"
@@ -68,14 +68,14 @@ class _Exploring:
 
     def __call__(self, item: tuple[str, bool]) -> Done | Found:
         name, is_bug = item
-        with _without_collector():
+        with without_collector():
             if is_bug:
                 return _look_for(name, self.task.library)
             return _explore(name, self.task, self.reports)
 
 
 @contextmanager
-def _without_collector() -> Iterator[None]:
+def without_collector() -> Iterator[None]:
     """Millions of small objects are kept, none in a cycle: looking for cycles takes a sixth."""
     was = gc.isenabled()
     gc.disable()
@@ -142,7 +142,7 @@ def _run(
             outcomes[bug.name] = found
     for name, outcome in outcomes.items():
         console.print(f"{name}: known from an earlier run ({_line(outcome)})")
-    missing = [one for one in _items(models, seeded) if one[0] not in outcomes]
+    missing = [one for one in items_of(models, seeded) if one[0] not in outcomes]
     with (
         multiprocessing.get_context("spawn").Manager() as manager,
         Progress(*columns, console=console, transient=True) as progress,
@@ -170,15 +170,18 @@ def _run(
     )
 
 
-def _items(models: Sequence[AnyModel], seeded: Sequence[Seeded]) -> list[tuple[str, bool]]:
+def items_of(models: Sequence[AnyModel], seeded: Sequence[Seeded]) -> list[tuple[str, bool]]:
     """What is to be done, each with "is it a seeded bug", in an order that ends without a long one.
 
     Models on one robot come first, those with the most choices at their head.
     """
     robot = [one for one in models if not isinstance(one, InterlockModel)]
     area = [one for one in models if isinstance(one, InterlockModel)]
-    longest = sorted(robot, key=lambda one: -len(one.choices()))
-    return [*((one.name, False) for one in (*longest, *area)), *((one.name, True) for one in seeded)]
+    longest: list[AnyModel] = sorted(models, key=size, reverse=True)
+    return [
+        *((one.name, False) for one in (*longest, *area)),
+        *((one.name, True) for one in seeded),
+    ]
 
 
 def _show(progress: Progress, reports: Queue[_Report | None]) -> None:

@@ -15,21 +15,18 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
-from rcx_harness.spec.wire import ABNORMAL_END, ENDS, NORMAL_END, RUN
+from rcx_harness.spec.wire import ENDS, RUN
+from rcx_tools.evidence.explore.contract import Case, Link, Pins, Seen, contract, link_of
 from rcx_tools.evidence.explore.model import (
     SKIPPED,
     UP,
-    Block,
     Choice,
     Model,
-    Situation,
     Wire,
-    response,
 )
 
-__all__ = ["Oracle", "Pins", "Seen"]
+__all__ = ["Oracle"]
 
-_CPU_OK = 0x0002
 _SI00, _SI06 = 0x0001, 0x0040
 _SAFETY = _SI00 | _SI06
 #: Inputs that start something, and what must be ON for it: chapter 5, 2, SI(01), and 3.2.
@@ -43,64 +40,6 @@ _HELD_E, _HELD_S, _BACK_E, _BACK_S, _QUIT, _STOPPED, _UP, _RAN = (1 << bit for b
 _WAS, _ASKED, _MISSED, _OUT = 1, 2, 4, 8
 
 _HEAD = 7
-
-
-class Pins(NamedTuple):
-    """What a block shows."""
-
-    done: bool
-    """Done, or Valid of a level block."""
-    busy: bool
-    error: bool
-    error_id: int
-    active: bool
-
-    @property
-    def shown(self) -> int:
-        """How many of Done, Busy and Error are true."""
-        return int(self.done) + int(self.busy) + int(self.error)
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """What the oracle looks at of a block.
-
-    Attributes:
-        pins: Its outputs.
-        first: Response[1] of a command block; 0 of another.
-        works: It is Busy, or stops.
-    """
-
-    pins: Pins
-    first: int
-    works: bool
-
-
-@dataclass(frozen=True, eq=False)
-class _Link:
-    """What was read in a scan.
-
-    Attributes:
-        connected: The scanner's status.
-        status: SOW(0); 0 without a connection.
-        so: Dedicated outputs; 0 without a connection.
-        was_up: There was a connection in the scan before.
-    """
-
-    connected: bool
-    status: int
-    so: int
-    was_up: bool
-
-    @property
-    def cpu_ok(self) -> bool:
-        """Is CPU_OK there?"""
-        return bool(self.so & _CPU_OK)
-
-    @property
-    def judged(self) -> bool:
-        """Is there a connection, and was there one in the scan before?"""
-        return self.connected and self.was_up
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +128,7 @@ class Oracle:
         self._has_holds = bool({"emergency", "stop"}.intersection(kinds))
         self._recalled = lru_cache(maxsize=16)(self._recall)
         self._seen, self._turn, self._hold = cache(Seen), cache(_Turn), cache(_Hold)
-        self._link, self._one = cache(_link), cache(self._judge_block)
+        self._link, self._one = cache(link_of), cache(self._judge_block)
         self._turns, self._command = cache(self._judge_turns), cache(self._judge_command)
         self._dedicated, self._holds = cache(self._judge_dedicated), cache(self._judge_holds)
 
@@ -295,7 +234,7 @@ class Oracle:
         return bytes((*head, *held)) + places, broken
 
     def _judge_block(
-        self, k: int, flags: int, do: int, before: Seen, now: Seen, link: _Link, was: Wire
+        self, k: int, flags: int, do: int, before: Seen, now: Seen, link: Link, was: Wire
     ) -> _One:
         """What there is to say of one block."""
         block, old, new = self.blocks[k], before.pins, now.pins
@@ -318,8 +257,8 @@ class Oracle:
         works, failed = bool(old.busy or new.busy), bool(old.busy and new.error)
         hold = self._hold(do, started, works, bool(flags & _WAS), failed)
         out = was.code == block.code and bool(flags & _OUT) and link.judged
-        case = _Case(block, do == UP, started, missed, out, before.pins, now, link, was)
-        return _One(flags, turn, hold, tuple(_contract(case)) if called else ())
+        case = Case(block, do == UP, started, missed, out, before.pins, now, link, was)
+        return _One(flags, turn, hold, tuple(contract(case)) if called else ())
 
     def _judge_turns(
         self, places: bytes, turns: tuple[_Turn, ...]
@@ -359,7 +298,7 @@ class Oracle:
         return bytes(after), tuple(broken)
 
     def _judge_command(
-        self, was: Wire, old: int, new: int, link: _Link, flags: int, clear: int, asked: bool
+        self, was: Wire, old: int, new: int, link: Link, flags: int, clear: int, asked: bool
     ) -> tuple[int, int, bool, tuple[str, ...]]:
         """The handshake: guide, chapters 1 and 2.
 
@@ -406,7 +345,7 @@ class Oracle:
         return clear, flags, goes and asked, tuple(broken)
 
     def _goes_out(
-        self, was: Wire, old: int, new: int, link: _Link, flags: int, clear: int, asked: bool
+        self, was: Wire, old: int, new: int, link: Link, flags: int, clear: int, asked: bool
     ) -> Iterator[str]:
         code = self._codes[new]
         if self.words[new][2:] != self.words[old][2:]:
@@ -430,7 +369,7 @@ class Oracle:
         was: int,
         bits: int,
         since: int,
-        link: _Link,
+        link: Link,
         allowed: tuple[bool, bool],
         starts: tuple[bool, ...],
     ) -> tuple[int, tuple[str, ...]]:
@@ -525,81 +464,3 @@ class Oracle:
         if flags & _STOPPED and not flags & _QUIT and back:
             flags &= ~_STOPPED
         return flags, broken
-
-
-def _link(situation: Situation, was_up: bool) -> _Link:
-    """What was read, in a scan after one with or without a connection."""
-    connected = situation.connected
-    status, so = (situation.status, situation.so) if connected else (0, 0)
-    return _Link(connected, status, so, was_up)
-
-
-class _Case(NamedTuple):
-    """A block that is called in a scan."""
-
-    block: Block
-    up: bool
-    started: bool
-    """It was asked to work in this scan."""
-    missed: bool
-    """It was not called in some scan since it was asked."""
-    out: bool
-    """The command of this very start was on the wire; another start's may still be."""
-    was: Pins
-    seen: Seen
-    link: _Link
-    wire: Wire
-
-
-def _contract(case: _Case) -> Iterator[str]:
-    """PLCopen: design section 3."""
-    block, was, now, up = case.block, case.was, case.seen.pins, case.up
-    if bool(now.error) != (now.error_id != 0):
-        yield f"contract: {block.name}: Error without ErrorID, or the reverse"
-    if now.shown > 1 or (now.active and not now.busy):
-        yield f"contract: {block.name}: {now}"
-    if block.is_level:
-        if bool(now.shown) != up:
-            yield f"contract: {block.name}: {now} with Enable {up}"
-        return
-    if was.busy:
-        if not now.shown:
-            yield f"contract: {block.name}: Busy fell without an end"
-        elif not now.busy:
-            yield from _ended(case)
-    elif now.busy:
-        if not case.started:
-            yield f"contract: {block.name}: Busy without a rising edge of Execute"
-    elif case.started:
-        yield f"contract: {block.name}: no Busy in the call of the rising edge"
-    elif now[:4] != ((False, False, False, 0) if not up else was[:4]):
-        yield f"contract: {block.name}: {was} became {now} with Execute {up}"
-    # The response is taken in the scan in which the end status is seen (design 2).
-    must_end = block.kind == "command" and case.out and case.link.status in ENDS
-    if now.busy and was.busy and must_end and not case.missed:
-        yield f"answer: {block.name} does not end with the status 0x{case.link.status:04X}"
-
-
-def _ended(case: _Case) -> Iterator[str]:
-    """What an end must rest on."""
-    block, now, link = case.block, case.seen.pins, case.link
-    if now.error_id == 0x8001 and link.connected:
-        yield f"answer: {block.name}: 16#8001 with a connection"
-    if now.error_id == 0x8013 and not case.missed:
-        yield f"turn: {block.name} has lost its turn, though it was called in each scan"
-    without = block.kind in ("emergency", "stop", "job")
-    if not now.error and not link.connected and not without:
-        yield f"answer: {block.name}: Done without a connection"
-    if block.kind == "command":
-        ends = {0x0000: NORMAL_END, 0x8020: ABNORMAL_END}.get(now.error_id)
-        if ends is not None and not (case.out and link.status == ends):
-            text = f"end {now.error_id:04X}, status {link.status:04X}"
-            yield f"answer: {block.name}: {text}"
-        if ends is not None and case.seen.first != response(ends):
-            yield f"answer: {block.name}: not the response of the end status"
-    elif block.answer[0] and not now.error:
-        mask, value = block.answer
-        if link.so & mask != value:
-            yield f"answer: {block.name}: Done, dedicated outputs {link.so:04X}"
-        if block.bits and not case.wire.bits & 1 << block.bits[-1]:
-            yield f"answer: {block.name}: Done, but its input was not on the wire"

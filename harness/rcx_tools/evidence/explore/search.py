@@ -16,8 +16,9 @@ from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.needed import needed
 from rcx_harness.verify.explore.abstraction import Abstraction
 from rcx_harness.verify.explore.search import Broken, Paths, Result, Search, World
+from rcx_tools.evidence.explore.contract import Seen
 from rcx_tools.evidence.explore.model import Choice, Model, Quiet, Wire
-from rcx_tools.evidence.explore.oracle import Oracle, Seen
+from rcx_tools.evidence.explore.oracle import Oracle
 from rcx_tools.evidence.explore.stages import End, Stages
 from rcx_tools.evidence.results import ROOT
 
