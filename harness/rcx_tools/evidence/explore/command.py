@@ -175,13 +175,12 @@ def items_of(models: Sequence[AnyModel], seeded: Sequence[Seeded]) -> list[tuple
 
     Models on one robot come first, those with the most choices at their head.
     """
-    robot = [one for one in models if not isinstance(one, InterlockModel)]
-    area = [one for one in models if isinstance(one, InterlockModel)]
-    longest: list[AnyModel] = sorted(models, key=size, reverse=True)
-    return [
-        *((one.name, False) for one in (*longest, *area)),
-        *((one.name, True) for one in seeded),
-    ]
+
+    def size(model: AnyModel) -> int:
+        return 0 if isinstance(model, InterlockModel) else len(model.choices())
+
+    longest = sorted(models, key=size, reverse=True)
+    return [*((one.name, False) for one in longest), *((one.name, True) for one in seeded)]
 
 
 def _show(progress: Progress, reports: Queue[_Report | None]) -> None:
