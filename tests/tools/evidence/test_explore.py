@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pytest
@@ -145,6 +147,78 @@ def test_a_state_that_leaves_out_what_counts_is_noticed(
     monkeypatch.setitem(kept.TYPES, block, wrong)
     with pytest.raises(AssertionError, match="leaves out has an effect"):
         Explorer(model_named("inputs")).run(BOUND)
+
+
+@pytest.mark.parametrize("name", ["inputs", "jobs"])
+def test_a_scan_call_by_call_leads_where_the_scan_of_the_whole_program_leads(name: str) -> None:
+    """Of `inputs` with pins, a level block and late scans; of `jobs` with variables of the program.
+
+    Source: the whole program, which `check` runs.
+    """
+    model = model_named(name)
+    explorer, random = Explorer(model), Random(1)
+    state = explorer.first()
+    for _ in range(2):
+        for choice in explorer.choices(state):
+            following, broken = explorer.step(state, choice)
+            explorer.check(state, choice, following, random)
+            assert not broken
+        state = following
+
+
+def test_a_call_that_was_run_from_the_same_state_is_not_run_again() -> None:
+    """Source: docs/timing.md, what an exploration takes."""
+    explorer = Explorer(model_named("commands"))
+    scan, scans = explorer.program.scan, []
+
+    def counted(now_us: int) -> None:
+        scans.append(now_us)
+        scan(now_us)
+
+    explorer.program.scan = counted  # type: ignore[method-assign]
+    first = explorer.first()
+    ends = []
+    for choices in (explorer.choices(first), explorer.choices(first)):
+        ends.append([explorer.step(first, choice) for choice in choices])
+        ran, scans[:] = len(scans), []
+    assert ends[0] == ends[1]
+    assert ran == 0
+
+
+def test_a_broken_rule_is_told_each_time_that_it_is_broken(tmp_path: Path) -> None:
+    """Source: guide, chapter 1: inputs change 100 ms apart at least."""
+    bug = bug_named("the interval is not waited for")
+    model = model_named(bug.model)
+    library = bug.library(tmp_path)
+    found = Explorer(model, library).run().broken
+    assert found is not None
+    explorer = Explorer(model, library)
+    state = explorer.first()
+    for choice in found.path[:-1]:
+        explorer.choices(state)
+        state, broken = explorer.step(state, choice)
+        assert not broken
+    explorer.choices(state)
+    told = [explorer.step(state, found.path[-1])[1] for _ in range(2)]
+    assert told == [list(found.rules)] * 2
+    assert told[0][0].startswith("interval")
+
+
+def test_the_model_with_the_most_choices_is_explored_first_and_bugs_come_last() -> None:
+    """Source: two processes end together only if what is left at the end is short."""
+    models = list(command.EVERY_MODEL.values())
+    items = command.items_of(models, SEEDED[:1])
+    assert [name for name, _ in items[:2]] == ["inputs", "jobs"]
+    assert items[-1] == (SEEDED[0].name, True)
+    assert sorted(name for name, is_bug in items if not is_bug) == sorted(command.EVERY_MODEL)
+
+
+def test_the_garbage_collector_is_off_only_while_something_is_explored() -> None:
+    """Source: gc.isenabled."""
+    assert gc.isenabled()
+    with command.without_collector():
+        assert not gc.isenabled()
+    assert gc.isenabled()
 
 
 def test_a_variable_that_is_not_fixed_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,10 +23,12 @@ each value, as it was met first.
 from __future__ import annotations
 
 import marshal
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from random import Random
 from struct import Struct
-from typing import Any
+from typing import Any, NamedTuple
 
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.builtin.blocks import CLASSES
@@ -48,7 +50,7 @@ from rcx_harness.verify.coverage.listing import text_of
 from rcx_harness.verify.explore.kept import TYPES, Kept
 from rcx_harness.verify.prove.tree import calls_of
 
-__all__ = ["NOW_US", "Abstraction"]
+__all__ = ["NOW_US", "Abstraction", "Part"]
 
 #: PLC time of every scan; what differs are the starts of the timers.
 NOW_US = 1_000_000_000
@@ -65,22 +67,36 @@ _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
 #: The size of a slot that has none; and the version of `marshal` in which what is equal is the same
 #: bytes, whether or not it is one object.
 _OPEN, _MARSHAL = "", 2
+#: How a slot's code names what it looks at of the robot.
+_ROBOT = re.compile(r"\brobot\.([A-Z0-9_.]+)")
 _WIDE = ("WORD", "INT", "UINT", "DINT", "TIME", "REAL", "UDINT", "DWORD")
 
 
 class _Slot:
     """One variable that is kept: how its number is got and set, and how it is disturbed.
 
-    `size` is what `struct` calls the number; `_OPEN`: any value.
+    `size` is what `struct` calls the number; `_OPEN`: any value. `part` is the variable of the
+    program that it belongs to.
     """
 
     def __init__(
         self, get: str, put: str, condition: str = "", junk: str = "", size: str = "B"
     ) -> None:
-        self.size = size
+        self.size, self.part = size, ""
         self.get = f"({get}) if {condition} else 0" if condition else get
         self.put = put
         self.junk = f"if not ({condition}): {junk}" if condition else ""
+
+
+class Part(NamedTuple):
+    """What a state says of some variables of the program; see `Abstraction.parts`."""
+
+    robot: tuple[str, ...]
+    """What else it looks at: of the program's RCX_ARBITRATION."""
+    freeze: Callable[[], bytes]
+    """Its bytes of the state after a scan at `NOW_US`."""
+    thaw: Callable[[bytes, int], None]
+    """Put its variables into a state, so many ticks later; the robot's have been put there."""
 
 
 class Abstraction:
@@ -178,6 +194,26 @@ class Abstraction:
         values = self._packed.unpack_from(state)
         return (*values, *marshal.loads(state[self.size :])) if self._exact else values
 
+    def parts(self, groups: Sequence[Sequence[str]]) -> list[Part]:
+        """From now on, states are the bytes of these parts, one after another.
+
+        Args:
+            groups: The program's variables in each part, in upper case; that of the robot is in
+                the first one, all that are kept are in one.
+        """
+        places = {name: place for place, names in enumerate(groups) for name in names}
+        self._slots.sort(key=lambda one: places[one.part])
+        self._compile()
+        found = []
+        for group in groups:
+            slots = [slot for slot in self._slots if slot.part in group]
+            robot = {one for slot in slots for one in _ROBOT.findall(f"{slot.get} {slot.put}")}
+            names = self._functions(slots)
+            freeze = partial(self._freeze_part, names["freeze"])
+            thaw = partial(self._thaw_part, names["thaw"])
+            found.append(Part(tuple(sorted(robot)), freeze, thaw))
+        return found
+
     def freeze(self) -> bytes:
         """The program's state after a scan."""
         return self._freeze()  # type: ignore[no-any-return]
@@ -187,16 +223,31 @@ class Abstraction:
         self._now = NOW_US * 1000
         self._thaw(state, self._now - ticks * self._tick, 0)
 
+    def _freeze_part(self, freeze: Callable[[], bytes]) -> bytes:
+        self._now = NOW_US * 1000
+        return freeze()
+
+    def _thaw_part(self, thaw: Callable[[bytes, int, int], None], state: bytes, ticks: int) -> None:
+        self._now = NOW_US * 1000
+        thaw(state, self._now - ticks * self._tick, 0)
+
     def disturb(self, state: bytes, ticks: int, random: Random) -> int:
         """As `thaw`, with arbitrary values in all that is left out; the time of the scan [us]."""
-        for holder, slot, before in self._fixed:
-            if repr(_held(getattr(holder, slot))) != before:
-                raise AssertionError(f"{type(holder).__name__}.{slot} is not fixed")
         now_us = NOW_US + random.randrange(1_000_000)
         self._now = now_us * 1000
         self._thaw(state, self._now - ticks * self._tick, random.randrange(1, 65536))
         self._spoil(random)
         return now_us
+
+    def check_fixed(self) -> None:
+        """Check, after a scan, that what is taken to be the same after every scan is.
+
+        Raises:
+            AssertionError: it is not.
+        """
+        for holder, slot, before in self._fixed:
+            if repr(_held(getattr(holder, slot))) != before:
+                raise AssertionError(f"{type(holder).__name__}.{slot} is not fixed")
 
     # --- what the generated code calls ---
 
@@ -283,6 +334,9 @@ class Abstraction:
                 self._part(code, part, getattr(held, slot))
             else:
                 self._plain(code, part, conditions.get(slot, ""))
+            if held is self.root:
+                for one in self._slots:
+                    one.part = one.part or slot
 
     def _part(self, code: str, kind: Type, held: Any) -> None:
         """Plan a variable of any type."""
@@ -409,6 +463,14 @@ class Abstraction:
         self._slots.append(slot)
 
     def _compile(self) -> None:
+        names = self._functions(self._slots)
+        self._packed: Struct = names["packed"]
+        self._freeze: Any = names["freeze"]
+        self._thaw: Any = names["thaw"]
+        self._spoil: Any = names["spoil"]
+
+    def _functions(self, slots: Sequence[_Slot]) -> dict[str, Any]:
+        """The functions that get and set these."""
         names = {
             **self._objects,
             "robot": self._robot,
@@ -418,18 +480,18 @@ class Abstraction:
             "index": self._wide_index,
             "wide": self._wide,
         }
-        values = {id(slot): f"v{number}" for number, slot in enumerate(self._slots)}
-        puts = [slot.put.format(v=values[id(slot)]) for slot in self._slots]
-        sized = [slot for slot in self._slots if slot.size != _OPEN]
-        others = [slot for slot in self._slots if slot.size == _OPEN]
-        self._packed = Struct("<" + "".join(slot.size for slot in sized))
-        names |= {"pack": self._packed.pack, "unpack": self._packed.unpack_from}
+        values = {id(slot): f"v{number}" for number, slot in enumerate(slots)}
+        puts = [slot.put.format(v=values[id(slot)]) for slot in slots]
+        sized = [slot for slot in slots if slot.size != _OPEN]
+        others = [slot for slot in slots if slot.size == _OPEN]
+        packed = Struct("<" + "".join(slot.size for slot in sized))
+        names |= {"packed": packed, "pack": packed.pack, "unpack": packed.unpack_from}
         names |= {"dumps": marshal.dumps, "loads": marshal.loads}
         freeze = f"pack({_listed(slot.get for slot in sized)})"
         thaw = [f"{_listed(values[id(slot)] for slot in sized)} = unpack(state)"] * bool(sized)
         if self._exact:
             freeze += f" + dumps(({_listed(slot.get for slot in others)}), {_MARSHAL})"
-            got = f"loads(state[{self._packed.size}:])"
+            got = f"loads(state[{packed.size}:])"
             thaw += [f"{_listed(values[id(slot)] for slot in others)} = {got}"] * bool(others)
         lines = [
             "def freeze():",
@@ -438,14 +500,12 @@ class Abstraction:
             *(f"    {line}" for line in [*thaw, *puts]),
             "    pass",
             "def spoil(random, now=10**12):",
+            "    getrandbits = random.getrandbits",
             *(f"    {line}" for line in self._junk),
-            *(f"    {slot.junk}" for slot in self._slots if slot.junk),
-            "    pass",
+            *(f"    {slot.junk}" for slot in slots if slot.junk),
         ]
         exec(compile("\n".join(lines), "<abstraction>", "exec"), names)
-        self._freeze: Any = names["freeze"]
-        self._thaw: Any = names["thaw"]
-        self._spoil: Any = names["spoil"]
+        return names
 
 
 def _listed(parts: Iterable[str]) -> str:
@@ -490,7 +550,7 @@ def _arbitrary(kind: Type) -> str:
         return "random.random() < 0.5"
     if kind.name == "REAL":
         return "random.random()"
-    return f"random.randrange({256 if kind.name == 'BYTE' else 32768})"
+    return f"getrandbits({8 if kind.name == 'BYTE' else 15})"
 
 
 def _held(value: Any) -> Any:

@@ -19,6 +19,7 @@ import tempfile
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations, product
 from pathlib import Path
 from random import Random
@@ -147,6 +148,9 @@ class _World(World[_Choice]):
         robots = range(model.robots)
         self._locks = [getattr(self._root, f"LOCK{k}") for k in robots]
         self._area = self._root.AREA
+        inputs = ("GO", "OUT", "ACK", "READY", "CALLED")  # the first ones of a seat
+        self._inputs = [[f"{name}{k}" for name in inputs] for k in robots]
+        self._judged = cache(_judged)  # what is seen from outside is often the same
         self.every = [_Choice(k, one) for k, one in enumerate(_changes(model))]
         self._states: dict[bytes, _State] = {}
         seat = _Seat(out="out" not in model.moves, ready="ready" not in model.moves)
@@ -216,9 +220,9 @@ class _World(World[_Choice]):
         seats = list(before)
         for k, name in changes:
             seats[k] = seats[k]._replace(**{name: not getattr(seats[k], name)})
-        for k, seat in enumerate(seats):
-            for name in ("GO", "OUT", "ACK", "READY", "CALLED"):
-                setattr(self._root, f"{name}{k}", getattr(seat, name.lower()))
+        for seat, names in zip(seats, self._inputs, strict=True):
+            for name, value in zip(names, seat[: len(names)], strict=True):
+                setattr(self._root, name, value)
         self.program.scan(0)
         shown = [(bool(one.VALID), bool(one.BUSY), int(one.ERRORID)) for one in self._locks]
         wrong = [
@@ -226,8 +230,8 @@ class _World(World[_Choice]):
             for k, one in enumerate(self._locks)
             if bool(one.ERROR) != bool(one.ERRORID)
         ]
-        after, broken = _judged(before, seats, shown)
-        return after, wrong + broken
+        after, broken = self._judged(tuple(before), tuple(seats), tuple(shown))
+        return after, [*wrong, *broken]
 
     def _pack(self, state: _State) -> bytes:
         key = repr((state.seats, state.inner)).encode()
@@ -339,8 +343,8 @@ def _changes(model: InterlockModel) -> Iterator[_Changes]:
 
 
 def _judged(
-    before: Sequence[_Seat], now: Sequence[_Seat], shown: Sequence[tuple[bool, bool, int]]
-) -> tuple[tuple[_Seat, ...], list[str]]:
+    before: tuple[_Seat, ...], now: tuple[_Seat, ...], shown: tuple[tuple[bool, bool, int], ...]
+) -> tuple[tuple[_Seat, ...], tuple[str, ...]]:
     """What is demanded, told from outside: the seats after a scan, and what is broken.
 
     Args:
@@ -381,7 +385,7 @@ def _judged(
         after[k] = seat._replace(queue=ranks.get(seat.queue, 0), free=free)
         if free > _PROMPT:
             broken.append(f"wait: the area is free, but robot {k + 1} is not let in")
-    return tuple(after), broken
+    return tuple(after), tuple(broken)
 
 
 def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) -> list[str]:

@@ -27,7 +27,7 @@ _HERE = Path(__file__).parent
 #: What decides over states and rules, beside blocks and models: the engine, these of this package.
 _ENGINE = ("*.py", "*.lark")
 #: The modules beside this one that decide what is found, and those of all explorations.
-OWN = ("model", "oracle", "search", "models")
+OWN = ("model", "contract", "oracle", "search", "stages", "models")
 _SHARED = ("abstraction", "kept", "search")
 
 

@@ -59,9 +59,9 @@ class Block:
         return "sequence" if self.kind in ("sequence", "release stop", "job") else ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Situation:
-    """What the PLC reads in a scan.
+    """What the PLC reads in a scan; one is no other, even if they say the same.
 
     Attributes:
         label: In words.
@@ -171,18 +171,22 @@ class Model:
             f"(* Exploration, model {self.name}: {self.title}. *)\n"
             "PROGRAM Explored\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"
             f"    Connected, EmergencyStopOk, StopOk : BOOL;\n    {', '.join(names)} : BOOL;\n"
+            "    CallRead, CallWrite : BOOL := TRUE;\n"
             "    Robot : RCX_REF;\n    ReadArea : FB_ReadArea;\n    WriteArea : FB_WriteArea;\n"
             f"{held}{self.variables}  END_VAR\n{self.statements}"
-            "  ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);\n"
-            f"{calls}"
-            "  WriteArea(Robot := Robot, Image := OutputArea, Interval := T#100ms,\n"
-            f"            Margin := T#{self.margin_ms}ms, EmergencyStopOk := EmergencyStopOk,\n"
-            "            StopOk := StopOk);\nEND_PROGRAM\n"
+            "  IF CallRead THEN\n"
+            "    ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);\n"
+            f"  END_IF;\n{calls}"
+            "  IF CallWrite THEN\n"
+            "    WriteArea(Robot := Robot, Image := OutputArea, Interval := T#100ms,\n"
+            f"              Margin := T#{self.margin_ms}ms, EmergencyStopOk := EmergencyStopOk,\n"
+            "              StopOk := StopOk);\n  END_IF;\nEND_PROGRAM\n"
         )
 
     def free(self) -> set[str]:
         """Variables of the program that are set before each scan, or only written by it."""
         names = {"InputArea", "OutputArea", "Connected", "EmergencyStopOk", "StopOk"}
+        names |= {"CallRead", "CallWrite"}
         names |= {f"{what}{one.name}" for one in self.blocks for what in ("Go", "Call")}
         return names | set(self.switches or ())
 
@@ -215,7 +219,7 @@ class Model:
             image[0:2] = situation.status.to_bytes(2, "little")
             image[2:4] = response(situation.status).to_bytes(2, "little")
             image[32:34] = situation.so.to_bytes(2, "little")
-        values = [("CONNECTED", situation.connected)]
+        values = [("CONNECTED", situation.connected), ("CALLREAD", True), ("CALLWRITE", True)]
         values += [("EMERGENCYSTOPOK", pins[0]), ("STOPOK", pins[1])]
         for block, do in zip(self.blocks, does, strict=True):
             values.append((f"CALL{block.name.upper()}", do != SKIPPED))

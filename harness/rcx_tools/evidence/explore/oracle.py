@@ -2,19 +2,31 @@
 
 The oracle sees what a user sees: what was read, how the blocks were called, what was written, and
 the blocks' outputs. It knows nothing of tickets, phases or timers inside.
+
+Each group of rules is a function of a few values, and most scans differ from many others in a few
+of them only. So what a group says to the same values is kept (`functools.cache`). A value that
+consists of many is made once, and then compared by its identity.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
-from rcx_harness.spec.wire import ABNORMAL_END, ENDS, NORMAL_END, RUN
-from rcx_tools.evidence.explore.model import SKIPPED, UP, Block, Choice, Model, Wire, response
+from rcx_harness.spec.wire import ENDS, RUN
+from rcx_tools.evidence.explore.contract import Case, Link, Pins, Seen, contract, link_of
+from rcx_tools.evidence.explore.model import (
+    SKIPPED,
+    UP,
+    Choice,
+    Model,
+    Wire,
+)
 
-__all__ = ["Oracle", "Pins"]
+__all__ = ["Oracle"]
 
-_CPU_OK = 0x0002
 _SI00, _SI06 = 0x0001, 0x0040
 _SAFETY = _SI00 | _SI06
 #: Inputs that start something, and what must be ON for it: chapter 5, 2, SI(01), and 3.2.
@@ -30,20 +42,65 @@ _WAS, _ASKED, _MISSED, _OUT = 1, 2, 4, 8
 _HEAD = 7
 
 
-class Pins(NamedTuple):
-    """What a block shows."""
+@dataclass(frozen=True, eq=False)
+class _Turn:
+    """What counts for the turn of a block.
 
-    done: bool
-    """Done, or Valid of a level block."""
+    Attributes:
+        called: It was called.
+        started: It was asked to work in this scan.
+        missed: It was not called in some scan since.
+        was_active: Active before the scan.
+        busy: Busy after it.
+        active: Active after it.
+    """
+
+    called: bool
+    started: bool
+    missed: bool
+    was_active: bool
     busy: bool
-    error: bool
-    error_id: int
     active: bool
 
-    @property
-    def shown(self) -> int:
-        """How many of Done, Busy and Error are true."""
-        return int(self.done) + int(self.busy) + int(self.error)
+
+@dataclass(frozen=True, eq=False)
+class _Hold:
+    """What counts for the dedicated inputs that a block sets or holds.
+
+    Attributes:
+        does: What was done with it.
+        started: It was asked to work in this scan.
+        works: Busy before the scan, or after it.
+        was_up: Its Execute was TRUE when it was called last.
+        failed: It was busy and shows an error now.
+    """
+
+    does: int
+    started: bool
+    works: bool
+    was_up: bool
+    failed: bool
+
+
+class _One(NamedTuple):
+    """What there is to say of one block in a scan."""
+
+    flags: int
+    turn: _Turn
+    hold: _Hold
+    broken: tuple[str, ...]
+
+
+class _Memory(NamedTuple):
+    """What was remembered after the scan before."""
+
+    was: Wire
+    words: int
+    since: int
+    clear: int
+    flags: int
+    own: bytes
+    ranks: bytes
 
 
 class Oracle:
@@ -57,6 +114,23 @@ class Oracle:
         self.words: list[bytes] = [bytes(32)]
         self._index: dict[bytes, int] = {bytes(32): 0}
         self.by_code = {block.code: k for k, block in enumerate(self.blocks) if block.code}
+        self._channels = {
+            channel: [
+                k
+                for k, block in enumerate(self.blocks)
+                if block.channel == channel and not block.is_level
+            ]
+            for channel in ("command", "sequence")
+        }
+        self._codes, self._by_word = [0], [self.by_code.get(0, -1)]
+        self._has_jog = any(block.kind == "jog" for block in self.blocks)
+        kinds = [block.kind.removeprefix("release ") for block in self.blocks]
+        self._has_holds = bool({"emergency", "stop"}.intersection(kinds))
+        self._recalled = lru_cache(maxsize=16)(self._recall)
+        self._seen, self._turn, self._hold = cache(Seen), cache(_Turn), cache(_Hold)
+        self._link, self._one = cache(link_of), cache(self._judge_block)
+        self._turns, self._command = cache(self._judge_turns), cache(self._judge_command)
+        self._dedicated, self._holds = cache(self._judge_dedicated), cache(self._judge_holds)
 
     def initial(self) -> bytes:
         """What there is to remember before the first scan."""
@@ -64,36 +138,28 @@ class Oracle:
 
     def wire(self, memory: bytes) -> Wire:
         """What was written last."""
-        words = self.words[memory[0] | memory[1] << 8]
-        return Wire(words[0] | words[1] << 8, words[2] | words[3] << 8, memory[2] | memory[3] << 8)
+        return self._recalled(memory).was
 
-    def pins(self) -> list[Pins]:
+    def _recall(self, memory: bytes) -> _Memory:
+        index = memory[0] | memory[1] << 8
+        words = self.words[index]
+        was = Wire(words[0] | words[1] << 8, words[2] | words[3] << 8, memory[2] | memory[3] << 8)
+        since, clear, flags = memory[4:_HEAD]
+        middle = _HEAD + len(self.blocks)
+        return _Memory(was, index, since, clear, flags, memory[_HEAD:middle], memory[middle:])
+
+    def seen(self, k: int) -> Seen:
+        """The outputs of a block as they are now."""
+        block, o = self.blocks[k], self._held[k]
+        works = bool(o.BUSY or getattr(o, "STOPPING", False))
+        if block.is_level:
+            return self._seen(Pins(o.VALID, o.BUSY, o.ERROR, o.ERRORID, False), 0, works)
+        first = int(o.RESPONSE[0]) if block.kind == "command" else 0
+        return self._seen(Pins(o.DONE, o.BUSY, o.ERROR, o.ERRORID, o.ACTIVE), first, works)
+
+    def all_seen(self) -> list[Seen]:
         """The outputs of all blocks."""
-        return [
-            Pins(o.VALID, o.BUSY, o.ERROR, o.ERRORID, False)
-            if block.is_level
-            else Pins(o.DONE, o.BUSY, o.ERROR, o.ERRORID, o.ACTIVE)
-            for block, o in zip(self.blocks, self._held, strict=True)
-        ]
-
-    def first_word(self, k: int) -> int:
-        """Response[1] of a command block."""
-        return int(self._held[k].RESPONSE[0])
-
-    def judge(
-        self, memory: bytes, choice: Choice, before: Sequence[Pins]
-    ) -> tuple[bytes, list[str]]:
-        """Judge the scan that has just run.
-
-        Args:
-            memory: What was remembered after the scan before.
-            choice: What the environment did.
-            before: The blocks' outputs before the scan.
-
-        Returns:
-            What to remember, and the broken rules in words.
-        """
-        return _Scan(self, memory, choice, before).judge()
+        return [self.seen(k) for k in range(len(self.blocks))]
 
     def written(self) -> tuple[int, int]:
         """The index of the 16 words on the wire, and the dedicated inputs."""
@@ -103,299 +169,298 @@ class Oracle:
         if index is None:
             index = self._index[words] = len(self.words)
             self.words.append(words)
+            self._codes.append(words[0] | words[1] << 8)
+            self._by_word.append(self.by_code.get(self._codes[-1], -1))
         return index, area[32] | area[33] << 8
 
+    def judge(
+        self,
+        memory: bytes,
+        choice: Choice,
+        before: Sequence[Seen],
+        now: Sequence[Seen],
+        written: tuple[int, int],
+    ) -> tuple[bytes, list[str]]:
+        """Judge a scan.
 
-class _Scan:
-    """One scan to be judged."""
+        Args:
+            memory: What was remembered after the scan before.
+            choice: What the environment did.
+            before: The blocks' outputs before the scan.
+            now: Those after it.
+            written: See there, after it.
 
-    def __init__(
-        self, oracle: Oracle, memory: bytes, choice: Choice, before: Sequence[Pins]
-    ) -> None:
-        self.oracle, self.choice, self.before = oracle, choice, before
-        self.blocks = oracle.blocks
-        self.now = oracle.pins()
-        self.was = oracle.wire(memory)
-        self.old_words = memory[0] | memory[1] << 8
-        self.since = min(memory[4] + choice.ticks, oracle.interval)
-        self.clear = min(memory[5] + choice.ticks, oracle.interval)
-        self.flags = memory[6]
-        self.own = list(memory[_HEAD:])
-        self.broken: list[str] = []
-        self.connected = choice.situation.connected
-        self.status = choice.situation.status if self.connected else 0
-        self.so = choice.situation.so if self.connected else 0
-        self.cpu_ok = self.connected and bool(self.so & _CPU_OK)
-        self.judged = self.connected and bool(self.flags & _UP)
-        self.words, self.bits = oracle.written()
-        words = oracle.words[self.words]
-        self.code = words[0] | words[1] << 8
-
-    def judge(self) -> tuple[bytes, list[str]]:
-        self._starts()
-        for k, block in enumerate(self.blocks):
-            if self.choice.does[k] != SKIPPED:
-                self._contract(k, block)
-        self._turns()
-        self._command()
-        self._dedicated()
-        self._holds()
-        self._jog()
-        self.flags = self.flags & ~_UP | (_UP if self.connected else 0)
-        head = (
-            self.words & 255, self.words >> 8, self.bits & 255, self.bits >> 8,
-            self.since, self.clear, self.flags,
-        )  # fmt: skip
-        return bytes((*head, *self.own)), self.broken
-
-    def say(self, rule: str, text: str) -> None:
-        self.broken.append(f"{rule}: {text}")
-
-    def _starts(self) -> None:
-        """Which blocks were asked to work: by an edge after the last loss of the link."""
-        self.edges = [
-            do == UP and not self.own[2 * k] & _WAS for k, do in enumerate(self.choice.does)
-        ]
-        for k, block in enumerate(self.blocks):
-            flags, do = self.own[2 * k], self.choice.does[k]
-            lost = not self.connected or (block.code and not self.cpu_ok)
-            if lost and do != SKIPPED:
-                flags &= ~_ASKED
-            if do == SKIPPED:
-                if self.before[k].busy:
-                    flags |= _MISSED
-            else:
-                if self.edges[k] and (block.is_level or not self.before[k].busy):
-                    flags = (flags | _ASKED) & ~(_MISSED | _OUT)
-                elif do != UP and block.kind == "level":
-                    flags &= ~_ASKED
-                flags = flags & ~_WAS | (_WAS if do == UP else 0)
-            self.own[2 * k] = flags
-
-    def _contract(self, k: int, block: Block) -> None:
-        """PLCopen: design section 3."""
-        was, now, up = self.before[k], self.now[k], self.choice.does[k] == UP
-        if bool(now.error) != (now.error_id != 0):
-            self.say("contract", f"{block.name}: Error without ErrorID, or the reverse")
-        if now.shown > 1 or (now.active and not now.busy):
-            self.say("contract", f"{block.name}: {now}")
-        if block.is_level:
-            if bool(now.shown) != up:
-                self.say("contract", f"{block.name}: {now} with Enable {up}")
-            return
-        if was.busy:
-            if not now.shown:
-                self.say("contract", f"{block.name}: Busy fell without an end")
-            elif not now.busy:
-                self._ended(k, block)
-        elif now.busy:
-            if not self.started(k):
-                self.say("contract", f"{block.name}: Busy without a rising edge of Execute")
-        elif self.started(k):
-            self.say("contract", f"{block.name}: no Busy in the call of the rising edge")
-        elif now[:4] != ((False, False, False, 0) if not up else was[:4]):
-            self.say("contract", f"{block.name}: {was} became {now} with Execute {up}")
-        if now.busy and was.busy and self._must_end(k, block):
-            self.say("answer", f"{block.name} does not end with the status 0x{self.status:04X}")
-
-    def started(self, k: int) -> bool:
-        """Was the block asked to work in this scan?"""
-        return self.edges[k] and not self.before[k].busy
-
-    def _must_end(self, k: int, block: Block) -> bool:
-        """The response is taken in the scan in which the end status is seen (design 2)."""
-        return (
-            block.kind == "command"
-            and self._is_out(k)
-            and self.status in ENDS
-            and not self.own[2 * k] & _MISSED
+        Returns:
+            What to remember, and the broken rules in words.
+        """
+        was, old_words, since, clear, flags, own, places = self._recalled(memory)
+        words, bits = written
+        link = self._link(choice.situation, bool(flags & _UP))
+        held, turns, holds = [], [], []
+        broken: list[str] = []
+        for k, do in enumerate(choice.does):
+            one = self._one(k, own[k], do, before[k], now[k], link, was)
+            held.append(one.flags)
+            turns.append(one.turn)
+            holds.append(one.hold)
+            broken += one.broken
+        places, said = self._turns(places, tuple(turns))
+        broken += said
+        k = self._by_word[words]
+        asked = k >= 0 and bool(held[k] & _ASKED)
+        clear = min(clear + choice.ticks, self.interval)
+        clear, flags, goes, said = self._command(was, old_words, words, link, flags, clear, asked)
+        if goes:
+            held[k] = held[k] & ~_ASKED | _OUT
+        broken += said
+        starts = tuple(
+            [bool(one & _ASKED and hold.works) for one, hold in zip(held, holds, strict=True)]
+            if bits & ~was.bits
+            else []
         )
+        since = min(since + choice.ticks, self.interval)
+        allowed = (choice.emergency_ok, choice.stop_ok)
+        since, said = self._dedicated(was.bits, bits, since, link, allowed, starts)
+        broken += said
+        if self._has_holds:
+            flags, said = self._holds(flags, bits, tuple(holds))
+            broken += said
+        if self._has_jog:
+            does = SKIPPED if k < 0 else choice.does[k]
+            flags, said = self._jog(flags, bits, k, does, link.connected, choice.stop_ok)
+            broken += said
+        flags = flags & ~_UP | (_UP if link.connected else 0)
+        head = (words & 255, words >> 8, bits & 255, bits >> 8, since, clear, flags)
+        return bytes((*head, *held)) + places, broken
 
-    def _is_out(self, k: int) -> bool:
-        """Was the command of this very start on the wire? Another start's may still be."""
-        out = self.was.code == self.blocks[k].code and bool(self.own[2 * k] & _OUT)
-        return out and self.judged
+    def _judge_block(
+        self, k: int, flags: int, do: int, before: Seen, now: Seen, link: Link, was: Wire
+    ) -> _One:
+        """What there is to say of one block."""
+        block, old, new = self.blocks[k], before.pins, now.pins
+        edge = do == UP and not flags & _WAS
+        if do == SKIPPED:
+            flags |= _MISSED if old.busy else 0
+        else:
+            # Asked to work: by an edge after the last loss of the link.
+            if not link.connected or (block.code and not link.cpu_ok):
+                flags &= ~_ASKED
+            if edge and (block.is_level or not old.busy):
+                flags = (flags | _ASKED) & ~(_MISSED | _OUT)
+            elif do != UP and block.kind == "level":
+                flags &= ~_ASKED
+            flags = flags & ~_WAS | (_WAS if do == UP else 0)
+        started, called, missed = edge and not old.busy, do != SKIPPED, bool(flags & _MISSED)
+        turn = self._turn(
+            called, started, missed, bool(old.active), bool(new.busy), bool(new.active)
+        )
+        works, failed = bool(old.busy or new.busy), bool(old.busy and new.error)
+        hold = self._hold(do, started, works, bool(flags & _WAS), failed)
+        out = was.code == block.code and bool(flags & _OUT) and link.judged
+        case = Case(block, do == UP, started, missed, out, before.pins, now, link, was)
+        return _One(flags, turn, hold, tuple(contract(case)) if called else ())
 
-    def _ended(self, k: int, block: Block) -> None:
-        """What an end must rest on."""
-        now = self.now[k]
-        missed = self.own[2 * k] & _MISSED
-        if now.error_id == 0x8001 and self.connected:
-            self.say("answer", f"{block.name}: 16#8001 with a connection")
-        if now.error_id == 0x8013 and not missed:
-            self.say("turn", f"{block.name} has lost its turn, though it was called in each scan")
-        if not now.error and not self.connected and block.kind not in ("emergency", "stop", "job"):
-            self.say("answer", f"{block.name}: Done without a connection")
-        if block.kind == "command":
-            out = self._is_out(k)
-            ends = {0x0000: NORMAL_END, 0x8020: ABNORMAL_END}.get(now.error_id)
-            if ends is not None and not (out and self.status == ends):
-                text = f"end {now.error_id:04X}, status {self.status:04X}"
-                self.say("answer", f"{block.name}: {text}")
-            if ends is not None and self.oracle.first_word(k) != response(ends):
-                self.say("answer", f"{block.name}: not the response of the end status")
-        elif block.answer[0] and not now.error:
-            mask, value = block.answer
-            if self.so & mask != value:
-                self.say("answer", f"{block.name}: Done, dedicated outputs {self.so:04X}")
-            if block.bits and not self.was.bits & 1 << block.bits[-1]:
-                self.say("answer", f"{block.name}: Done, but its input was not on the wire")
+    def _judge_turns(
+        self, places: bytes, turns: tuple[_Turn, ...]
+    ) -> tuple[bytes, tuple[str, ...]]:
+        """First come, first served; one holder at a time (design 2).
 
-    def _turns(self) -> None:
-        """First come, first served; one holder at a time (design 2)."""
-        for channel in ("command", "sequence"):
-            ours = [
-                k
-                for k, block in enumerate(self.blocks)
-                if block.channel == channel and not block.is_level
-            ]
-            if not ours:
-                continue
-            called = [k for k in ours if self.choice.does[k] != SKIPPED]
-            if sum(self.now[k].active for k in called) > 1:
-                self.say("turn", f"two blocks are Active on the {channel} channel")
-            ranks = {k: self.own[2 * k + 1] for k in ours}
+        Args:
+            places: Of the blocks, in the order in which they were asked; 0 = it does not wait.
+            turns: What counts of each block.
+
+        Returns:
+            `places` from now on, and what is broken.
+        """
+        after, broken = bytearray(places), []
+        for channel, ours in self._channels.items():
+            ranks = {k: places[k] for k in ours}
+            called = [k for k in ours if turns[k].called]
+            if sum(turns[k].active for k in called) > 1:
+                broken.append(f"turn: two blocks are Active on the {channel} channel")
             for k in called:
-                if self.now[k].active and not self.before[k].active:
+                if turns[k].active and not turns[k].was_active:
                     for other in called:
                         ahead = 0 < ranks[other] < ranks[k]
-                        if ahead and self.now[other].busy and not self.now[other].active:
+                        if ahead and turns[other].busy and not turns[other].active:
                             one, two = self.blocks[k].name, self.blocks[other].name
-                            self.say("turn", f"{one} was served before {two}")
+                            broken.append(f"turn: {one} was served before {two}")
             for k in ours:
-                if not self.now[k].busy or self.own[2 * k] & _MISSED:
+                if not turns[k].busy or turns[k].missed:
                     ranks[k] = 0
-                elif k in called and self.started(k):
+                elif turns[k].called and turns[k].started:
                     ranks[k] = max(ranks.values()) + 1
             order = sorted((rank, k) for k, rank in ranks.items() if rank)
             for k in ours:
-                self.own[2 * k + 1] = 0
+                after[k] = 0
             for place, (_, k) in enumerate(order, start=1):
-                self.own[2 * k + 1] = place
+                after[k] = place
+        return bytes(after), tuple(broken)
 
-    def _command(self) -> None:
-        """The handshake: guide, chapters 1 and 2."""
-        was, code = self.was.code, self.code
-        if code and not self.cpu_ok:
-            self.say("link", f"the code {code:04X} is out without link or CPU_OK")
-        if was and self.judged:
-            lost = not self.cpu_ok or (self.flags & _RAN and self.status == 0)
-            endless = was & 0x0FFF in _CONTINUOUS and self.was.first & 1 and self.status == RUN
-            ended = self.status in ENDS
+    def _judge_command(
+        self, was: Wire, old: int, new: int, link: Link, flags: int, clear: int, asked: bool
+    ) -> tuple[int, int, bool, tuple[str, ...]]:
+        """The handshake: guide, chapters 1 and 2.
+
+        Args:
+            was: What was on the wire.
+            old: The index of the words that were there, and
+            new: of those that are there now.
+            link: What was read.
+            flags: What is remembered.
+            clear: How long the link and CPU_OK have been there.
+            asked: Whether the block of the code that is there now was asked to work.
+
+        Returns:
+            `clear` and `flags` from now on, whether that block's code has gone out, and what is
+            broken.
+        """
+        code, broken = self._codes[new], []
+        if code and not link.cpu_ok:
+            broken.append(f"link: the code {code:04X} is out without link or CPU_OK")
+        if was.code and link.judged:
+            lost = not link.cpu_ok or (flags & _RAN and link.status == 0)
+            endless = was.code & 0x0FFF in _CONTINUOUS and was.first & 1 and link.status == RUN
+            ended = link.status in ENDS
             may = ended or lost or (endless and code == 0)
-            if (code != was or self.words != self.old_words) and not may:
-                text = f"code {was:04X} to {code:04X}, or data, status {self.status:04X}"
-                self.say("held", text)
+            if (code != was.code or new != old) and not may:
+                text = f"code {was.code:04X} to {code:04X}, or data, status {link.status:04X}"
+                broken.append(f"held: {text}")
             if ended and code:
-                self.say("reset", f"the code {code:04X} stays after the status {self.status:04X}")
-            if code not in (was, 0):
-                self.say("reset", f"code {was:04X} to {code:04X} without 0x0000 between them")
-        if (self.connected and not self.flags & _UP) or not self.cpu_ok:
-            self.clear = 0
-        if code and not was:
-            self._goes_out(code)
-        self.flags &= ~_RAN if code != was or not code else 255
-        if code and was and self.status:
-            self.flags |= _RAN
+                broken.append(
+                    f"reset: the code {code:04X} stays after the status {link.status:04X}"
+                )
+            if code not in (was.code, 0):
+                broken.append(
+                    f"reset: code {was.code:04X} to {code:04X} without 0x0000 between them"
+                )
+        if (link.connected and not link.was_up) or not link.cpu_ok:
+            clear = 0
+        goes = bool(code and not was.code)
+        if goes:
+            broken += self._goes_out(was, old, new, link, flags, clear, asked)
+        flags &= ~_RAN if code != was.code or not code else 255
+        if code and was.code and link.status:
+            flags |= _RAN
+        return clear, flags, goes and asked, tuple(broken)
 
-    def _goes_out(self, code: int) -> None:
-        if self.oracle.words[self.words][2:] != self.oracle.words[self.old_words][2:]:
-            self.say("data first", f"data and the code {code:04X} went out together")
-        if not self.judged:
-            self.say("data first", f"the data of {code:04X} were not there with a connection")
-        if self.status:
-            self.say("ready", f"the code {code:04X} went out with the status {self.status:04X}")
-        if self.clear < self.oracle.interval:
-            self.say("recovered", f"the code {code:04X} went out too soon after the recovery")
-        k = self.oracle.by_code.get(code)
-        if k is None or not self.own[2 * k] & _ASKED:
-            self.say("unasked", f"the code {code:04X} went out, but nobody asked for it")
+    def _goes_out(
+        self, was: Wire, old: int, new: int, link: Link, flags: int, clear: int, asked: bool
+    ) -> Iterator[str]:
+        code = self._codes[new]
+        if self.words[new][2:] != self.words[old][2:]:
+            yield f"data first: data and the code {code:04X} went out together"
+        if not link.judged:
+            yield f"data first: the data of {code:04X} were not there with a connection"
+        if link.status:
+            yield f"ready: the code {code:04X} went out with the status {link.status:04X}"
+        if clear < self.interval:
+            yield f"recovered: the code {code:04X} went out too soon after the recovery"
+        if not asked:
+            yield f"unasked: the code {code:04X} went out, but nobody asked for it"
             return
-        self.own[2 * k] = self.own[2 * k] & ~_ASKED | _OUT
-        if self.blocks[k].kind == "jog" and not self.was.bits & _SI06:
-            self.say("jog", "a jog went out while SI(06) was OFF")
-        if self.flags & _STOPPED:
-            self.say("jog", f"the code {code:04X} went out before SI(06) was back")
+        if self.blocks[self.by_code[code]].kind == "jog" and not was.bits & _SI06:
+            yield "jog: a jog went out while SI(06) was OFF"
+        if flags & _STOPPED:
+            yield f"jog: the code {code:04X} went out before SI(06) was back"
 
-    def _dedicated(self) -> None:
-        """At least 100 ms between changes, one at a time: chapter 5, 3; design 2."""
-        was, bits = self.was.bits, self.bits
-        changed = was ^ bits
-        if bits & _SAFETY and not self.connected:
-            self.say("safety", "SI(00) or SI(06) is ON without a link")
-        if bits & _SI00 and not self.choice.emergency_ok:
-            self.say("safety", "SI(00) is ON while EmergencyStopOk is FALSE")
-        if bits & _SI06 and not self.choice.stop_ok:
-            self.say("safety", "SI(06) is ON while StopOk is FALSE")
-        if self.connected and not self.flags & _UP:
-            self.since = 0
+    def _judge_dedicated(
+        self,
+        was: int,
+        bits: int,
+        since: int,
+        link: Link,
+        allowed: tuple[bool, bool],
+        starts: tuple[bool, ...],
+    ) -> tuple[int, tuple[str, ...]]:
+        """At least 100 ms between changes, one at a time: chapter 5, 3; design 2.
+
+        Args:
+            was: The dedicated inputs that were on the wire, and
+            bits: those that are there now.
+            since: How long ago they changed.
+            link: What was read.
+            allowed: EmergencyStopOk and StopOk.
+            starts: Whether each block was asked to work, and does; asked for where any went ON.
+
+        Returns:
+            `since` from now on, and what is broken.
+        """
+        changed, broken = was ^ bits, []
+        if bits & _SAFETY and not link.connected:
+            broken.append("safety: SI(00) or SI(06) is ON without a link")
+        if bits & _SI00 and not allowed[0]:
+            broken.append("safety: SI(00) is ON while EmergencyStopOk is FALSE")
+        if bits & _SI06 and not allowed[1]:
+            broken.append("safety: SI(06) is ON while StopOk is FALSE")
+        if link.connected and not link.was_up:
+            since = 0
         paced = changed & ~(was & _SAFETY)
-        if paced and self.connected:
+        if paced and link.connected:
             if changed & (changed - 1):
-                self.say("interval", f"inputs {was:04X} to {bits:04X} in one scan")
-            elif self.since < self.oracle.interval:
-                self.say("interval", f"inputs {was:04X} to {bits:04X} too soon")
+                broken.append(f"interval: inputs {was:04X} to {bits:04X} in one scan")
+            elif since < self.interval:
+                broken.append(f"interval: inputs {was:04X} to {bits:04X} too soon")
         if changed:
-            self.since = 0
+            since = 0
         rises = bits & ~was & ~_SAFETY
-        for starts, levels in _NEEDS:
-            if rises & starts and bits & levels != levels:
-                self.say("start", f"inputs {rises:04X} went ON with {bits & _SAFETY:04X}")
+        for inputs, levels in _NEEDS:
+            if rises & inputs and bits & levels != levels:
+                broken.append(f"start: inputs {rises:04X} went ON with {bits & _SAFETY:04X}")
         bit = 0
         while rises >> bit:
-            if rises >> bit & 1 and not any(
-                bit in block.bits and self.own[2 * k] & _ASKED and self._works(k)
-                for k, block in enumerate(self.blocks)
-            ):
-                self.say("unasked", f"SI bit {bit} went ON, but nobody asked for it")
+            mine = zip(self.blocks, starts, strict=True)
+            if rises >> bit & 1 and not any(bit in block.bits and it for block, it in mine):
+                broken.append(f"unasked: SI bit {bit} went ON, but nobody asked for it")
             bit += 1
+        return since, tuple(broken)
 
-    def _works(self, k: int) -> bool:
-        return bool(self.now[k].busy or self.before[k].busy)
-
-    def _holds(self) -> None:
+    def _judge_holds(
+        self, flags: int, bits: int, holds: tuple[_Hold, ...]
+    ) -> tuple[int, tuple[str, ...]]:
         """FB_EmergencyStop and FB_ProgramStop hold their input OFF until they are released."""
-        for k, block in enumerate(self.blocks):
-            does, called = self.choice.does[k], self.choice.does[k] != SKIPPED
+        for block, one in zip(self.blocks, holds, strict=True):
             which = block.kind.removeprefix("release ")
             held, back = {"emergency": (_HELD_E, _BACK_E), "stop": (_HELD_S, _BACK_S)}.get(
                 which, (0, 0)
             )
-            if not held or not called:
+            if not held or one.does == SKIPPED:
                 continue
             if which == block.kind:
-                if does == UP or self._works(k):
-                    self.flags = self.flags & ~back | held
-            elif self.started(k):
+                if one.does == UP or one.works:
+                    flags = flags & ~back | held
+            elif one.started:
                 keeps = any(
-                    one.kind == which and (self.own[2 * j] & _WAS or self._works(j))
-                    for j, one in enumerate(self.blocks)
+                    other.kind == which and (its.was_up or its.works)
+                    for other, its in zip(self.blocks, holds, strict=True)
                 )
-                if self.flags & held and not keeps:
-                    self.flags = self.flags & ~held | back
-            elif self.before[k].busy and self.now[k].error and self.flags & back:
-                self.flags = self.flags & ~back | held
+                if flags & held and not keeps:
+                    flags = flags & ~held | back
+            elif one.failed and flags & back:
+                flags = flags & ~back | held
+        broken = []
         for held, back, bit in ((_HELD_E, _BACK_E, _SI00), (_HELD_S, _BACK_S, _SI06)):
-            if self.flags & held and self.bits & bit:
-                self.say("hold", f"SI bit {bit:04X} is ON, though a block holds it OFF")
-            if self.bits & bit:
-                self.flags &= ~back
+            if flags & held and bits & bit:
+                broken.append(f"hold: SI bit {bit:04X} is ON, though a block holds it OFF")
+            if bits & bit:
+                flags &= ~back
+        return flags, tuple(broken)
 
-    def _jog(self) -> None:
+    def _jog(
+        self, flags: int, bits: int, k: int, does: int, connected: bool, stop_ok: bool
+    ) -> tuple[int, tuple[str, ...]]:
         """A jog without its Enable has SI(06) OFF (guide 4.2.6); no code before it is ON."""
-        k = self.oracle.by_code.get(self.code, -1)
+        broken: tuple[str, ...] = ()
         if k >= 0 and self.blocks[k].kind == "jog":
-            if self.choice.does[k] != UP:
-                self.flags |= _QUIT
-            if self.flags & _QUIT:
-                self.flags |= _STOPPED
-                if self.bits & _SI06:
-                    self.say("jog", "a jog is out without its Enable, and SI(06) is ON")
+            if does != UP:
+                flags |= _QUIT
+            if flags & _QUIT:
+                flags |= _STOPPED
+                if bits & _SI06:
+                    broken = ("jog: a jog is out without its Enable, and SI(06) is ON",)
         else:
-            self.flags &= ~_QUIT
-        if (
-            self.flags & _STOPPED
-            and not self.flags & _QUIT
-            and (self.bits & _SI06 or not self.choice.stop_ok or not self.connected)
-        ):
-            self.flags &= ~_STOPPED
+            flags &= ~_QUIT
+        back = bits & _SI06 or not stop_ok or not connected
+        if flags & _STOPPED and not flags & _QUIT and back:
+            flags &= ~_STOPPED
+        return flags, broken

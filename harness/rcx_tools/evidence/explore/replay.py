@@ -101,9 +101,10 @@ def replay(
             choice = hanging[oracle.wire(memory)]
         now_us += choice.ticks * model.tick_ms * 1000
         _apply(program, choice)
-        before = oracle.pins()
+        before = oracle.all_seen()
         program.scan(now_us)
-        memory, rules = oracle.judge(memory, choice, before)
+        now, written = oracle.all_seen(), oracle.written()
+        memory, rules = oracle.judge(memory, choice, before, now, written)
         so = choice.image + bytes(SIZE - len(choice.image))
         si = program.read_bytes("Main.OutputArea")[:34] + bytes(SIZE - 34)
         values = dict(zip(watch, look(), strict=True))

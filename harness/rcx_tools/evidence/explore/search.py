@@ -5,17 +5,21 @@ from __future__ import annotations
 import tempfile
 from array import array
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from random import Random
-from typing import Any
+from struct import Struct
+from typing import Any, NamedTuple
 
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.needed import needed
-from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
+from rcx_harness.verify.explore.abstraction import Abstraction
 from rcx_harness.verify.explore.search import Broken, Paths, Result, Search, World
+from rcx_tools.evidence.explore.contract import Seen
 from rcx_tools.evidence.explore.model import Choice, Model, Quiet, Wire
 from rcx_tools.evidence.explore.oracle import Oracle
+from rcx_tools.evidence.explore.stages import End, Stages
 from rcx_tools.evidence.results import ROOT
 
 __all__ = ["LIBRARY", "Explorer", "compiled", "longest", "quiet_choices"]
@@ -29,6 +33,18 @@ def compiled(model: Model, library: Sequence[Path] = LIBRARY) -> BuiltinProgram:
     with tempfile.TemporaryDirectory() as folder:
         path = model.write(Path(folder))
         return BuiltinProgram.build(load([path, *needed([path], library)]))
+
+
+class _Robot(NamedTuple):
+    """What counts of the robot.
+
+    Attributes:
+        is_free: No turn is taken, and nothing is out.
+        queue: Tickets on the longer queue, also those whose blocks have given up.
+    """
+
+    is_free: bool
+    queue: int
 
 
 class Explorer(World[Choice]):
@@ -47,7 +63,15 @@ class Explorer(World[Choice]):
         self._state = Abstraction(self.program, model.tick_ms * 1000, ticks, model.free())
         self._root: Any = self._state.root
         self._oracle = Oracle(model, self._root)
+        looks = [partial(self._oracle.seen, k) for k in range(len(model.blocks))]
+        notes: list[Callable[[], Any]] = [lambda: None, *looks, self._oracle.written]
+        self._stages = Stages(model, self.program, self._state, self._look_at_robot, notes)
+        self._packed = Struct(f"<{len(self._stages.first)}I")
         self._choices = model.choices()
+        self._here: tuple[int, ...] = ()
+        self._memory = b""
+        self._entries: dict[int, tuple[tuple[int, ...], list[Seen]]] = {}
+        self._after: End
         self._quiet = [quiet_choices(model, quiet) for quiet in model.quiet]
         self._nexts = [array("i") for _ in self._quiet]
         self._idle = [bytearray([1]), bytearray([1])]
@@ -60,36 +84,39 @@ class Explorer(World[Choice]):
 
     def first(self) -> bytes:
         """The state at the start."""
-        return self._state.freeze() + self._oracle.initial()
+        return self._packed.pack(*self._stages.first) + self._oracle.initial()
 
     def choices(self, state: bytes) -> Sequence[Choice]:
         """What may happen next."""
+        self._here = self._packed.unpack_from(state)
+        self._memory = state[self._packed.size :]
+        self._entries.clear()
         return self._choices
 
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
-        """Let it happen."""
-        self._state.thaw(state, choice.ticks)
-        root = self._root
-        for name, value in choice.values:
-            setattr(root, name, value)
-        root.INPUTAREA[:34] = choice.image
-        before = self._oracle.pins()
-        self.program.scan(NOW_US)
-        after, broken = self._oracle.judge(state[self._state.size :], choice, before)
-        return self._state.freeze() + after, broken
+        """Let it happen; `choices` was asked for this state before."""
+        entered = self._entries.get(choice.ticks)
+        if entered is None:
+            entry = self._stages.entry(self._here, choice.ticks)
+            entered = self._entries[choice.ticks] = entry, self._stages.notes(entry)[1:-1]
+        end = self._stages.scan(entered[0], choice)
+        self._after = end
+        *now, written = end.notes[1:]
+        after, broken = self._oracle.judge(self._memory, choice, entered[1], now, written)
+        return self._packed.pack(*end.state) + after, broken
 
     def is_cut(self) -> bool:
         """Is the queue longer than the model looks at?"""
-        return self._queue() > self._model.queue
+        return bool(self._after.shared.queue > self._model.queue)
 
     def added(self) -> None:
         """Note whether it is quiet."""
-        self._idle[0].append(self._is_free())
-        self._idle[1].append(self._is_idle())
+        self._idle[0].append(self._after.shared.is_free)
+        self._idle[1].append(not any(one.works for one in self._after.notes[1:-1]))
 
     def entered(self, state: bytes) -> None:
         """Note what the quiet environments choose."""
-        wire = self._oracle.wire(state[self._state.size :])
+        wire = self._oracle.wire(state[self._packed.size :])
         self._now_quiet = [choice[wire] for choice in self._quiet]
 
     def followed(self, number: int, choice: Choice, following: int) -> None:
@@ -114,48 +141,42 @@ class Explorer(World[Choice]):
                 result.broken = Broken((text,), states.path(stuck), quiet)
 
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
-        """Repeat a scan with arbitrary values in all that the state leaves out."""
-        here, key = state, following
-        memory = here[self._state.size :]
+        """Repeat a scan with arbitrary values in all that the state leaves out.
+
+        It is a scan of the whole program, not one of its calls after another.
+        """
+        here, memory = self._whole(state)
+        key, remembered = self._whole(following)
+        self._stages.reset()
         now_us = self._state.disturb(here, choice.ticks, random)
         self._root.INPUTAREA[34:] = random.randbytes(len(self._root.INPUTAREA) - 34)
         for name, value in choice.values:
             setattr(self._root, name, value)
         self._root.INPUTAREA[:34] = choice.image
-        before = self._oracle.pins()
+        before = self._oracle.all_seen()
         self.program.scan(now_us)
-        after, broken = self._oracle.judge(memory, choice, before)
-        there = self._state.freeze() + after
-        if there != key or broken:
+        self._state.check_fixed()
+        now, written = self._oracle.all_seen(), self._oracle.written()
+        after, broken = self._oracle.judge(memory, choice, before, now, written)
+        there = self._state.freeze()
+        if there != key or after != remembered or broken:
             told = self._state.differences(there, key)
-            size = self._state.size
-            told += [
-                f"oracle {k}" for k in range(len(key) - size) if there[size + k] != key[size + k]
-            ]
+            told += [f"oracle {k}" for k, one in enumerate(after) if one != remembered[k]]
             raise AssertionError(
                 f"model {self._model.name}: what the state leaves out has an effect on {told} "
                 f"in the scan: {self._model.tell(choice)} {broken}"
             )
 
-    def _queue(self) -> int:
-        """Tickets on the longer queue, also those whose blocks have given up."""
-        robot = self._root.ROBOT.INNER
-        command = robot.COMMAND.NEXTTICKET - robot.COMMAND.SERVING & 0xFFFF
-        return int(max(command, robot.SEQUENCE.NEXTTICKET - robot.SEQUENCE.SERVING & 0xFFFF))
+    def _whole(self, state: bytes) -> tuple[bytes, bytes]:
+        """What the abstraction says of a state, and what the oracle remembers."""
+        numbers = self._packed.unpack_from(state)
+        return self._stages.bytes_of(numbers), state[self._packed.size :]
 
-    def _is_free(self) -> bool:
-        """No turn is taken, nothing is out, and no block that is called is busy."""
+    def _look_at_robot(self) -> _Robot:
+        """What counts of it, as it is now."""
         robot = self._root.ROBOT.INNER
-        return bool(
-            robot.COMMAND.SERVING == robot.COMMAND.NEXTTICKET
-            and robot.SEQUENCE.SERVING == robot.SEQUENCE.NEXTTICKET
-            and robot.PHASE == 1
-        )
-
-    def _is_idle(self) -> bool:
-        """No block is busy."""
-        held = (getattr(self._root, block.name.upper()) for block in self._model.blocks)
-        return not any(one.BUSY or getattr(one, "STOPPING", False) for one in held)
+        queues = [one.NEXTTICKET - one.SERVING & 0xFFFF for one in (robot.COMMAND, robot.SEQUENCE)]
+        return _Robot(not any(queues) and robot.PHASE == 1, max(queues))
 
 
 class _Pick(dict[Wire, Choice]):

@@ -1,0 +1,214 @@
+"""The scan of a model, one call after another: each is run once for all scans that it is part of.
+
+A scan calls FB_ReadArea, the model's blocks, and FB_WriteArea. Each call works on its own instance
+and on what they share: the robot, and the plain variables of the program. Both of them, and what
+the environment chooses for a call, stand in millions of scans, together with different states of
+the other instances; so what comes of them is kept. All that they can be has a number.
+
+This is no abstraction of its own. Nothing but its instance, what they share, and its inputs is
+there when a call is run, and `Explorer.check` compares the outcome of one scan from each state
+with that of the whole program.
+"""
+
+from __future__ import annotations
+
+import marshal
+from collections.abc import Callable, Sequence
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+from rcx_harness.engine.builtin import BuiltinProgram
+from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
+from rcx_tools.evidence.explore.model import Choice, Model
+
+__all__ = ["End", "Stages"]
+
+
+class _Numbered:
+    """Values of the program: each has a number, and something is noted of it.
+
+    Args:
+        note: What to note, while the program holds them.
+    """
+
+    def __init__(self, note: Callable[[], Any]) -> None:
+        self._note = note
+        self._numbers: dict[Any, int] = {}
+        self.values: list[Any] = []
+        self.notes: list[Any] = []
+
+    def number(self, key: Any, value: Any) -> int:
+        """The number of a value that the program holds; the key tells it apart."""
+        found = self._numbers.setdefault(key, len(self.values))
+        if found == len(self.values):
+            self.values.append(value)
+            self.notes.append(self._note())
+        return found
+
+
+class End(NamedTuple):
+    """What has come of a scan.
+
+    Attributes:
+        state: The numbers of the parts of the state: of what all share, and of each instance.
+        shared: What was noted of what they share.
+        notes: What was noted of each instance.
+    """
+
+    state: tuple[int, ...]
+    shared: Any
+    notes: list[Any]
+
+
+class Stages:
+    """Runs scans of a model.
+
+    Args:
+        model: The model.
+        program: Its program, in the initial state.
+        state: Takes its states apart; from now on into what all calls share, and each instance.
+        shared: What to note of what they share, while the program is in that state.
+        notes: What to note of each instance: of FB_ReadArea, the blocks, and FB_WriteArea.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        program: BuiltinProgram,
+        state: Abstraction,
+        shared: Callable[[], Any],
+        notes: Sequence[Callable[[], Any]],
+    ) -> None:
+        self._model, self._program, self._root = model, program, state.root
+        kind = type(self._root)
+        names = program.module.names
+        self._save, self._load = (
+            names[f"{what}_{kind.__name__.removeprefix('b_')}"] for what in ("save", "load")
+        )
+        slots = kind.__slots__[1:]
+        own = ["READAREA", *(block.name.upper() for block in model.blocks), "WRITEAREA"]
+        free = {name.upper() for name in model.free()}
+        together = ["ROBOT", *(slot for slot in slots if slot not in {"ROBOT", *own, *free})]
+        self._parts = state.parts([together, *([name] for name in own)])
+        held = [together, *([name] for name in own[:-1]), ["WRITEAREA", "OUTPUTAREA"]]
+        self._places = [[slots.index(name) for name in some] for some in held]
+        seen = sorted({name for part in self._parts[1:] for name in part.robot})
+        looks = [attrgetter(name) for name in seen]
+        robot = self._root.ROBOT.INNER
+        self._views = _Numbered(lambda: None)
+        self._root.CALLREAD = self._root.CALLWRITE = False
+        self._start: tuple[Any, ...] = self._save(self._root)
+
+        def note_shared() -> tuple[int, int, Any]:
+            view = tuple(look(robot) for look in looks)
+            return self._views.number(view, view), self._number(0), shared()
+
+        # Of what is held, and of what a state says of it: first what all share.
+        self._held = [_Numbered(note) for note in (note_shared, *notes)]
+        self._frozen = [_Numbered(lambda: None) for _ in self._parts]
+        self.first = tuple(self._number(k) for k in range(len(self._parts)))
+        """The state at the start."""
+        self._inputs = _Numbered(lambda: None)
+        self._given = [self._inputs_of(own, choice) for choice in model.choices()]
+        self._entries: list[dict[tuple[int, int], int]] = [{} for _ in self._parts]
+        self._calls: list[dict[tuple[int, int, int], tuple[int, int]]] = [{} for _ in own]
+        self._ends: list[dict[tuple[int, int], int]] = [{} for _ in own]
+
+    def bytes_of(self, state: Sequence[int]) -> bytes:
+        """A state as the abstraction gives it."""
+        return b"".join(kept.values[one] for kept, one in zip(self._frozen, state, strict=True))
+
+    def entry(self, state: Sequence[int], ticks: int) -> tuple[int, ...]:
+        """Where a scan starts that comes so many ticks after the last one."""
+        return tuple([self._entered(k, one, ticks) for k, one in enumerate(state)])
+
+    def notes(self, entry: Sequence[int]) -> list[Any]:
+        """What was noted of each instance."""
+        return [held.notes[one] for held, one in zip(self._held[1:], entry[1:], strict=True)]
+
+    def scan(self, entry: Sequence[int], choice: Choice) -> End:
+        """What comes of a scan."""
+        shared, *owns = entry
+        ends = []
+        for k, (calls, own, given) in enumerate(
+            zip(self._calls, owns, self._given[choice.number], strict=True)
+        ):
+            key = shared, own, given
+            found = calls.get(key)
+            if found is None:
+                found = calls[key] = self._called(k + 1, *key)
+            shared = found[0]
+            ends.append(found[1])
+        view, first, noted = self._held[0].notes[shared]
+        state, notes = [first], []
+        for k, end in enumerate(ends):
+            frozen = self._ends[k].get((end, view))
+            if frozen is None:
+                frozen = self._ends[k][end, view] = self._left(k + 1, shared, end)
+            state.append(frozen)
+            notes.append(self._held[k + 1].notes[end])
+        return End(tuple(state), noted, notes)
+
+    def reset(self) -> None:
+        """Put the program into its initial state."""
+        self._load(self._root, self._start)
+
+    # --- what is seen for the first time ---
+
+    def _inputs_of(self, own: Sequence[str], choice: Choice) -> tuple[int, ...]:
+        """What the environment sets for each call, by its number; `switches` are for all."""
+        found = []
+        for k, name in enumerate(own):
+            pins = {
+                0: {"CALLREAD", "CONNECTED"},
+                len(own) - 1: {"CALLWRITE", "EMERGENCYSTOPOK", "STOPOK"},
+            }.get(k, {f"CALL{name}", f"GO{name}"})
+            pins |= self._model.switch_names()
+            values = tuple((pin, value) for pin, value in choice.values if pin in pins)
+            given = values, b"" if k else choice.image
+            found.append(self._inputs.number(given, given))
+        return tuple(found)
+
+    def _number(self, k: int) -> int:
+        """The number of what a state says of a part."""
+        state = self._parts[k].freeze()
+        return self._frozen[k].number(state, state)
+
+    def _entered(self, k: int, number: int, ticks: int) -> int:
+        found = self._entries[k].get((number, ticks))
+        if found is None:
+            self.reset()
+            self._parts[0].thaw(self._frozen[0].values[self.first[0]], ticks)
+            self._parts[k].thaw(self._frozen[k].values[number], ticks)
+            found = self._entries[k][number, ticks] = self._keep(k)
+        return found
+
+    def _keep(self, k: int) -> int:
+        """The number of what the program holds."""
+        saved = self._save(self._root)
+        held = [saved[place] for place in self._places[k]]
+        return self._held[k].number(marshal.dumps(held, 2), held)
+
+    def _put(self, shared: int, k: int, own: int) -> None:
+        """Let the program hold these, and nothing else."""
+        values = list(self._start)
+        for part, number in ((0, shared), (k, own)):
+            held = self._held[part].values[number]
+            for place, value in zip(self._places[part], held, strict=True):
+                values[place] = value
+        self._load(self._root, values)
+
+    def _called(self, k: int, shared: int, own: int, given: int) -> tuple[int, int]:
+        """Call one instance: what all share then, and what it holds."""
+        self._put(shared, k, own)
+        values, image = self._inputs.values[given]
+        for name, value in values:
+            setattr(self._root, name, value)
+        self._root.INPUTAREA[: len(image)] = image
+        self._program.scan(NOW_US)
+        return self._keep(0), self._keep(k)
+
+    def _left(self, k: int, shared: int, end: int) -> int:
+        """What a state says of an instance at the end of a scan."""
+        self._put(shared, k, end)
+        return self._number(k)
