@@ -16,7 +16,15 @@ from plc_bench import PlcBench
 _INTERVAL_SCANS = 12
 
 
-def _bench(tmp_path: Path, twin: str, *, other: bool = False, m: int = 0, n: int = 0) -> PlcBench:
+def _bench(
+    tmp_path: Path,
+    twin: str,
+    *,
+    other: bool = False,
+    m: int = 0,
+    n: int = 0,
+    contract: bool = True,
+) -> PlcBench:
     """Each area block is called again while ReadTwice, WriteTwice; also by another instance."""
     image = "RCX_IMAGE_WORDS" if twin else "RCX_IMAGE"
     copied = "" if not twin else _COPY
@@ -61,7 +69,7 @@ END_PROGRAM
 """,
         encoding="utf-8",
     )
-    plc = PlcBench(program=program)
+    plc = PlcBench(program=program, contract=contract)
     plc.outputs(SO01=True, SO04=True, SO10=True)
     plc.scan_until(lambda: bool(plc["Robot.Settled"]))
     plc["First.Code"] = 0x0001
@@ -261,7 +269,7 @@ def test_a_second_area_gets_nothing_of_the_first(tmp_path: Path, twin: str) -> N
 def test_without_reading_only_the_safety_inputs_can_be_taken_away(
     tmp_path: Path, twin: str
 ) -> None:
-    plc = _bench(tmp_path, twin)
+    plc = _bench(tmp_path, twin, contract=False)
     plc["Read"] = False
     plc["First.Execute"] = True
     plc.scan(5)
