@@ -25,7 +25,7 @@ from rcx_tools.docs.examples import Example
 
 #: What is read back: 01, and 06 with texts, arrays of structures and a table of the user's.
 _CARRIED = [one for one in EXAMPLES if one.name[:2] != "09"]
-_QUICK = ("01", "06")
+_QUICK = ("01", "03", "06")
 _READ_BACK = [
     example if example.name[:2] in _QUICK else pytest.param(example, marks=pytest.mark.exhaustive)
     for example in _CARRIED
