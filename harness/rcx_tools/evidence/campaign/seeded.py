@@ -35,8 +35,8 @@ SEEDED: tuple[Seeded, ...] = (
     Seeded(
         "a command is sent again after its end",
         "core/FB_RcxHandshake.st",
-        "  Robot.Inner.CodeRequest := FALSE;\n",
-        "",
+        "IF Hold OR NOT Robot.Inner.CodeRequest THEN",
+        "IF Hold OR NOT (Robot.Inner.CodeRequest OR Robot.Inner.Running) THEN",
         ("starts by itself", "executed twice"),
     ),
     Seeded(
