@@ -108,10 +108,8 @@ def mutants(given: Options) -> None:
 
 def _check_outputs(given: Options) -> None:
     """Nothing of the user's is written over."""
-    if os.path.lexists(given.reasons):
+    if given.reasons != _REASONS or os.path.lexists(given.reasons):
         check_file(given.reasons)
-    elif given.reasons != _REASONS:
-        raise InputError("no such file", file=given.reasons)
     if os.path.exists(given.folder) and not os.path.isdir(given.folder):
         raise InputError("is no folder", file=given.folder, hint="give another --folder")
 

@@ -5,6 +5,7 @@ No other module names what one of them lacks; docs/platforms.md says what is mis
 
 from __future__ import annotations
 
+import _thread
 import ctypes
 import errno
 import gc
@@ -49,6 +50,7 @@ __all__ = [
     "end_as_by_ctrl_c",
     "fine_timers",
     "group_address",
+    "interrupt_main_thread",
     "interrupts_later",
     "loaded",
     "nobody_reads",
@@ -197,6 +199,18 @@ def be_apart() -> None:
         os.setsid()
         signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def interrupt_main_thread() -> None:
+    """Raise KeyboardInterrupt in the main thread, also while it waits.
+
+    A real signal ends the wait for a lock; `_thread.interrupt_main` alone does not.
+    """
+    main = threading.main_thread().ident
+    if sys.platform != "win32" and main is not None:
+        signal.pthread_kill(main, signal.SIGINT)
+    else:
+        _thread.interrupt_main()
 
 
 def end_apart(pid: int, *, has_ended: bool = False, number: int | None = None) -> None:

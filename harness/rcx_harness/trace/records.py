@@ -282,7 +282,7 @@ def _records(
     progress: Callable[[int], None],
 ) -> Generator[Record, None, None]:
     read, latest_us = 0, 0
-    order = _Order(changes="only" in header)
+    order = _Order(changes=bool({"only", "by"} & header.keys()))
     with file:
         for number in count(2):
             line = _next_line(file, path, number)
@@ -312,7 +312,8 @@ class _Order:
     """The order of scans and cycles in a trace, which shows lines that are missing.
 
     Args:
-        changes: Only records with changes are in it: their numbers have gaps.
+        changes: Only records with changes are in it, as `rcx serve` writes them: their numbers have
+            gaps, and two changes may fall into one cycle.
     """
 
     def __init__(self, *, changes: bool) -> None:
@@ -331,7 +332,7 @@ class _Order:
         self._last[key] = record.t_us, number
         if record.t_us < before_us:
             return f"the time goes back by {(before_us - record.t_us) / 1e6:.3f} s"
-        if number > before if self._changes else number == before + 1:
+        if number >= before if self._changes else number == before + 1:
             return ""
         return f"{kind} {number} follows {kind} {before}: lines are missing, or not in order"
 

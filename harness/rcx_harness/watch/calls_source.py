@@ -31,6 +31,8 @@ AREAS = {
 _OWNERS = ("PROGRAM", "FUNCTION_BLOCK")
 _REF, _IMAGES = "RCX_REF", ("RCX_IMAGE", "RCX_IMAGE_WORDS")
 _STARTS = ("EXECUTE", "ENABLE")
+#: Blocks of the library that their owners call twice in a scan on purpose.
+_TWICE = ("FB_RCXCLAIM",)
 #: What asks something of the robot is or has one of these; the stops act out of place, too.
 _ASKING = ("FB_RCXJOB", "FB_SEQUENCECONTROL")
 _STOPPING = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
@@ -193,7 +195,7 @@ def _block(pou: s.Pou) -> _Block:
     area = pou.name.key in AREAS
     passing = any(kind in _IMAGES for _, kind in in_outs) and not area
     starts = any(name in _STARTS for name, _ in _variables(pou, "VAR_INPUT"))
-    watched = bool(refs) and (starts or not passing)
+    watched = bool(refs) and (starts or not passing) and pou.name.key not in _TWICE
     asks = pou.name.key in _ASKING
     return _Block(pou.name.key, pin, place, watched, watched and (starts or area), asks)
 

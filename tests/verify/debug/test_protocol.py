@@ -244,7 +244,7 @@ def test_a_port_that_is_taken_is_named() -> None:
         ({"sources": ["LAMPS"], "for": {"a": 1}}, "for is neither a text nor a number"),
         ({"sources": ["LAMPS"], "cwd": 1}, "cwd is not a text"),
         ({"recording": 1}, "recording is not a text"),
-        ({"recording": "gone.jsonl"}, "gone.jsonl: the recording cannot be read"),
+        ({"recording": "gone.jsonl"}, "gone.jsonl: cannot be read: No such file or directory"),
     ],
 )
 def test_a_wrong_launch_is_one_message(

@@ -170,7 +170,7 @@ def test_a_result_that_cannot_be_read_back_is_done_again(file: Path) -> None:
 
 
 def test_a_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be used: Is a directory; name another file"):
+    with pytest.raises(InputError, match="is a folder, not a file; name a file"):
         kept(tmp_path)
 
 

@@ -7,7 +7,6 @@ import pickle
 import signal
 import time
 import weakref
-from _thread import interrupt_main
 from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
@@ -20,7 +19,12 @@ from queue import SimpleQueue
 from threading import Event, Thread
 from typing import Any
 
-from rcx_harness.output.system import be_apart, end_apart, interrupts_later
+from rcx_harness.output.system import (
+    be_apart,
+    end_apart,
+    interrupt_main_thread,
+    interrupts_later,
+)
 from rcx_harness.verify.farm.work import Died, Done, Ended, NotBegun, Work, attempt, doer
 
 __all__ = ["LocalCrew"]
@@ -165,7 +169,7 @@ def _read(pipe: Connection[Any, Any], items: SimpleQueue[bytes | None], busy: Ev
         while True:
             items.put(pipe.recv_bytes())
     if busy.is_set():
-        interrupt_main()  # nobody waits for the result
+        interrupt_main_thread()  # nobody waits for the result
     items.put(None)
     time.sleep(_GRACE_S)
     end_apart(os.getpid())
