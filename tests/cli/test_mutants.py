@@ -243,7 +243,10 @@ def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) 
         (["plc", "--fail-under", "all", "--", "pytest"], "--fail-under is all"),
         (["plc", "--minutes", "-1", "--", "pytest"], "--minutes is -1"),
         (["plc", "--json", "pytest.ini", "--", "pytest"], "is not what this command writes"),
-        (["plc", "--reasons", "none.toml", "--", "pytest"], "none.toml: cannot be read: No such file or directory"),
+        (
+            ["plc", "--reasons", "none.toml", "--", "pytest"],
+            "none.toml: cannot be read: No such file or directory",
+        ),
         (["plc", "--folder", "pytest.ini", "--", "pytest"], "pytest.ini: is no folder"),
         (["none", "--", "pytest"], "none: no such file"),
         (["plc", "--", "no-such-command"], "no-such-command cannot be started"),

@@ -238,6 +238,7 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(
     (source,) = write(read_l5x(cell), tmp_path / "cell.st")
     files = [source, EXAMPLES[0].folder / "Config.st"]
     worked, new = (build(files, "builtin").program for _ in range(2))
+    worked.write("Main.CellSafe", True)
     worked.write("Main.Start", True)
     for scan in range(100):
         _drive(worked)
@@ -245,6 +246,7 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(
     assert worked.read("Main.ServoOn.Busy")
     assert worked.read("Main.Robot.SI.SI01_ServoOn")
     worked.write("Main.Start", False)
+    worked.write("Main.CellSafe", False)
     for path, _ in worked.walk():
         if path.endswith("Rcx_Prescanned"):
             worked.write(path, False)

@@ -51,7 +51,7 @@ _EDGES = {
     for name in (
         *("", "Called", "Command", "Done", "Mode", "New", "Next", "One", "Reset", "Start"),
     )
-}
+} | {"Falls": "_CLK", "Starts": "_CLK"}
 _TITLES = ["Label Name", "Data Type", "Class", "Initial Value", "Constant", "Comment"]
 
 
