@@ -36,7 +36,7 @@ demo: $(READY)
 	@$(BIN)/rcx demo
 
 test: $(READY)
-	@echo "make test takes about two and a half minutes on two quiet cores"
+	@echo "make test takes about four minutes on two quiet cores"
 	@$(BIN)/python -m pytest -n auto --dist worksteal -q -m "not exhaustive" $(MORE)
 
 test-all: $(READY)
