@@ -26,7 +26,7 @@ from rcx_tools.docs.examples import Example
 #: What is read back: 01, and 06 with texts, arrays of structures and a table of the user's.
 _CARRIED = [one for one in EXAMPLES if one.name[:2] != "09"]
 _QUICK = ("01", "03", "06")
-#: The reader of the tests refuses FB_PalletCount for its first values; 07 has another trace with it.
+#: The reader of the tests refuses FB_PalletCount for its first values; with it 07 differs.
 _NOT_READ = pytest.mark.xfail(
     strict=True, reason="the reader of the tests does not know first values of FB_PalletCount"
 )
