@@ -57,9 +57,12 @@ def test_what_it_has_started_is_killed_with_it() -> None:
 #: Starts a program, then waits for its own end.
 _PARENT = f"""
 import subprocess, sys
+import select
 from rcx_harness.output.programs import Program
 Program(["sh", "-c", {_ENDLESS!r}])
-sys.stdin.read()
+# A signal just before a blocking read would be seen only after it.
+while not select.select([sys.stdin], [], [], 0.1)[0]:
+    pass
 """
 
 
