@@ -59,7 +59,7 @@ def test_whatever_ends_it_ends_the_capture_which_is_kept(
 ) -> None:
     """The stand-in sends the signal to the command, and then captures for ever.
 
-    Source: issue 38, 19: SIGTERM left dumpcap capturing.
+    Source: a defect report: SIGTERM left dumpcap capturing.
     """
     monkeypatch.setenv("SENDS", number)
     monkeypatch.setenv("TO", str(os.getpid()))

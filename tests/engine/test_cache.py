@@ -137,7 +137,7 @@ class _Evil:
 def test_what_somebody_else_has_put_there_is_not_executed(
     program: Path, kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: issue 38, 24: the cache was read with pickle; a planted entry gave a traceback."""
+    """Source: a defect report: the cache was read with pickle; a planted entry gave a traceback."""
     monkeypatch.chdir(tmp_path)
     _sum(program)
     entries = list(kept.iterdir())
@@ -150,7 +150,7 @@ def test_what_somebody_else_has_put_there_is_not_executed(
 
 
 def test_an_entry_is_read_as_it_was_written_or_not_at_all(kept: Path) -> None:
-    """Source: issue 38, 24."""
+    """Source: a defect report."""
     kept.mkdir(parents=True)
     entry = kept / "one.so"
     cache.put(entry, b"library")
@@ -168,7 +168,7 @@ def test_an_entry_is_read_as_it_was_written_or_not_at_all(kept: Path) -> None:
 def test_an_entry_of_another_kind_is_made_anew(
     program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: issue 38, 24: both are ours, and one lies in the place of the other."""
+    """Source: a defect report: both are ours, and one lies in the place of the other."""
     _sum(program)
     (code,), (project,) = kept.glob("*.code"), kept.glob("*.project")
     code.write_bytes(project.read_bytes())

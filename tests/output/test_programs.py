@@ -70,7 +70,7 @@ while not select.select([sys.stdin], [], [], 0.1)[0]:
 def test_a_program_ends_with_who_started_it(number: signal.Signals) -> None:
     """The pipe that both write to ends when both have.
 
-    Source: issue 38, 19: a child never outlives its parent, whatever ends it.
+    Source: a defect report: a child never outlives its parent, whatever ends it.
     """
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", _PARENT], stdin=pipe, stdout=pipe) as parent:

@@ -141,7 +141,7 @@ def handlers() -> Iterator[None]:
 @pytest.mark.usefixtures("handlers")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_what_ends_a_command_ends_it_as_ctrl_c_does(number: signal.Signals) -> None:
-    """Source: issue 38, 24: SIGTERM leaves no temporary folders, for they are removed on Ctrl-C."""
+    """Source: a defect report: SIGTERM leaves no temporary folders; Ctrl-C removes them."""
     for one in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(one, signal.SIG_DFL)
     came = system.end_as_by_ctrl_c()

@@ -56,7 +56,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_file_that_raises_is_bad_input_at_its_line(
     here: Path, text: str, line: int, message: str, relative: bool
 ) -> None:
-    """Source: issue 38, 18: sys.exit(0) is exit 2; the user's file and line are reported."""
+    """Source: a defect report: sys.exit(0) is exit 2; the user's file and line are reported."""
     file = Path("mine.py") if relative else here / "mine.py"
     file.write_text(_HEAD + text)
     exits = sys.exit
@@ -86,7 +86,7 @@ def test_a_file_that_raises_is_bad_input_at_its_line(
 def test_a_property_that_gives_no_answer_is_bad_input_at_its_line(
     here: Path, capsys: pytest.CaptureFixture[str], body: str, message: str
 ) -> None:
-    """Source: issue 38, 18."""
+    """Source: a defect report."""
     (here / "mine.py").write_text(f"{_HEAD}@rcx.always\ndef f(cell):\n    {body}\n")
     assert main(_RUN) == 2
     said = capsys.readouterr().err

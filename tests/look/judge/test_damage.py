@@ -84,7 +84,7 @@ _DAMAGES += [_clock_back, _clock_ahead]
 def test_a_capture_that_is_damaged_is_reported(
     here: Path, capsys: Captured, damage: Callable[[bytearray], None], command: str
 ) -> None:
-    """Source: issue 38, 17: 16 of 22 s were ignored, with "answers the same" and exit code 0."""
+    """Source: a defect report: 16 of 22 s were ignored, with "answers the same" and exit code 0."""
     whole = pcap(here / "cell.pcap", _story().frames())
     assert main(command.format(whole).split()) in (0, 1)
     capsys.readouterr()
@@ -103,7 +103,7 @@ def test_a_capture_that_is_damaged_is_reported(
 def test_a_pcapng_block_whose_length_lies_is_reported(
     here: Path, capsys: Captured, command: str
 ) -> None:
-    """Source: issue 38, 17."""
+    """Source: a defect report."""
     file = pcapng(here / "cell.pcapng", _story().frames())
     data = bytearray(file.read_bytes())
     at = data.index(struct.pack("<I", 6), len(data) // 2)
@@ -116,7 +116,7 @@ def test_a_pcapng_block_whose_length_lies_is_reported(
 def test_packets_that_are_not_there_are_told_by_compare(here: Path, capsys: Captured) -> None:
     """The file is whole, the packets of 20 ms are not in it: their numbers say so.
 
-    Source: issue 38, 17: a hole in the middle.
+    Source: a defect report: a hole in the middle.
     """
     data = bytearray(pcap(here / "cell.pcap", _story().frames()).read_bytes())
     places = _places(data)
@@ -146,7 +146,7 @@ def _scan(number: int, t_us: int) -> str:
 def test_a_trace_with_a_hole_is_damaged_at_its_line(
     here: Path, scans: list[tuple[int, int]], message: str
 ) -> None:
-    """Source: issue 38, 17; scans are numbered one by one."""
+    """Source: a defect report: scans are numbered one by one."""
     file = here / "trace.jsonl"
     file.write_text(_HEAD + "".join(_scan(*one) for one in scans))
     with pytest.raises(InputError) as raised:

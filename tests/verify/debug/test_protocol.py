@@ -66,14 +66,14 @@ _DEEP = b"[" * 100_000
 def test_what_is_no_message_is_refused_before_it_is_obeyed(data: bytes) -> None:
     """A web page can send HTTP to any port; a header of the protocol has fields only.
 
-    Source: issue 38, 16; the protocol's overview, Base Protocol.
+    Source: a defect report: the protocol's overview, Base Protocol.
     """
     with pytest.raises(InputError):
         read_message(io.BytesIO(data))
 
 
 def test_a_header_without_end_is_not_read_on() -> None:
-    """Source: issue 38, 16: the port limits header and body."""
+    """Source: a defect report: the port limits header and body."""
     stream = io.BytesIO(b"x" * 100_000)
     with pytest.raises(InputError, match="debug adapter protocol"):
         read_message(stream)
@@ -184,7 +184,7 @@ def test_on_a_port_of_this_computer_one_client_comes_after_the_other(
 def test_who_does_not_know_the_token_launches_nothing(
     port: tuple[int, str], given: dict[str, Any]
 ) -> None:
-    """Source: issue 38, 16: the port asks for a token."""
+    """Source: a defect report: the port asks for a token."""
     told = _answers(port[0], _launches(**given))
     (answer,) = [one for one in told if one.get("command") == "attach"]
     assert not answer["success"]
@@ -192,7 +192,7 @@ def test_who_does_not_know_the_token_launches_nothing(
 
 
 def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
-    """Source: issue 38, 16: it refuses what is not the debug adapter protocol."""
+    """Source: a defect report: it refuses what is not the debug adapter protocol."""
     body = _launches(token=port[1])
     head = f"POST / HTTP/1.1\r\nOrigin: http://evil.example\r\nContent-Length: {len(body)}\r\n\r\n"
     assert _answers(port[0], head.encode() + body) == []
@@ -321,7 +321,7 @@ def test_arguments_of_wrong_types_are_answered(
 ) -> None:
     """Whatever comes, the next request is answered.
 
-    Source: issue 38, 23: the debug adapter with wrong types or deep JSON.
+    Source: a defect report: the debug adapter with wrong types or deep JSON.
     """
     editor = at_entry()
     editor.scope("Variables")
@@ -338,7 +338,7 @@ def test_arguments_of_wrong_types_are_answered(
 
 
 def test_a_request_that_is_no_request_is_answered(editor: Editor) -> None:
-    """Source: issue 38, 23."""
+    """Source: a defect report."""
     for message in (
         {"type": "request", "command": ["launch"]},
         {"type": "request", "command": "launch", "arguments": [1]},

@@ -168,7 +168,7 @@ def test_what_is_no_recording_is_refused(
 
 @pytest.mark.parametrize("line", [1, 2, -1])
 def test_a_recording_with_a_hole_is_damaged(tmp_path: Path, editor: Editor, line: int) -> None:
-    """Source: issue 38, 17: every reader of recordings reports damage."""
+    """Source: a defect report: every reader of recordings reports damage."""
     program = Path(shutil.copy(LAMPS, tmp_path))
     cell, recorded = _cell(program)
     with cell:

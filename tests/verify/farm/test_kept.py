@@ -133,7 +133,7 @@ def test_a_line_that_was_cut_off_is_done_again(tmp_path: Path, file: Path) -> No
 def test_a_damaged_line_is_done_again_and_the_file_stays_under_another_name(
     file: Path, damage: bytes
 ) -> None:
-    """Source: issue 38, 24: damaged result files are moved aside, and said to be."""
+    """Source: a defect report: damaged result files are moved aside, and said to be."""
     list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
     lines = file.read_bytes().split(b"\n")
     lines[2] = damage
@@ -147,7 +147,7 @@ def test_a_damaged_line_is_done_again_and_the_file_stays_under_another_name(
 
 
 def test_results_that_have_lost_what_they_rest_on_are_moved_aside(file: Path) -> None:
-    """Source: issue 38, 24."""
+    """Source: a defect report."""
     list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
     before = b"x" + file.read_bytes()
     for name in ("results.jsonl.damaged", "results.jsonl.damaged1"):

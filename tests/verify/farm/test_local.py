@@ -210,7 +210,7 @@ def test_a_worker_ends_with_its_parent_and_removes_what_is_temporary(
 ) -> None:
     """In the middle of an item; the pipe that both write to ends when both have.
 
-    Source: issue 38, 19 and 24.
+    Source: a defect report.
     """
     found = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, "-c", _PARENT, str(tmp_path)]
