@@ -197,17 +197,6 @@ def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words
     assert plc.inputs == ["SI00", "SI06"]
 
 
-def test_what_was_asked_for_in_a_scan_without_a_legal_area_does_not_go_out_in_the_next_one() -> (
-    None
-):
-    plc = _up()
-    plc["WriteArea.n"], plc["Request"], plc["Code"] = 600, 0x8000, 0x0001
-    plc.scan(3)
-    plc["WriteArea.n"], plc["Request"], plc["Code"] = 0, 0, 0
-    plc.scan(20)
-    assert (plc.words[0], plc.inputs) == (0, ["SI00", "SI06"])
-
-
 def test_a_block_that_is_called_before_the_first_reading_of_all_is_refused() -> None:
     """Nothing of the controller is known then. Source: docs/errors.md, 16#8017."""
     plc = _first()

@@ -14,7 +14,6 @@ from exported import EXPORTED, by_position, comments, recorded, shapes, trace_of
 from plc_bench import ROOT
 from plcopen_reader import read_plcopen
 from rcx_harness.cli.app import main
-from rcx_harness.engine.needed import needed as engine_needed
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
 from rcx_harness.export.output import write
@@ -76,24 +75,6 @@ CONFIGURATION Mine
   END_RESOURCE
 END_CONFIGURATION
 """
-
-
-@pytest.fixture(
-    scope="module",
-    params=[
-        pytest.param(True, id="needed"),
-        pytest.param(False, id="whole", marks=pytest.mark.exhaustive),
-    ],
-)
-def needed(request: pytest.FixtureRequest) -> bool:
-    """Only what the first example needs of the library, or all of it."""
-    return bool(request.param)
-
-
-@pytest.fixture(scope="module")
-def original(needed: bool) -> list[Path]:
-    """The files that are exported."""
-    return [*(engine_needed(CELL, LIB) if needed else LIB), *CELL]
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,6 @@ from plc_bench import ROOT
 from rcx_harness.cli.app import main
 from rcx_harness.engine.frontend.load import check, load
 from rcx_harness.engine.load import build, find_c_compiler, find_matiec
-from rcx_harness.engine.needed import needed as engine_needed
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
 from rcx_harness.export.output import Output, write
@@ -23,24 +22,6 @@ from rcx_tools.docs.examples import Example
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 CELL = sorted(EXAMPLES[0].folder.glob("*.st"))
 Captured = pytest.CaptureFixture[str]
-
-
-@pytest.fixture(
-    scope="module",
-    params=[
-        pytest.param(True, id="needed"),
-        pytest.param(False, id="whole", marks=pytest.mark.exhaustive),
-    ],
-)
-def needed(request: pytest.FixtureRequest) -> bool:
-    """Only what the first example needs of the library, or all of it."""
-    return bool(request.param)
-
-
-@pytest.fixture(scope="module")
-def original(needed: bool) -> list[Path]:
-    """The files that are exported."""
-    return [*(engine_needed(CELL, LIB) if needed else LIB), *CELL]
 
 
 @pytest.fixture(scope="module")

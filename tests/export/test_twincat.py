@@ -25,18 +25,6 @@ _SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxAreaError", "FB_RcxJob"
 _MSBUILD = "{http://schemas.microsoft.com/developer/msbuild/2003}"
 
 
-@pytest.fixture(
-    scope="module",
-    params=[
-        pytest.param(True, id="needed"),
-        pytest.param(False, id="whole", marks=pytest.mark.exhaustive),
-    ],
-)
-def needed(request: pytest.FixtureRequest) -> bool:
-    """Only what the first example needs of the library, or all of it."""
-    return bool(request.param)
-
-
 @pytest.fixture(scope="module")
 def folder(needed: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The library and the first example."""

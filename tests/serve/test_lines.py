@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import struct
 from collections.abc import Sequence
 
 import pytest
@@ -12,30 +11,15 @@ from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
 from rcx_harness.enip.cyclic.journal import ConnectionEvent
 from rcx_harness.enip.cyclic.shared import Drop
 from rcx_harness.serve.lines import Lines
-from served import ServedHost
+from served import ServedHost, image
 
 READER = "192.168.0.11"
-
-
-def _image(bits: int, code: int = 0) -> bytes:
-    return struct.pack("<H30xB15x", code, bits)
 
 
 def _told(lines: Sequence[str]) -> list[tuple[float, str]]:
     """Time in seconds and text of each line."""
     parts = [line.split(" s  ", 1) for line in lines]
     return [(float(head.split()[1]), text) for head, text in parts]
-
-
-@pytest.fixture
-def served() -> ServedHost:
-    """A controller whose master has released emergency stop and stop."""
-    host = ServedHost()
-    host.network.send(_image(0x01))
-    host.run(150)
-    host.network.send(_image(0x41))
-    host.run(150)
-    return host
 
 
 def test_each_change_is_told_once_with_its_own_time(served: ServedHost) -> None:
@@ -147,9 +131,9 @@ def test_three_commands_between_two_looks_have_three_times(served: ServedHost) -
     lines = Lines([served])
     lines.new()
     for _ in range(3):
-        served.network.send(_image(0x41, 0x0505))
+        served.network.send(image(0x41, 0x0505))
         served.run(40)
-        served.network.send(_image(0x41))
+        served.network.send(image(0x41))
         served.run(40)
     times = [at_s for at_s, text in _told(lines.new()) if text.startswith("command: ")]
     assert len(times) == 3
@@ -241,11 +225,11 @@ def test_an_event_is_as_long_as_its_slot_at_most() -> None:
 def test_plain_lines_tell_commands_at_their_end_and_broken_rules(served: ServedHost) -> None:
     lines = Lines([served])
     lines.new()
-    served.network.send(_image(0x41, 0x0505))
+    served.network.send(image(0x41, 0x0505))
     served.run(5)
     assert lines.new() == [], "it still runs"
     served.run(50)
-    served.network.send(_image(0x41, 0x0FFF))
+    served.network.send(image(0x41, 0x0FFF))
     served.run(10)
     texts = [line.partition(" s  ")[2] for line in lines.new()]
     assert texts == [
@@ -261,7 +245,7 @@ def test_plain_lines_tell_alarms_that_go_skipped_cycles_and_an_end() -> None:
     served.run(200)
     lines = Lines([served])
     lines.new()
-    served.network.send(_image(0x01))
+    served.network.send(image(0x01))
     served.now_us += 15_000
     served.station.step(served.now_us, skipped=2)
     served.run(5)

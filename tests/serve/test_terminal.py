@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import struct
 import subprocess
 import sys
 from contextlib import suppress
@@ -19,11 +18,7 @@ from rcx_harness.robot import Led
 from rcx_harness.serve.terminal import screen
 from rcx_harness.serve.view import LED_MEANINGS, view
 from serve_process import own_addresses
-from served import ServedHost
-
-
-def _image(bits: int, code: int = 0) -> bytes:
-    return struct.pack("<H30xB15x", code, bits)
+from served import ServedHost, image
 
 
 def _text(served: ServedHost, height: int) -> str:
@@ -31,17 +26,6 @@ def _text(served: ServedHost, height: int) -> str:
     with console.capture() as capture:
         console.print(screen([served], height))
     return capture.get()
-
-
-@pytest.fixture
-def served() -> ServedHost:
-    """A controller whose master has released emergency stop and stop."""
-    host = ServedHost()
-    host.network.send(_image(0x01))
-    host.run(150)
-    host.network.send(_image(0x41))
-    host.run(150)
-    return host
 
 
 @pytest.mark.parametrize(
@@ -161,9 +145,9 @@ def test_with_little_room_the_terminal_shows_the_bits_that_are_on(served: Served
 
 
 def test_the_terminal_shows_the_last_command_alarms_and_broken_rules(served: ServedHost) -> None:
-    served.network.send(_image(0x41, 0x0505))
+    served.network.send(image(0x41, 0x0505))
     served.run(50)
-    served.network.send(_image(0x01, 0x0FFF))
+    served.network.send(image(0x01, 0x0FFF))
     served.run(50)
     served.station.happen("alarm", {"group": 12, "category": 762})
     served.run(5)

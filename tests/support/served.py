@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
@@ -17,7 +18,12 @@ from rcx_harness.serve.status import Status as Report
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Trace
 
-__all__ = ["ImageInMemory", "NetworkInMemory", "ServedHost"]
+__all__ = ["ImageInMemory", "NetworkInMemory", "ServedHost", "image"]
+
+
+def image(bits: int, code: int = 0) -> bytes:
+    """Return 48 bytes to the robot with a command code and the inputs SI(00) to SI(07)."""
+    return struct.pack("<H30xB15x", code, bits)
 
 
 class ImageInMemory:

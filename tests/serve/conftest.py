@@ -1,0 +1,18 @@
+"""What the tests of `rcx serve` share."""
+
+from __future__ import annotations
+
+import pytest
+
+from served import ServedHost, image
+
+
+@pytest.fixture
+def served() -> ServedHost:
+    """Return a controller whose master has released emergency stop and stop."""
+    host = ServedHost()
+    host.network.send(image(0x01))
+    host.run(150)
+    host.network.send(image(0x41))
+    host.run(150)
+    return host
