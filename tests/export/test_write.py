@@ -5,7 +5,9 @@ from __future__ import annotations
 import errno
 import hashlib
 import resource
+import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -47,13 +49,27 @@ def _texts(folder: Path) -> dict[str, bytes]:
     }
 
 
+@contextmanager
+def _full() -> Iterator[None]:
+    """Limit each file to 600 bytes, which is what a full disk does to a writer.
+
+    Python would cut its files of compiled code, too, and not notice it. So it writes none.
+    """
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with pytest.MonkeyPatch.context() as python:
+        python.setattr(sys, "dont_write_bytecode", True)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (600, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
 @pytest.fixture
 def full_disk() -> Iterator[None]:
-    """No file grows beyond 600 bytes: what a full disk does to a writer."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (600, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    """Write to a full disk for the length of a test."""
+    with _full():
+        yield
 
 
 @pytest.mark.parametrize("arguments", [["export", "st"], ["export", "plcopen"], ["eds"]])
@@ -77,13 +93,9 @@ def test_a_full_disk_leaves_the_old_folder_as_it_was_and_makes_no_new_one(
     (plc / "Mine.st").write_text(_program("FC_RcxWord(LowByte := b, HighByte := b)"))
     changed = _texts(plc)
     assert before != changed
-    hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (600, hard[1]))
-    try:
+    with _full():
         assert _export("twincat", "out/old", "--force") == 2
         assert _export("twincat", "out/new") == 2
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, hard)
     assert "cannot be written" in capsys.readouterr().err
     assert _texts(plc) == changed
     assert not (plc / "out/new").exists()
