@@ -11,7 +11,7 @@ import re
 import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +62,7 @@ class Place:
         last = self.low + self.width - 1
         return f"{self.side}+{self.at}.{self.low}" + (f"-{last}" if last > self.low else "")
 
-    @property
+    @cached_property
     def mask(self) -> int:
         """Its bits in the telegram as one number, bit 0 = bit 0 of word 0."""
         return ((1 << self.width) - 1) << (8 * self.at + self.low)
@@ -75,8 +75,12 @@ class Place:
         return 0, (1 << self.width) - 1
 
     def read(self, words: Sequence[int]) -> int:
-        """Its value; of an f32 the bit pattern."""
-        raw = (_number(words) & self.mask) >> (8 * self.at + self.low)
+        """Return its value in the words of a telegram; of an f32 the bit pattern."""
+        return self.value_in(_number(words))
+
+    def value_in(self, telegram: int) -> int:
+        """Return its value in a telegram that is given as one number."""
+        raw = (telegram & self.mask) >> (8 * self.at + self.low)
         return raw - (1 << self.width) if self.kind == "s" and raw > self.limits[1] else raw
 
     def write(self, words: list[int], value: int) -> None:
@@ -119,18 +123,26 @@ class Row:
     conditions: tuple[tuple[Place, Legal, Legal], ...] = ()
 
     def allowed(self, words: Sequence[int]) -> Legal:
-        """What it may hold in this telegram."""
+        """Return what it may hold in the words of this telegram."""
+        return self.allowed_in(_number(words))
+
+    def allowed_in(self, telegram: int) -> Legal:
+        """Return what it may hold in a telegram that is given as one number."""
         if not self.conditions:
             return self.legal
         for other, when, legal in self.conditions:
-            if when.holds(other.read(words)):
+            if when.holds(other.value_in(telegram)):
                 return legal
         return Legal(anything=True)
 
     def problem(self, words: Sequence[int]) -> str:
-        """What is wrong with its values; empty if nothing."""
-        allowed = self.allowed(words)
-        values = [part.read(words) for part in self.places]
+        """Return what is wrong with its values; empty if nothing is."""
+        return self.problem_in(_number(words))
+
+    def problem_in(self, telegram: int) -> str:
+        """Return what is wrong with its values in a telegram that is given as one number."""
+        allowed = self.allowed_in(telegram)
+        values = [part.value_in(telegram) for part in self.places]
         filler = values[-1]
         if (allowed.zero_fill and filler == 0) or (allowed.space_fill and filler == ord(" ")):
             while values and values[-1] == filler:
@@ -160,16 +172,17 @@ class Reading:
         return f"{'0xR' if self.robot else '0x0'}{self.code:03X} ({self.section})"
 
     def problem(self, words: Sequence[int]) -> str:
-        """What is wrong with a request; empty if nothing. Word 0 is not looked at."""
+        """Return what is wrong with a request; empty if nothing is. Word 0 is not read."""
+        telegram = _number(words)
         for part in self.zero:
-            if part.read(words):
+            if part.value_in(telegram):
                 return f"{part} is not 0"
         for entry in self.request:
-            problem = entry.problem(words)
+            problem = entry.problem_in(telegram)
             if problem:
                 return problem
         for first, second in self.not_both:
-            if first.read(words) and second.read(words):
+            if first.value_in(telegram) and second.value_in(telegram):
                 return f"{first} and {second} are both 1"
         return ""
 
@@ -179,13 +192,17 @@ class Reading:
         What is kept may itself be illegal; then the request stays so.
         """
         for _ in range(3):  # a changed value may be the condition of another row
+            before = _number(words)
             for entry in self.request:
-                if not entry.problem(words):
+                telegram = _number(words)
+                if not entry.problem_in(telegram):
                     continue
-                value = first(entry.allowed(words))
+                value = first(entry.allowed_in(telegram))
                 for part in entry.places:
                     if not part.mask & keep:
                         part.write(words, value)
+            if _number(words) == before:
+                return
 
 
 def every_reading() -> dict[int, Reading]:
