@@ -32,15 +32,24 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start the count of the tests that the markers leave out; let Ctrl-C reach all children.
-
-    A shell starts background jobs with SIGINT ignored, and every child inherits that. The tests of
-    Ctrl-C need children that do not ignore it.
-    """
+    """Start the count of the tests that the markers leave out; let signals reach all children."""
     config.stash[_LEFT_OUT] = 0
     gc.disable()  # what is imported and collected stays: looking for garbage finds nothing
+    _let_children_hear_signals(is_worker=hasattr(config, "workerinput"))
+
+
+def _let_children_hear_signals(*, is_worker: bool) -> None:
+    """Replace ignored signals by handlers, which children do not inherit.
+
+    A shell starts background jobs with SIGINT ignored, and `nohup` ignores SIGHUP. Every child
+    inherits that, but the tests of these signals need children that do not ignore them. The
+    handler of SIGHUP does nothing, so that the tests themselves still go on after `nohup`.
+    """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    hang_up = getattr(signal, "SIGHUP", None)  # Windows does not have it
+    if hang_up and (is_worker or signal.getsignal(hang_up) is signal.SIG_IGN):
+        signal.signal(hang_up, lambda number, frame: None)
 
 
 @pytest.hookimpl(tryfirst=True)
