@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
-from collections import OrderedDict
+import time
 from pathlib import Path
 
 import pytest
@@ -45,7 +45,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def _forget(monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a new process."""
-    monkeypatch.setattr(cache, "memory", OrderedDict())
+    monkeypatch.setattr(cache, "memory", {})
 
 
 def _sum(program: Path) -> int:
@@ -73,6 +73,33 @@ def test_the_same_sources_are_checked_and_written_once(
 
 def _fail(*_: object) -> None:
     raise AssertionError("it is made anew")
+
+
+def test_a_file_that_did_not_change_is_not_read_again(
+    program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Source: the manual of git, index format: files are compared by their times and size."""
+    monkeypatch.setattr(cache, "_SETTLED_NS", -(10**18))
+    first = cache.sources_key([program])
+    with monkeypatch.context() as again:
+        again.setattr(cache, "file_bytes", _fail)
+        assert cache.sources_key([program]) == first
+    program.write_text(_TEXT.format(by=12), encoding="utf-8")
+    assert cache.sources_key([program]) != first
+
+
+def test_a_second_change_within_one_tick_of_the_clock_is_seen(
+    program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All that is compared stays as it was, so a file that is new is read again.
+
+    Source: the manual of git, racy git
+    """
+    now = time.time_ns()
+    monkeypatch.setattr(cache, "_state", lambda name: (now, now, 1, 1, 1))
+    first = cache.sources_key([program])
+    program.write_text(_TEXT.format(by=2), encoding="utf-8")
+    assert cache.sources_key([program]) != first
 
 
 def test_a_change_of_the_sources_is_seen(program: Path, kept: Path) -> None:

@@ -16,6 +16,7 @@ import os
 import pickle
 import sys
 import tempfile
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -32,14 +33,19 @@ from rcx_harness.output.system import cache_root, settings_root
 __all__ = ["content", "folder", "is_lasting", "kept", "made_of", "memory", "put", "remembered"]
 __all__ += ["sources_key"]
 
-#: Entries of one kind in the folder, and of all kinds in this process.
+#: Entries of one kind in the folder, and in this process.
 IN_FOLDER, IN_PROCESS = 256, 48
 
 _KEY_SIZE = _SIGNATURE_SIZE = 32
 
 _T = TypeVar("_T")
-memory: OrderedDict[tuple[str, str], Any] = OrderedDict()
-"""What this process remembers, the latest used last."""
+_State = tuple[int, int, int, int, int]
+#: The digest of each file that was read, and the state in which it was read.
+_digests: dict[str, tuple[_State, bytes]] = {}
+#: A file that changed more recently may change again without a trace.
+_SETTLED_NS = 2_000_000_000
+memory: dict[str, OrderedDict[str, Any]] = {}
+"""What this process remembers of each kind, the latest used last."""
 
 
 def folder() -> Path | None:
@@ -122,18 +128,55 @@ def sources_key(paths: Sequence[Path]) -> str:
     try:
         for path in paths:
             lines = getattr(path, "lines", None)
-            content = file_bytes(path, SOURCE) if lines is None else repr(lines).encode()
-            digest.update(b"\0" + os.fsencode(path) + b"\0" + content)
+            own = _digest(path) if lines is None else hashlib.sha256(repr(lines).encode()).digest()
+            digest.update(b"\0" + os.fsencode(path) + b"\0" + own)
     except InputError:
         return ""
     return digest.hexdigest()
 
 
+def _digest(path: Path) -> bytes:
+    """Return the SHA-256 of a file; it is read again only if its times, size or number changed.
+
+    As git does, it does not trust a file that changed just now: a second change within the
+    resolution of the file system's clock would leave all of these as they are.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    name = os.fspath(path)
+    state = _state(name)
+    found = _digests.get(name)
+    if found is not None and found[0] == state:
+        return found[1]
+    digest = hashlib.sha256(file_bytes(path, SOURCE)).digest()
+    if state is not None and time.time_ns() - max(state[:2]) > _SETTLED_NS:
+        _digests[name] = state, digest
+    else:
+        _digests.pop(name, None)
+    return digest
+
+
+def _state(name: str) -> _State | None:
+    """Return what changes when a file is written; None if there is no such file."""
+    try:
+        found = os.stat(name)
+    except (OSError, ValueError):
+        return None
+    return found.st_mtime_ns, found.st_ctime_ns, found.st_size, found.st_ino, found.st_dev
+
+
 def is_lasting(paths: Sequence[Path]) -> bool:
     """Are these files to be there tomorrow? What is made of temporary ones is not kept."""
-    temporary = real(tempfile.gettempdir())
-    folders = [real(folder) for folder in {path.parent for path in paths}]
-    return not any(temporary in (folder, *folder.parents) for folder in folders)
+    temporary = tempfile.gettempdir()
+    return not any(_is_in(folder, temporary) for folder in {path.parent for path in paths})
+
+
+@lru_cache(maxsize=1024)
+def _is_in(folder: Path, other: str) -> bool:
+    """Return whether a folder is another one, or below it, links followed."""
+    found, wanted = real(folder), real(other)
+    return wanted in (found, *found.parents)
 
 
 def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:
@@ -146,13 +189,14 @@ def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:
     """
     if not key:
         return make()
-    if (kind, key) in memory:
-        memory.move_to_end((kind, key))
+    ours = memory.setdefault(kind, OrderedDict())
+    if key in ours:
+        ours.move_to_end(key)
     else:
-        memory[kind, key] = make()
-        if len(memory) > IN_PROCESS:
-            memory.popitem(last=False)
-    found: _T = memory[kind, key]
+        ours[key] = make()
+        if len(ours) > IN_PROCESS:
+            ours.popitem(last=False)
+    found: _T = ours[key]
     return found
 
 

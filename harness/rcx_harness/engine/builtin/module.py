@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rcx_harness.engine import cache
 from rcx_harness.engine.builtin import memory, references
@@ -16,6 +16,9 @@ from rcx_harness.engine.builtin.code import Code
 from rcx_harness.engine.builtin.collector import Collector, collecting
 from rcx_harness.engine.builtin.runtime import NAMES
 from rcx_harness.engine.frontend.project import Project
+
+if TYPE_CHECKING:
+    from rcx_harness.engine.frontend.paths import Resolved
 
 __all__ = ["Module", "module_of"]
 
@@ -30,10 +33,12 @@ class Module:
     Attributes:
         project: What it was compiled from.
         names: Everything the module defines: classes, `f_POU`, `save_T` and so on.
+        resolved: What paths of variables lead to; the same for each instance of the program.
     """
 
     def __init__(self, project: Project, collector: Collector | None = None) -> None:
         self.project = project
+        self.resolved: dict[str, Resolved] = {}
         self.names: dict[str, Any] = {**NAMES, **references.NAMES, **memory.NAMES}
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})

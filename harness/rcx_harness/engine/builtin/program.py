@@ -159,7 +159,10 @@ class BuiltinProgram:
     def _place(self, path: str) -> _Place:
         place = self._places.get(path)
         if place is None:
-            place = self._places[path] = self._locate(resolve(self.module.project, path))
+            found = self.module.resolved.get(path)
+            if found is None:
+                found = self.module.resolved[path] = resolve(self.module.project, path)
+            place = self._places[path] = self._locate(found)
         return place
 
     def _locate(self, found: Resolved) -> _Place:
