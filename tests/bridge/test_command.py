@@ -237,6 +237,7 @@ def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
     assert {name: rows[name].strip() for name in rows} == expected
 
 
+@pytest.mark.exhaustive(but=["Loop-turn"])
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 @pytest.mark.parametrize(("part", "work"), [(Loop, "turn"), (Opener, "keep")])
 def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(

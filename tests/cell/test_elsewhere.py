@@ -151,6 +151,7 @@ def test_a_loss_is_seen_by_the_program_and_the_connection_comes_again(
     _echoes(cell, adapter, 0x17)
 
 
+@pytest.mark.exhaustive
 def test_inputs_are_held_or_cleared_at_a_loss_as_asked(far: Build, adapter: Adapter) -> None:
     cell = far(timeout="200ms", on_loss="clear")
     _echoes(cell, adapter, 0x33)
@@ -160,6 +161,7 @@ def test_inputs_are_held_or_cleared_at_a_loss_as_asked(far: Build, adapter: Adap
     adapter.shared.link = LinkState.UP
 
 
+@pytest.mark.exhaustive
 def test_another_size_is_refused_with_what_to_try(
     build_cell: Build, program: Path, adapter: Adapter
 ) -> None:

@@ -176,6 +176,7 @@ def dedicated(area: bytes) -> int:
     return int.from_bytes(area[32:34], "little")
 
 
+@pytest.mark.exhaustive
 def test_an_unplugged_cable_is_the_loss_of_the_link_and_plugged_in_again_it_comes_back(
     cell: Cell,
 ) -> None:
@@ -194,6 +195,7 @@ def test_an_unplugged_cable_is_the_loss_of_the_link_and_plugged_in_again_it_come
     cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
 
 
+@pytest.mark.exhaustive
 def test_with_the_controllers_power_the_connection_goes_and_comes_again(cell: Cell) -> None:
     cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
     cell.inject("power_off")  # not a power cycle: it may be over before a busy computer looks

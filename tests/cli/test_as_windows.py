@@ -119,6 +119,7 @@ def test_a_new_project_is_checked_and_its_tests_pass(
     assert "19 passed" in done.stdout, done.stdout + done.stderr
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", ["builtin", "matiec"])
 def test_a_run_is_the_same_byte_for_byte_and_its_chart_is_of_ascii(
     rcx: Rcx, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, engine: str

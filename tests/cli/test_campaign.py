@@ -47,6 +47,7 @@ def test_a_cell_that_recovers_ends_with_0_and_no_seed_runs_twice(
     assert [json.loads(line)["key"] for line in new.splitlines()] == ["6", "7"]
 
 
+@pytest.mark.exhaustive
 def test_a_property_that_breaks_is_replayed_by_rcx_run(here: Path, capsys: Captured) -> None:
     """Open while it runs: the shortest run starts it, and has never closed it."""
     feeder(here, runs_open=True)

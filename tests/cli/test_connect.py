@@ -151,6 +151,7 @@ def test_what_cannot_be_asked_for_is_one_message(
     assert error.removeprefix("compiling ...\n").count("\n") == 1  # a slow machine's progress
 
 
+@pytest.mark.exhaustive
 @pytest.mark.skipif(
     not sys.platform.startswith("linux"),
     reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",

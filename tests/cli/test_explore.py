@@ -260,12 +260,7 @@ def test_a_program_that_stops_is_told_with_its_line(folder: Path, capsys: Captur
     assert f"stops: {file}:8" in said
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "Jog : FB_Jog; Reset : FB_AlarmReset; Pulse : TP; Off : TOF; Ups : CTU;-body3",
-        "On : FB_ServoOn; Move : FB_MovePtp;-body0",
-    ]
-)
+@pytest.mark.exhaustive(but=["On : FB_ServoOn; Move : FB_MovePtp;-body0"])
 @pytest.mark.parametrize(
     ("variables", "body"),
     [
@@ -361,6 +356,7 @@ def test_the_number_of_workers_changes_nothing(
     assert len(given) > 10
 
 
+@pytest.mark.exhaustive
 def test_ctrl_c_ends_it_and_its_workers(
     folder: Path, capsys: Captured, given: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -219,6 +219,7 @@ def test_a_process_of_its_own_judges_as_a_copy_does(
         assert judge(task).by == copies(task).by == by
 
 
+@pytest.mark.exhaustive
 def test_tests_must_pass_at_first(project: Path, capsys: Captured) -> None:
     file = project / "tests" / "test_lamp.py"
     file.write_text(_TESTS.replace("== 3", "== 4"), encoding="utf-8")

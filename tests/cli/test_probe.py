@@ -156,6 +156,7 @@ def test_bad_input_is_one_line(
     assert error.count("\n") == 1
 
 
+@pytest.mark.exhaustive
 def test_over_the_network_it_reads_what_the_served_controller_is(
     tmp_path: Path, capsys: Captured
 ) -> None:

@@ -29,6 +29,7 @@ def test_a_right_block_passes() -> None:
     _servo_on(_bench())
 
 
+@pytest.mark.exhaustive
 def test_a_broken_block_is_found_wherever_it_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
     right = "ELSIF NOT Execute OR NOT WasExecute THEN"
     with broken_library("core/FB_RcxJob.st", right, "ELSIF Execute AND NOT WasExecute THEN") as lib:

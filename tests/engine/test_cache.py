@@ -79,7 +79,7 @@ def test_a_file_that_did_not_change_is_not_read_again(
     program: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Source: the manual of git, index format: files are compared by their times and size."""
-    monkeypatch.setattr(cache, "_SETTLED_NS", -(10**18))
+    monkeypatch.setattr(cache, "SETTLED_NS", -(10**18))
     first = cache.sources_key([program])
     with monkeypatch.context() as again:
         again.setattr(cache, "file_bytes", _fail)
@@ -96,7 +96,7 @@ def test_a_second_change_within_one_tick_of_the_clock_is_seen(
     Source: the manual of git, racy git
     """
     now = time.time_ns()
-    monkeypatch.setattr(cache, "_state", lambda name: (now, now, 1, 1, 1))
+    monkeypatch.setattr(cache, "file_state", lambda name: (now, now, 1, 1, 1))
     first = cache.sources_key([program])
     program.write_text(_TEXT.format(by=2), encoding="utf-8")
     assert cache.sources_key([program]) != first

@@ -90,6 +90,7 @@ def test_an_adapter_of_all_addresses_tells_the_one_it_was_asked_at(wire: socket.
     assert configured != bytes(4)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.skipif(sys.platform != "linux", reason="broadcasts on the loopback are Linux's")
 def test_a_broadcast_reaches_every_adapter_of_the_machine(wire: socket.socket) -> None:
     with Adapter(host="127.0.0.31") as one:
@@ -178,6 +179,7 @@ def test_a_reset_closes_the_tcp_connections_behind_its_reply() -> None:
             assert again.get_assembly(100) == bytes(48)
 
 
+@pytest.mark.exhaustive(but=["1"])
 @pytest.mark.parametrize("state", [LinkState.CUT, LinkState.OFF])
 def test_an_adapter_that_is_cut_off_answers_nobody(adapter: Adapter, state: LinkState) -> None:
     master = Client(*adapter.address, timeout_s=LONG_S)

@@ -36,6 +36,7 @@ def leds(master: LiveMaster) -> tuple[Led, Led]:
     return master.robot.module_led, master.robot.network_led
 
 
+@pytest.mark.exhaustive(but=["close_by_forward_close-5"])
 @pytest.mark.parametrize(
     ("lose", "state"),
     [(fall_silent, OwnerState.TIMED_OUT), (close_by_forward_close, OwnerState.CLOSED)],
@@ -75,6 +76,7 @@ def test_a_lost_connection_turns_si00_and_si06_off_and_alarm_reset_and_servo_on_
     assert master.alarms == []
 
 
+@pytest.mark.exhaustive
 def test_a_silence_shorter_than_the_time_out_is_no_loss(master: LiveMaster) -> None:
     """Between two of its packets the master may take its time."""
     master.servo_on()
@@ -94,6 +96,7 @@ def reset_the_session(client: socket.socket) -> None:
     client.close()
 
 
+@pytest.mark.exhaustive(but=["reset_the_session"])
 @pytest.mark.parametrize("end", [end_the_session, reset_the_session])
 def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
     master: LiveMaster, end: Callable[[socket.socket], None]
@@ -141,6 +144,7 @@ def test_a_reader_alone_is_no_connection_to_the_controller(master: LiveMaster) -
         assert not master.connected
 
 
+@pytest.mark.exhaustive
 def test_with_the_power_the_connection_goes_and_a_new_one_can_be_opened(
     master: LiveMaster,
 ) -> None:

@@ -429,6 +429,7 @@ def test_what_cannot_be_asked_for_is_refused_before_anything_is_sent(
         Scanner("127.6.0.9", size, rpi_us, multiplier=multiplier)
 
 
+@pytest.mark.exhaustive
 def test_closing_twice_does_no_harm(adapter: Adapter) -> None:
     scanner = scan(adapter)
     scanner.open()

@@ -42,6 +42,18 @@ def test_an_example_runs_without_a_violation(example: Example) -> None:
     assert finished(example.name).cell.violations == []
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "01_power_up",
+        "02_extended_area",
+        "03_general_io",
+        "05_jog_panel",
+        "06_teach_points",
+        "08_program_by_name",
+        "09_openplc",
+        "11_emergency_stop",
+    ]
+)
 @_each
 def test_the_chart_is_that_of_the_run(example: Example) -> None:
     drawn = (example.folder / "chart.svg").read_text(encoding="utf-8")

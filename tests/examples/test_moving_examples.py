@@ -6,6 +6,8 @@ from collections.abc import Callable
 from itertools import groupby
 from typing import Any
 
+import pytest
+
 from example_runs import finished
 from rcx_harness.cell import Cell
 from rcx_harness.robot.ports import port
@@ -181,6 +183,7 @@ def test_a_copy_is_written_back_to_a_controller_that_has_lost_the_point() -> Non
         assert not cell.violations
 
 
+@pytest.mark.exhaustive
 def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
     """X counts first, then Y; the robot rises to 0 with axis 3 between part and place.
 

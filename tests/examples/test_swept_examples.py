@@ -114,6 +114,7 @@ def _closed(cell: Cell) -> bool:
     return bool(cell.robot.machine.ports.read(_HAND))
 
 
+@pytest.mark.exhaustive(but=["door"])
 @pytest.mark.parametrize("event", ["door", "emergency_stop", "link_down"])
 def test_wherever_it_is_interrupted_the_hand_opens_at_the_tray_only(event: str) -> None:
     """While it closes, on the way with a part, while it opens. Source: head of FB_PickPlace."""

@@ -399,6 +399,7 @@ def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> No
     assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600)
 
 
+@pytest.mark.exhaustive
 def test_without_a_timeout_of_the_user_a_command_may_last_a_minute() -> None:
     """6000 scans of 10 ms. Source: design of the library, 2: every wait has a limit."""
     plc = _bench()

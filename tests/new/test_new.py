@@ -63,6 +63,7 @@ def test_its_tests_pass_with_areas_of_256_bytes(pytester: pytest.Pytester) -> No
     result.assert_outcomes(passed=1, deselected=18)
 
 
+@pytest.mark.exhaustive
 def test_its_tests_fail_where_the_program_restarts_by_itself(pytester: pytest.Pytester) -> None:
     """A template's tests are worth what they find."""
     assert main(["new", "."]) == 0
@@ -102,6 +103,13 @@ def test_the_readme_says_in_a_line_each_what_the_commands_find(tmp_path: Path) -
     assert re.findall(r"^\| `((?:rcx|pytest) [^`]*)` \| .+ \|$", text, re.MULTILINE) == [*_VERIFY]
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "rcx prove plc",
+        "rcx explore plc --properties campaign.toml --scan 1s --bound 2000",
+        "rcx debug --vscode ~/.vscode/extensions/rcx-debug",
+    ]
+)
 @pytest.mark.parametrize("command", [one for one in _VERIFY if not one.startswith(_APART)])
 def test_each_of_them_ends_with_0_in_a_new_project(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str

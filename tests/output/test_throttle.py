@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from rcx_harness.bridge.core import State
 from rcx_harness.bridge.run import news_lines
 from rcx_harness.enip.cyclic.connections import OwnerState
@@ -42,6 +44,7 @@ def test_after_a_quiet_time_lines_pass_again() -> None:
     assert throttle.let_pass("a", ["z"] * 40, 3600 * SECOND_US) == ["z"] * 30
 
 
+@pytest.mark.exhaustive
 def test_a_noisy_master_leaves_little_in_the_log() -> None:
     """Ten minutes of a connection that comes and goes, of commands and of broken rules."""
     served = ServedHost()

@@ -77,6 +77,7 @@ def test_a_master_connects_is_served_and_leaves() -> None:
         assert served.end()[0] == 0
 
 
+@pytest.mark.exhaustive
 def test_a_port_that_is_taken_is_one_clear_message_and_nothing_stays() -> None:
     first, second = own_addresses(2)
     with socket.create_server((second, 44818)):
@@ -99,6 +100,7 @@ def test_an_address_of_another_machine_is_one_clear_message() -> None:
     assert len(said.splitlines()) == 1
 
 
+@pytest.mark.exhaustive
 def test_quiet_says_nothing_and_sigint_still_ends_it() -> None:
     (address,) = own_addresses(1)
     with ServeProcess("--address", address, "--quiet", "--web", "0") as served:
@@ -108,6 +110,7 @@ def test_quiet_says_nothing_and_sigint_still_ends_it() -> None:
     assert served.lines == []
 
 
+@pytest.mark.exhaustive
 def test_what_two_controllers_see_is_written_and_can_be_judged(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -139,6 +139,7 @@ def test_nothing_counted_is_not_enough(run: Run) -> None:
     assert not Path("out").exists()
 
 
+@pytest.mark.exhaustive
 def test_the_library_counts_only_where_it_is_asked_for(run: Run) -> None:
     result = run(_DARK, "--rcx-coverage", "--rcx-coverage-library")
     assert _table(result)[0] == "lib/FB_Blink.st 100.0 % 1/1 - -"

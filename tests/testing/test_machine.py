@@ -32,6 +32,7 @@ def test_a_cell_that_keeps_what_is_demanded_passes(pytester: pytest.Pytester) ->
     pytester.runpytest_subprocess().assert_outcomes(passed=1)
 
 
+@pytest.mark.exhaustive
 def test_a_failing_run_is_written_and_replayed(
     pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -186,6 +186,15 @@ def test_what_the_robot_sends_is_read_whatever_the_variables_are_called(
     assert cell.trace.cycles()[-1].rcx_si[0] == 0x12
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "a number",
+        "one that a block copies",
+        "an image of another name",
+        "one that a pointer leads to",
+        "an array without an address",
+    ]
+)
 @pytest.mark.parametrize(("way", "text"), WARNED.values(), ids=WARNED.keys())
 def test_a_program_that_overwrites_its_image_is_warned_with_its_line(
     build_cell: Build, tmp_path: Path, way: Way, text: str

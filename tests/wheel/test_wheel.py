@@ -104,6 +104,7 @@ def test_without_the_repository_a_new_project_is_written_and_its_test_passes(
     assert "2 passed" in _call(command, cell, environment)
 
 
+@pytest.mark.exhaustive
 def test_without_the_repository_the_demo_ends_as_in_the_readme(
     wheel: Path, repository: Path, tmp_path: Path
 ) -> None:

@@ -30,8 +30,17 @@ from rcx_harness.output.paths import real
 from rcx_harness.output.reading import file_bytes
 from rcx_harness.output.system import cache_root, settings_root
 
-__all__ = ["content", "folder", "is_lasting", "kept", "made_of", "memory", "put", "remembered"]
-__all__ += ["sources_key"]
+__all__ = [
+    "SETTLED_NS",
+    "content",
+    "file_state",
+    "folder",
+    "is_lasting",
+    "kept",
+    "made_of",
+    "memory",
+]
+__all__ += ["put", "remembered", "sources_key"]
 
 #: Entries of one kind in the folder, and in this process.
 IN_FOLDER, IN_PROCESS = 256, 48
@@ -43,7 +52,7 @@ _State = tuple[int, int, int, int, int]
 #: The digest of each file that was read, and the state in which it was read.
 _digests: dict[str, tuple[_State, bytes]] = {}
 #: A file that changed more recently may change again without a trace.
-_SETTLED_NS = 2_000_000_000
+SETTLED_NS = 2_000_000_000
 memory: dict[str, OrderedDict[str, Any]] = {}
 """What this process remembers of each kind, the latest used last."""
 
@@ -145,19 +154,19 @@ def _digest(path: Path) -> bytes:
         InputError: The file cannot be read.
     """
     name = os.fspath(path)
-    state = _state(name)
+    state = file_state(name)
     found = _digests.get(name)
     if found is not None and found[0] == state:
         return found[1]
     digest = hashlib.sha256(file_bytes(path, SOURCE)).digest()
-    if state is not None and time.time_ns() - max(state[:2]) > _SETTLED_NS:
+    if state is not None and time.time_ns() - max(state[:2]) > SETTLED_NS:
         _digests[name] = state, digest
     else:
         _digests.pop(name, None)
     return digest
 
 
-def _state(name: str) -> _State | None:
+def file_state(name: str) -> _State | None:
     """Return what changes when a file is written; None if there is no such file."""
     try:
         found = os.stat(name)

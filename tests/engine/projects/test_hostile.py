@@ -187,6 +187,7 @@ def test_an_alias_of_a_controller_may_be_a_tag_of_a_program(tmp_path: Path) -> N
     assert checked(sources.paths).instances
 
 
+@pytest.mark.exhaustive(but=["code1"])
 @pytest.mark.parametrize("code", ["a := " + "(" * 9_000 + "a", "a := " + "9" * 5_000 + ";"])
 def test_statements_of_logix_that_cannot_be_read_are_told(code: str, tmp_path: Path) -> None:
     """Source: docs/limits.md, programs."""

@@ -52,6 +52,7 @@ def test_every_page_is_in_the_readmes_list() -> None:
     assert not pages - listed
 
 
+@pytest.mark.exhaustive
 def test_two_clicks_lead_from_the_readme_to_each_block_its_tests_and_the_room_of_a_rule() -> None:
     """A block's page is among them, with its section of the manual."""
     ways = [_ROOT / target for target, _ in _links("README.md") if target.endswith(".md")]

@@ -29,6 +29,7 @@ def _floor(room: str, arrows: dict[str, set[str]]) -> int:
     return 1 + max((_floor(below, arrows) for below in arrows[room]), default=0)
 
 
+@pytest.mark.exhaustive
 def test_every_room_has_a_place_in_the_plan_and_no_import_goes_against_it() -> None:
     """Hence there is no circle of rooms."""
     assert sorted(name for row in rooms.PLAN for name in row) == sorted(rooms.rooms())

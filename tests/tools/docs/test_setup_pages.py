@@ -94,6 +94,7 @@ def test_the_snippet_compiles(
         assert [block.count(call) for call in calls] == [1, 1, 1, 1]
 
 
+@pytest.mark.exhaustive(but=["codesys", "siemens", "twincat"])
 @pytest.mark.parametrize("tool", sorted(set(_PAGES) - {"rockwell"}))
 def test_the_program_runs_as_it_stands_and_the_robot_moves(
     tool: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -80,12 +80,7 @@ def test_a_small_model_is_explored_to_its_end_and_has_a_bound() -> None:
     assert all(0 < bound < 10 for bound in result.bounds.values())
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "the interval is not waited for-2",
-        "a hold that is asked for can be released in the same scan-3",
-    ]
-)
+@pytest.mark.exhaustive(but=["a hold that is asked for can be released in the same scan-3"])
 @pytest.mark.parametrize(
     ("name", "scans"),
     [

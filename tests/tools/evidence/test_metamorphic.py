@@ -47,12 +47,7 @@ def test_what_must_not_matter_does_not_matter(name: str, relation: str) -> None:
     assert one.differs(_base(name), course) == "", variant.name
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "with 256 bytes a byte behind the head is written",
-        "the inputs are also written at the beginning of the image",
-    ]
-)
+@pytest.mark.exhaustive(but=["with 256 bytes a byte behind the head is written"])
 @pytest.mark.parametrize("seeded", SEEDED, ids=lambda seeded: seeded.name)
 def test_a_broken_block_is_found(seeded: Seeded) -> None:
     assert find(seeded, SUBJECTS[seeded.subject])

@@ -360,6 +360,7 @@ def test_a_number_that_nothing_has_opens_nothing(at_entry: Callable[..., Editor]
         editor.request("scopes", frameId=-1)
 
 
+@pytest.mark.exhaustive
 def test_the_extension_for_vs_code_is_written(tmp_path: Path) -> None:
     """Again over itself; a file that is another stays."""
     folder = tmp_path / "extension"

@@ -69,6 +69,7 @@ def test_each_worker_sets_up_once(farm: Farm, tmp_path: Path) -> None:
     assert os.getpid() not in did
 
 
+@pytest.mark.exhaustive
 def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path) -> None:
     (tmp_path / "0").touch()
     found = list(farm.run(Killed(tmp_path), range(8)))
@@ -110,6 +111,7 @@ def test_an_item_that_kills_its_workers_is_named_and_no_other_one_is(
     assert len(list(tmp_path.iterdir())) == 2
 
 
+@pytest.mark.exhaustive
 def test_a_program_is_explored_there_from_its_first_state_on(
     cluster: Any, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -178,6 +180,7 @@ def test_a_cluster_that_goes_in_the_middle_is_told() -> None:
             list(running)
 
 
+@pytest.mark.exhaustive
 def test_a_cluster_without_workers_is_told() -> None:
     with distributed.LocalCluster(n_workers=0, **_ALONE) as cluster:
         address = cluster.scheduler_address

@@ -12,6 +12,7 @@ from rcx_tools.evidence.prove.contract import PROPERTIES
 (_CONTRACT,) = PROPERTIES
 
 
+@pytest.mark.exhaustive(but=["FB_Jog", "FB_ReadMessage", "FB_ReadPort", "FB_WriteBit"])
 @pytest.mark.parametrize(
     "block",
     ["FB_ReadMessage", "FB_Jog", "FB_ReadPort", "FB_WriteBit", "FB_ServoOnFromEmergencyStop"],
@@ -21,6 +22,7 @@ def test_a_block_keeps_the_contract_of_its_pins(block: str, tmp_path: Path) -> N
     assert statuses(_CONTRACT, library(tmp_path, block), block.upper()) == {"proved"}
 
 
+@pytest.mark.exhaustive(but=["done-beside-error-FB_RcxJob", "jog-forgets-that-it-is-locked-FB_Jog"])
 @pytest.mark.parametrize(
     ("bug", "block"),
     [

@@ -36,6 +36,7 @@ def test_a_half_that_is_lost_is_not_proved(tmp_path: Path) -> None:
     assert ask(rounded.assumed, rounded.claim, 20.0).status == "refuted"
 
 
+@pytest.mark.exhaustive(but=["FC_RcxBitsReal"])
 @pytest.mark.parametrize("name", ["FC_RcxRealBits", "FC_RcxBitsReal"])
 def test_a_real_and_its_pattern_are_each_others(tmp_path: Path, name: str) -> None:
     """The long one, that the second loop goes on, is left to `make prove`.
@@ -48,6 +49,13 @@ def test_a_real_and_its_pattern_are_each_others(tmp_path: Path, name: str) -> No
     assert {ask(goal.assumed, goal.claim, 20.0).status for goal in ends} == {"proved"}
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "FC_RcxRealBits-Exponent < 255 THEN-Exponent < 256 THEN-of infinity",
+        "FC_RcxBitsReal-Exponent := 1;-Exponent := 0;-the loop of line 32 begins",
+        "FC_RcxBitsReal-Value := 0.0 - Value-Value := Value-of a pattern of a number",
+    ]
+)
 @pytest.mark.parametrize(
     ("name", "old", "new", "goal"),
     [

@@ -191,6 +191,7 @@ def test_of_other_properties_the_parts_of_the_file_and_the_short_ones_are_asked(
     assert asked() == ([], ("all",))
 
 
+@pytest.mark.exhaustive
 def test_the_slow_parts_are_parts() -> None:
     library = Library(_LIBRARY)
     for name, parts in seeded.SLOW.items():

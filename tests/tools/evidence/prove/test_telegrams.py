@@ -217,6 +217,7 @@ def test_the_telegrams_of_a_block_are_legal_and_what_the_pins_say(tmp_path: Path
     assert not any(_not_proved(_library(tmp_path, block), block).values())
 
 
+@pytest.mark.exhaustive(but=["torque-up-to-1000"])
 @pytest.mark.parametrize("bug", ["torque-up-to-1000", "rounded-before-it-is-scaled"])
 def test_a_bug_breaks_the_property_that_it_should_and_no_other(bug: str, tmp_path: Path) -> None:
     """Source: remote command guide 4.2.22 and 4.4.4."""
