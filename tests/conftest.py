@@ -68,8 +68,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_collection_finish() -> None:
-    """Take what is there for good out of the garbage collector's way: 7 % of the run."""
+    """Take what is there for good out of the garbage collector's way, and let it look less often.
+
+    Both together take a tenth off the run.
+    """
     gc.freeze()
+    gc.set_threshold(100_000, 50, 100)
     gc.enable()
 
 
@@ -81,10 +85,16 @@ def pytest_deselected(items: Sequence[pytest.Item]) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Hand the count of a worker process over to the process that reports."""
+    """Hand the count of a worker process over to the process that reports.
+
+    A worker then ends without looking for garbage again: each look takes more than a second,
+    and xdist waits for the end.
+    """
     output = getattr(session.config, "workeroutput", None)
     if output is not None:
         output["left_out"] = session.config.stash[_LEFT_OUT]
+        gc.disable()
+        gc.freeze()
 
 
 @pytest.hookimpl(optionalhook=True)
