@@ -120,7 +120,9 @@ class CellsOf:
                 options["robot"] = configs
             made = Demands.load(demands, stimulus[0] if stimulus else None)
             # The copies are gone when a property is asked: its errors name the user's file.
-            homes = {str(file): home for file, (home, _, _) in zip(here, self.parcel.files, strict=True)}
+            homes = {
+                str(file): home for file, (home, _, _) in zip(here, self.parcel.files, strict=True)
+            }
             properties = tuple(
                 replace(one, home=homes.get(str(one.file))) for one in made.properties
             )
