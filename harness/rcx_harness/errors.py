@@ -4,9 +4,22 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 from pathlib import Path
 
-__all__ = ["InputError", "OutputError", "refused"]
+__all__ = ["InputError", "OutputError", "legible", "refused"]
+
+#: All control characters but tab and end of line.
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
+
+def legible(text: str) -> str:
+    r"""Return a message with its control characters written as `\x1b`.
+
+    Names of files, variables and keys in it may come from a project of somebody else's: an escape
+    sequence would clear the screen of the reader, or show lines that nobody has written.
+    """
+    return _CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 
 
 class InputError(Exception):
@@ -45,7 +58,7 @@ class InputError(Exception):
         """`file:line:column: message (hint)`, as compilers print it."""
         where = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
         text = f"{where}: {self.message}" if where else self.message
-        return f"{text}; {self.hint}" if self.hint else text
+        return legible(f"{text}; {self.hint}" if self.hint else text)
 
 
 class OutputError(OSError):

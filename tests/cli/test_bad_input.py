@@ -235,3 +235,53 @@ def test_a_number_out_of_its_range_is_refused(
     """Source: the help of each command."""
     assert main(words) == 2
     assert words[-3 if "--" in words else -1] in capsys.readouterr().err.replace("\n", "")
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        (["run", ""], "rcx: the name"),
+        (["check", "p.st", ""], "rcx: the name"),
+        (["view", ""], "rcx: the name"),
+        (["judge", "t.jsonl", "--chart", ""], "rcx: --chart: the name"),
+        (["run", "p.st", "--lib="], "rcx: --lib: the name"),
+        (["run", "p.st", "--robot", ""], "rcx: --robot: the name"),
+        (["import", "p.st", "-o", ""], "rcx: -o: the name"),
+        (["demo", "--out", ""], "rcx: --out: the name"),
+        (["points", "backup", "127.0.0.1", ""], "rcx: the name"),
+    ],
+)
+def test_an_empty_name_of_a_file_is_not_the_current_folder(
+    here: Path, capsys: Captured, words: list[str], shown: str
+) -> None:
+    """A variable of the shell that is not set gives one. Source: POSIX 4.13, an empty pathname."""
+    hint = "a variable of the shell may not be set; . is the current folder"
+    assert _refused(capsys, *words) == f"{shown} of a file or folder is empty; {hint}"
+
+
+def test_names_of_others_send_no_escape_sequences_to_the_terminal(
+    here: Path, capsys: Captured
+) -> None:
+    """Names of files, keys and variables come from projects, traces and archives of others.
+
+    Source: ECMA-48, 5.3: ESC and the controls from 80 to 9F
+    """
+    Path("evil").mkdir()
+    Path("evil/a\x1b[2J\x9b31m.st").write_text(
+        "PROGRAM P\n  VAR InputArea, OutputArea : ARRAY [0..511] OF BYTE; END_VAR\n"
+        "  IF TRUE THEN\n    ;\n  END_IF;\nEND_PROGRAM\n"
+    )
+    Path("robot.toml").write_text('"\\u001b[2J" = 1\n')
+    Path("never.toml").write_text('[[always]]\nname = "\\u001b[2J"\nthat = "FALSE"\n')
+    for words in (
+        ["check", "evil", "--lib", "lib"],
+        ["run", "no\x1b[2J.st"],
+        ["run", "p.st", "--lib", "lib", "--robot", "robot.toml"],
+        ["run", "evil", "--lib", "lib", "--properties", "never.toml", "--for", "20ms"],
+    ):
+        main(words)
+        said = capsys.readouterr()
+        text = said.out + said.err
+        assert "\\x1b[2J" in text, text
+        assert "\x1b" not in text
+        assert "\x9b" not in text

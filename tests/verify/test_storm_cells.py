@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from feeder import feeder
+from rcx_harness.errors import InputError
+from rcx_harness.verify.properties import followed
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 
 
@@ -42,3 +44,48 @@ def test_what_is_older_than_the_cells_is_looked_at_again_after_them(tmp_path: Pa
     assert gc.get_freeze_count() > 0
     del cells
     assert gc.get_freeze_count() == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "shown"),
+    [
+        (
+            "demands.py",
+            "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 1 / 0\n",
+            ":4: fed: ZeroDivisionError",
+        ),
+        (
+            "demands.py",
+            "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 5\n",
+            ":2: fed: a property returns int",
+        ),
+        (
+            "demands.toml",
+            '[[always]]\nname = "fed"\nthat = "Main.Nothing = 1"\n',
+            ": fed: Main.Nothing = 1: ",
+        ),
+    ],
+)
+def test_an_error_of_a_property_names_the_users_file(
+    tmp_path: Path, name: str, text: str, shown: str
+) -> None:
+    """A worker asks a copy, in a temporary folder that is gone by then.
+
+    Source: docs/campaign.md: exit code 2 on bad input
+    """
+    feeder(tmp_path)
+    demands = tmp_path / name
+    demands.write_text(text)
+    cells = CellsOf.of([tmp_path / "Feeder.st"], {"engine": "builtin"}, [demands]).make()
+    cell = cells.cell(0)
+    with pytest.raises(InputError) as caught:
+        followed(cell.program, cells.demands.properties, cell)
+    assert str(caught.value).startswith(f"{demands}{shown}")
+
+
+def test_an_empty_library_is_refused_and_that_of_the_package_not_taken(tmp_path: Path) -> None:
+    """Source: `rcx campaign --help`, --lib: folder of the library."""
+    feeder(tmp_path)
+    (empty := tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match=r"--lib .*empty has no ST file; name the folder"):
+        CellsOf.of([tmp_path / "Feeder.st"], {"engine": "builtin", "lib": empty})

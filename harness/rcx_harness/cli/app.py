@@ -112,6 +112,8 @@ COMMANDS = {
     ),
 }
 
+_HINT_EMPTY = "a variable of the shell may not be set; . is the current folder"
+
 _SETTINGS: dict[str, Any] = {
     "rich_markup_mode": "markdown",
     "pretty_exceptions_enable": False,
@@ -159,7 +161,27 @@ class Later(TyperCommand):
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
         """Everything from here on, its help and completion too, is the command's own."""
-        return self.loaded().make_context(info_name, args, parent, **extra)
+        command = self.loaded()
+        _refuse_empty_paths(command, args)
+        return command.make_context(info_name, args, parent, **extra)
+
+
+def _refuse_empty_paths(command: Any, args: Sequence[str]) -> None:
+    """Raise InputError if a file is named by an empty text: Python would take this folder.
+
+    A variable of the shell that is not set gives one: `rcx run "$FILE"`.
+    """
+    of_paths = [each for each in command.params if each.type.name == "path"]
+    options = {name for each in of_paths for name in each.opts if name.startswith("-")}
+    argument = any(each.param_type_name == "argument" for each in of_paths)
+    before = ""
+    for word in args:
+        name = word[:-1] if word.endswith("=") else before
+        if name in options and word in ("", f"{name}="):
+            raise InputError(f"{name}: the name of a file or folder is empty", hint=_HINT_EMPTY)
+        if not word and argument and not before.startswith("-"):
+            raise InputError("the name of a file or folder is empty", hint=_HINT_EMPTY)
+        before = word
 
 
 def _show_version(wanted: bool) -> None:

@@ -13,7 +13,7 @@ from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
 from rcx_harness.engine.checked import analysed, load
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.portability import LintFinding, lint, unportable
-from rcx_harness.errors import InputError
+from rcx_harness.errors import InputError, legible
 from rcx_harness.export.refused import Tool, refused, tools
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
@@ -52,7 +52,7 @@ def check(
     # With --lint each file is looked at by itself: folders with several programs go at once.
     sources = source_files(files, lib, replacements(replace))
     for note in sources.notes:
-        print(f"note: {note}")
+        print(legible(f"note: {note}"))
     project, errors = (None, []) if lint_only else analysed(sources.all)
     for error in errors:
         print(f"error: {blame_lib(error, lib)}", file=sys.stderr)
@@ -70,7 +70,7 @@ def check(
         findings += unportable(project.uses if project else (), library)
         findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
     for finding in findings:
-        print(finding)
+        print(legible(str(finding)))
     strict = sum(finding.strict for finding in findings)
     broken, files_read = counted(strict, "broken rule"), counted(len(sources.own), "file")
     if lint_only:
@@ -91,7 +91,7 @@ def _refused(
     """Print what a tool refuses, or may refuse; exit code 1 if anything is certain."""
     found = refused(tool, sources, project, program)
     for one in found:
-        print(one)
+        print(legible(str(one)))
     if tool.note:
         print(f"note: {tool.note}; rcx export {tool.export} writes them")
     certain = sum(one.certain for one in found)

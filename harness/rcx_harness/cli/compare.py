@@ -18,7 +18,7 @@ from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
+from rcx_harness.errors import InputError, legible
 from rcx_harness.look.compare.fit import fit as fit_to
 from rcx_harness.look.compare.recording import load
 from rcx_harness.look.compare.replay import Happening, Replay
@@ -119,13 +119,13 @@ def compare(
             if drawn is not None and not quiet:
                 width = min(shutil.get_terminal_size((100, 24)).columns, 120)
                 unicode = "utf" in (sys.stdout.encoding or "").lower()
-                print(text_chart(drawn, width, ascii_only=not unicode))
+                print(legible(text_chart(drawn, width, ascii_only=not unicode)))
                 print("controller 1 is the recorded one, 2 the virtual one\n")
             for line in [
                 *lines(replay, result),
                 *(["", *fit_lines(found, replay)] if found else []),
             ]:
-                print(line)
+                print(legible(line))
             if fit is not None:
                 print(f"written: {fit}")
         output.write(f"{json.dumps(as_json(replay, result, found), indent=2)}\n")

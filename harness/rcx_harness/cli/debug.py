@@ -136,7 +136,8 @@ def _one_client(connection: socket.socket, token: str, given: list[Path]) -> Non
 
     patience = Timer(_PATIENCE_S, end)
     patience.daemon = True
-    client = Client(connection.makefile("rb"), connection.makefile("wb"))
+    reading, writing = connection.makefile("rb"), connection.makefile("wb")
+    client = Client(reading, writing)
 
     def launch(arguments: Mapping[str, Any]) -> Launched:
         named = arguments.get("token")
@@ -153,6 +154,9 @@ def _one_client(connection: socket.socket, token: str, given: list[Path]) -> Non
         patience.cancel()
         end()
         client.close()
+        for stream in (reading, writing):  # as long as one is open, a client can go on sending
+            with suppress(OSError):
+                stream.close()
 
 
 def _token() -> tuple[str, str]:

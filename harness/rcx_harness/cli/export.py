@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from rcx_harness.errors import legible
 from rcx_harness.export import TARGETS
 from rcx_harness.export import export as make
 from rcx_harness.export.output import write_export
@@ -51,9 +52,9 @@ def export(
     output = make(target, lib, program or [], only_needed=needed, prefix=prefix)
     place = Path(TARGETS[target].default) if out is None else out
     for one in output.missing:
-        print(f"not carried: {one}")
+        print(legible(f"not carried: {one}"))
     for note in output.notes:
-        print(f"note: {note}")
+        print(legible(f"note: {note}"))
     if not allow_missing and any(not one.replaced for one in output.missing):
         print("rcx: nothing was written; --allow-missing writes the rest", file=sys.stderr)
         raise typer.Exit(1)

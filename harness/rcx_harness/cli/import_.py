@@ -13,7 +13,7 @@ from rcx_harness.cli.options import counted
 from rcx_harness.engine.projects.formats import is_project
 from rcx_harness.engine.projects.open import read_project
 from rcx_harness.engine.projects.texts import st_texts
-from rcx_harness.errors import InputError
+from rcx_harness.errors import InputError, legible
 from rcx_harness.output.files import replace_files
 
 __all__ = ["import_"]
@@ -58,10 +58,11 @@ def import_(
         )
     replace_files({out / name: text for name, text in texts.items()})
     for note in project.notes:
-        print(f"note: {note}")
+        print(legible(f"note: {note}"))
     foreign = [(unit, one) for unit in project.units for one in unit.piece.foreign()]
     for unit, (name, body) in foreign:
-        print(f"not carried: {unit.file}:{body.at}: the body of {name} {body.says}")
+        says = f"not carried: {unit.file}:{body.at}: the body of {name} {body.says}"
+        print(legible(says))
     print(f"written: {counted(len(texts), 'file')} in {out}")
     if foreign:
         raise typer.Exit(1)

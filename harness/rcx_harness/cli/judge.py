@@ -16,6 +16,7 @@ from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.originator.client import PORT
+from rcx_harness.errors import legible
 from rcx_harness.look.judge.judge import Judgement, JudgeOptions
 from rcx_harness.look.judge.judge import judge as judge_file
 from rcx_harness.look.judge.text import as_json, summary
@@ -103,11 +104,11 @@ def _print(result: Judgement, *, show: bool, silent: bool) -> None:
     if show:
         width = min(shutil.get_terminal_size((100, 24)).columns, 120)
         unicode = "utf" in (sys.stdout.encoding or "").lower()
-        print(text_chart(result.timeline, width, ascii_only=not unicode))
+        print(legible(text_chart(result.timeline, width, ascii_only=not unicode)))
     if result.chart_end_us is not None:
         end = f"{result.chart_end_us / 1e6:.3f}s"
         print(f"the chart ends at {end}, where it is full; --from {end} draws what follows")
     elif not silent:
         print()
     for line in summary(result):
-        print(line)
+        print(legible(line))

@@ -36,7 +36,7 @@ from rcx_harness.cli.options import (
     with_options,
 )
 from rcx_harness.engine.builtin.collector import Collector, counting
-from rcx_harness.errors import InputError
+from rcx_harness.errors import InputError, legible
 from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
@@ -529,20 +529,21 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
         plain = not draws(sys.stdout.encoding)
         line_us = options.line_us
         if line_us is None:
-            print(text_chart(outcome.timeline, width, ascii_only=plain))
+            print(legible(text_chart(outcome.timeline, width, ascii_only=plain)))
         else:
-            print(scaled_text(outcome.timeline, width, ascii_only=plain, line_us=line_us))
+            text = scaled_text(outcome.timeline, width, ascii_only=plain, line_us=line_us)
+            print(legible(text))
     if watched := cell.watched():
         print("watched, at the end:")
-        print("\n".join(f"  {path} = {value}" for path, value in watched.items()))
+        print(legible("\n".join(f"  {path} = {value}" for path, value in watched.items())))
     if outcome.notice:
-        print(outcome.notice)
+        print(legible(outcome.notice))
     if not cell.matched:
         print("no connection: the areas of PLC and robot differ in size")
     elif not outcome.ever_connected and options.connect is None:
         print("no connection in the whole run")
     for violation in violations[:_MOST_SHOWN]:
-        print(f"violation at {format_us(violation.t_us)}: {violation.text}")
+        print(legible(f"violation at {format_us(violation.t_us)}: {violation.text}"))
     rest = len(violations) - _MOST_SHOWN
     if rest > 0:
         print(f"... and {counted(rest, 'further violation')}")

@@ -61,6 +61,7 @@ class Declared:
         within_us: It has to come within this time [us]; None: it always holds.
         after: What starts that time by becoming true; None: it runs whenever `that` does not hold.
         file: Where it was declared.
+        home: The user's name of that file, where `file` is a copy of it; None: it is none.
     """
 
     name: str
@@ -68,6 +69,12 @@ class Declared:
     within_us: int | None = None
     after: str | Asked | None = None
     file: str | None = None
+    home: str | None = None
+
+    @property
+    def shown_file(self) -> str | None:
+        """The file that a message names."""
+        return self.home or self.file
 
     @property
     def kind(self) -> str:
@@ -147,7 +154,9 @@ def from_python(file: Path) -> list[Declared]:
     return [replace(one, file=str(file)) if one.file == own else one for one in found]
 
 
-def _blamed(error: BaseException, file: str | None, property_: str = "") -> BaseException:
+def _blamed(
+    error: BaseException, file: str | None, property_: str = "", home: str | None = None
+) -> BaseException:
     """Return the error that the user reads of one that his code has raised.
 
     `sys.exit(0)` in it, too, is an error: it must not end the command as if all were well.
@@ -156,6 +165,7 @@ def _blamed(error: BaseException, file: str | None, property_: str = "") -> Base
         error: What was raised.
         file: His file.
         property_: The name of the property that was asked; empty while the file is loaded.
+        home: The user's name of the file, where `file` is a copy of it.
     """
     if isinstance(error, KeyboardInterrupt) and not _is_raised(error):
         return error  # Ctrl-C
@@ -164,9 +174,9 @@ def _blamed(error: BaseException, file: str | None, property_: str = "") -> Base
     if isinstance(error, InputError):
         if error.file is not None:
             return error
-        return InputError(f"{name}{error.message}", file=file, line=line, hint=error.hint)
+        return InputError(f"{name}{error.message}", file=home or file, line=line, hint=error.hint)
     hint = "return True or False from a property" if isinstance(error, SystemExit) else ""
-    return InputError(f"{name}{_words(error)}", file=file, line=line, hint=hint)
+    return InputError(f"{name}{_words(error)}", file=home or file, line=line, hint=hint)
 
 
 def _is_raised(error: BaseException) -> bool:
@@ -220,13 +230,13 @@ class _Asked:
         try:
             holds = self._that(self._cell)
         except BaseException as error:
-            raise _blamed(error, declared.file, declared.name) from None
+            raise _blamed(error, declared.file, declared.name, declared.home) from None
         if holds is True or holds is False:
             return holds
         code = getattr(self._that, "__code__", None)
         raise InputError(
             f"{declared.name}: a property returns {type(holds).__name__}, not bool",
-            file=declared.file,
+            file=declared.shown_file,
             line=getattr(code, "co_firstlineno", None),
             hint="return True or False, say of a comparison",
         )
@@ -421,7 +431,7 @@ def _checked(program: Program, declared: Sequence[Declared], texts: list[str]) -
         for one in declared:
             if error.message.startswith((f"{one.that}:", f"{one.after}:")):
                 text = f"{one.name}: {error.message}"
-                raise InputError(text, file=one.file, hint=error.hint) from None
+                raise InputError(text, file=one.shown_file, hint=error.hint) from None
         raise
 
 

@@ -100,6 +100,14 @@ def test_an_interval_is_a_number_of_at_most_a_year(
     assert "the interval '" in text or "the cycle time of the task T [us] is '" in text
 
 
+def test_a_periodic_task_of_logix_without_a_rate_is_not_a_continuous_one(tmp_path: Path) -> None:
+    """Its program would run in each scan, whatever its timers are made for.
+
+    Source: Logix 5000 Import/Export, Task: Rate, of a periodic task
+    """
+    assert "the task T has the interval ''" in _refused(_written(tmp_path, "a.L5X", interval=""))
+
+
 @pytest.mark.parametrize("interval", ["PT" + "9" * 400 + "S", "T#1.2.3s", "T#99999999999d", "PTS"])
 def test_an_interval_of_the_standard_is_read_in_full(interval: str, tmp_path: Path) -> None:
     """Source: docs/limits.md, files; ISO 8601, durations."""

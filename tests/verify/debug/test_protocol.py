@@ -198,6 +198,18 @@ def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
     assert _answers(port[0], head.encode() + body) == []
 
 
+def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) -> None:
+    """Its connection is closed, so that it does not wait for somebody who reads.
+
+    Source: docs/debug.md, the port
+    """
+    with (
+        socket.create_connection(("127.0.0.1", port[0]), timeout=20) as sock,
+        pytest.raises(ConnectionError),
+    ):
+        sock.sendall(b"x" * 64_000_000)
+
+
 def test_a_token_of_the_environment_that_can_be_guessed_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

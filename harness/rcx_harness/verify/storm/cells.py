@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import weakref
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +71,11 @@ class CellsOf:
         """
         lib = options.get("lib")
         lib_files = st_files(library_folder(lib)) if lib is not None else []
+        if lib is not None and not lib_files:
+            raise InputError(
+                f"--lib {lib} has no ST file",
+                hint="name the folder of the library; without --lib that of this package is taken",
+            )
         replaced = {name: Path(file) for name, file in (options.get("replace") or {}).items()}
         robots = [
             Path(one) for one in several(options.get("robot")) if isinstance(one, (str, Path))
@@ -114,7 +119,14 @@ class CellsOf:
             if configs:
                 options["robot"] = configs
             made = Demands.load(demands, stimulus[0] if stimulus else None)
-            return Cells(compiled, options, made)
+            # The copies are gone when a property is asked: its errors name the user's file.
+            homes = {
+                str(file): home for file, (home, _, _) in zip(here, self.parcel.files, strict=True)
+            }
+            properties = tuple(
+                replace(one, home=homes.get(str(one.file))) for one in made.properties
+            )
+            return Cells(compiled, options, replace(made, properties=properties))
 
 
 def _with_projects(named: Sequence[Path]) -> Iterator[Path]:

@@ -435,10 +435,10 @@ class _Reader:
             if kind == "EVENT":
                 self._note(f"the task {name} waits for an event and does not run", task)
                 continue
-            rate = task.get("Rate") if kind == "PERIODIC" else ""
+            periodic, rate = kind == "PERIODIC", task.get("Rate")
             yield Task(
-                name if rate else "",
-                milliseconds_us(rate, name, self._file, task.at) if rate else 0,
+                name if periodic else "",
+                milliseconds_us(rate, name, self._file, task.at) if periodic else 0,
                 priority_of(task.get("Priority"), name, self._file, task.at),
                 tuple(programs),
                 self._file,
