@@ -20,6 +20,7 @@ from rcx_harness.engine.projects.rockwell.body import (
     translated,
 )
 from rcx_harness.engine.projects.rockwell.data import NUMBERS, Data, Instruction, Types
+from rcx_harness.engine.projects.rockwell.instructions import HELPER_MEMBERS, HELPERS
 from rcx_harness.engine.projects.tasks import Task, configuration
 from rcx_harness.engine.projects.xml import Element
 from rcx_harness.engine.source import Line
@@ -40,102 +41,6 @@ _LARGEST = (1 << 31) - 1
 _INTEGER = re.compile(r"-?[0-9]{1,20}|(?:2|8|16)#[0-9A-Fa-f]{1,64}")
 _REAL = re.compile(r"[-+]?[0-9]{1,400}(?:\.[0-9]{0,400})?(?:[eE][-+]?[0-9]{1,3})?")
 _REAL_MOST = 3.4028235e38
-#: The instruction TONR: ACC counts whole milliseconds while TimerEnable is set.
-_TIMER = """\
-FUNCTION_BLOCK FBD_TIMER
-  VAR_INPUT
-    TimerEnable, Reset : BOOL;
-    PRE : DINT;
-  END_VAR
-  VAR_OUTPUT
-    EN, TT, DN : BOOL;
-    ACC : DINT;
-  END_VAR
-  VAR
-    Clock : TON;
-    Rest : TIME;
-  END_VAR
-  Clock(IN := TRUE, PT := T#100s);
-  Rest := Rest + Clock.ET;
-  Clock(IN := FALSE, PT := T#100s);
-  Clock(IN := TRUE, PT := T#100s);
-  IF NOT EN THEN
-    Rest := T#0s;
-  END_IF;
-  EN := TimerEnable AND NOT Reset;
-  IF NOT EN THEN
-    ACC := 0;
-  END_IF;
-  WHILE Rest >= T#1s DO
-    Rest := Rest - T#1s;
-    IF EN AND NOT DN THEN
-      ACC := ACC + 1000;
-    END_IF;
-  END_WHILE;
-  WHILE Rest >= T#10ms DO
-    Rest := Rest - T#10ms;
-    IF EN AND NOT DN THEN
-      ACC := ACC + 10;
-    END_IF;
-  END_WHILE;
-  WHILE Rest >= T#1ms DO
-    Rest := Rest - T#1ms;
-    IF EN AND NOT DN THEN
-      ACC := ACC + 1;
-    END_IF;
-  END_WHILE;
-  DN := EN AND ACC >= PRE;
-  TT := EN AND NOT DN;
-END_FUNCTION_BLOCK"""
-#: The instructions OSRI and OSFI.
-_ONESHOT = """\
-FUNCTION_BLOCK FBD_ONESHOT
-  VAR_INPUT
-    InputBit, Falling : BOOL;
-  END_VAR
-  VAR_OUTPUT
-    OutputBit : BOOL;
-  END_VAR
-  VAR
-    Before : BOOL;
-  END_VAR
-  IF Falling THEN
-    OutputBit := Before AND NOT InputBit;
-  ELSE
-    OutputBit := InputBit AND NOT Before;
-  END_IF;
-  Before := InputBit;
-END_FUNCTION_BLOCK"""
-#: Tags of ladder instructions: nothing but data here.
-_LADDER = {
-    "TIMER": {"BOOL": ("EN", "TT", "DN"), "DINT": ("PRE", "ACC")},
-    "COUNTER": {"BOOL": ("CU", "CD", "DN", "OV", "UN"), "DINT": ("PRE", "ACC")},
-    "CONTROL": {
-        "BOOL": ("EN", "EU", "DN", "EM", "ER", "UL", "IN", "FD"),
-        "DINT": ("LEN", "POS"),
-    },
-}
-_HELPERS = {
-    "FBD_TIMER": _TIMER,
-    "FBD_ONESHOT": _ONESHOT,
-    **{
-        name: f"TYPE {name} : STRUCT\n"
-        + "".join(f"    {', '.join(names)} : {kind};\n" for kind, names in members.items())
-        + "  END_STRUCT;\nEND_TYPE"
-        for name, members in _LADDER.items()
-    },
-}
-_HELPER_MEMBERS: dict[str, Mapping[str, Data]] = {
-    "FBD_TIMER": {
-        **dict.fromkeys(("TIMERENABLE", "RESET", "EN", "TT", "DN"), Data("BOOL")),
-        **dict.fromkeys(("PRE", "ACC"), Data("DINT")),
-    },
-    "FBD_ONESHOT": dict.fromkeys(("INPUTBIT", "OUTPUTBIT"), Data("BOOL")),
-    **{
-        name: {one: Data(kind) for kind, names in members.items() for one in names}
-        for name, members in _LADDER.items()
-    },
-}
 
 
 def read_l5x(root: Element, file: Path) -> Project:
@@ -156,9 +61,10 @@ class _Reader:
     def __init__(self, root: Element, file: Path) -> None:
         self._root, self._file = root, file
         self._types = Types()
-        self._types.members.update(_HELPER_MEMBERS)
+        self._types.members.update(HELPER_MEMBERS)
         self._kinds = list(root.below("DataType"))
         self._aois = list(root.below("AddOnInstructionDefinition"))
+        self._parameters: dict[str, dict[str, Element]] = {}
         self._notes: list[str] = []
         for kind in self._kinds:
             self._know_type(kind)
@@ -188,6 +94,7 @@ class _Reader:
 
     def _know_instruction(self, aoi: Element) -> None:
         parameters = aoi.all("Parameters", "Parameter")
+        self._parameters[_key(aoi)] = {_key(one): one for one in parameters}
         self._types.members[_key(aoi)] = {_key(one): self._data(one) for one in parameters}
         self._types.instructions[_key(aoi)] = Instruction(
             tuple(
@@ -259,7 +166,7 @@ class _Reader:
         used = {data.type.upper() for one in self._types.members.values() for data in one.values()}
         used |= {data.type.upper() for data in self._global.values()}
         used |= {_key_of(one, "DataType") for one in self._root.below("LocalTag", "Tag")}
-        for name, text in _HELPERS.items():
+        for name, text in HELPERS.items():
             if name in used:
                 lines = made(1, *text.splitlines())
                 kind = text.partition(" ")[0]
@@ -450,8 +357,10 @@ class _Reader:
     def _initial(self, tag: Element) -> str:
         """The value that a tag begins with; empty where that is 0."""
         data = self._data(tag)
-        if _key_of(tag, "Usage") == "INOUT" or data.type.upper() in self._types.instructions:
+        if _key_of(tag, "Usage") == "INOUT":
             return ""
+        if data.type.upper() in self._types.instructions:
+            return "" if data.sizes else self._given(tag, data)
         for form in (*tag.all("Data"), *tag.all("DefaultData")):
             if form.get("Format") == "String" and self._types.is_string(data):
                 text = form.text()
@@ -460,6 +369,21 @@ class _Reader:
                 for value in form.children:
                     return self._value(value, data)
         return ""
+
+    def _given(self, tag: Element, data: Data) -> str:
+        """The values in which an instance differs from what its instruction begins with."""
+        parameters = self._parameters[data.type.upper()]
+        parts = []
+        for form in (*tag.all("Data"), *tag.all("DefaultData")):
+            for one in form.all("Structure", "DataValueMember"):
+                parameter = parameters.get(_key(one))
+                if parameter is None or _key(one) in _ENABLE:
+                    continue
+                kind = self._data(parameter)
+                text = self._scalar(one, kind)
+                if text != self._initial(parameter):
+                    parts.append(f"{plain_tag(one.get('Name'))} := {text or self._zero(kind)}")
+        return f"({', '.join(parts)})" if parts else ""
 
     def _value(self, value: Element, data: Data) -> str:
         if value.name in ("DataValue", "DataValueMember"):
