@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from exported_dialect import WITH_INITIAL_VALUES, library
-from l5x_reader import read_l5x
+from exported_dialect import WITH_INITIAL_VALUES
+from rcx_harness.cell.build import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.engine.load import build
 from rcx_harness.export import TARGETS, export
@@ -176,27 +176,6 @@ def test_a_second_program_is_named_where_a_file_holds_one(tmp_path: Path, capsys
     assert f"not carried: {file}:7: PROGRAM Second: a file holds one" in capsys.readouterr().out
 
 
-@pytest.mark.exhaustive(but=["st", "l5x", "keyence"])
-@pytest.mark.parametrize("target", TARGETS)
-def test_the_library_is_carried_whole(target: str) -> None:
-    """Where there are no bytes, the blocks for words stand for the others."""
-    output = TARGETS[target].write(library())
-    assert all(one.replaced for one in output.missing), output.missing
-    words = target in ("mitsubishi", "keyence")
-    names = {one.what.split()[1] for one in output.missing}
-    assert names == (_BYTES if words else set())
-    for name in names - {"RCX_IMAGE"}:
-        assert any(f"/{_IN_WORDS.get(name, name + 'InWords')}.st" in path for path in output.files)
-
-
-_BYTES = {
-    *("RCX_IMAGE", "FB_ReadArea", "FB_WriteArea", "FB_RealTimeValue"),
-    *(f"FB_{way}{what}" for way in ("Read", "Write") for what in ("Bit", "Port", "Word")),
-    *("FB_ReadDoubleWord", "FB_WriteDoubleWord"),
-}
-_IN_WORDS = {one: f"{one}Words" for one in ("FB_ReadArea", "FB_WriteArea")}
-
-
 @pytest.mark.exhaustive
 def test_what_the_library_has_for_words_is_no_reason_to_stop(
     tmp_path: Path, capsys: Captured
@@ -362,8 +341,8 @@ def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Pat
     output = export("l5x", program=[file], only_needed=True)
     assert output.missing == ()
     (made,) = write(output, tmp_path / "mine.L5X")
-    (again,) = write(read_l5x(made), tmp_path / "again.st")
-    original, back = (build([one], "builtin").program for one in (file, again))
+    files = (source_files([one], None).all for one in (file, made))
+    original, back = (build(list(one), "builtin").program for one in files)
     for scan in range(3):
         original.scan(scan * 10_000)
         back.scan(scan * 10_000)

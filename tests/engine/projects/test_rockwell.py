@@ -131,3 +131,18 @@ def test_an_instance_begins_with_the_values_of_its_tag(tmp_path: Path) -> None:
     program.scan(0)
     values = [program.read(f"Main.{one}.Value") for one in ("Plain", "Other", "Empty")]
     assert values == [6, 7, 6]
+
+
+def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
+    """With 9 digits it is a little more than the largest one, and rounded to it.
+
+    Source: IEEE 754, rounding to nearest: the largest single is 16#7F7FFFFF, (2 - 2^-23) * 2^127.
+    """
+    data = '<Data Format="Decorated"><DataValue DataType="REAL" Value="3.40282347e+038"/></Data>'
+    tags = f'<Tag Name="a" DataType="REAL"/><Tag Name="b" DataType="REAL">{data}</Tag>'
+    program = _program(tmp_path, "a := -3.40282347E+38;", tags)
+    program.scan(0)
+    largest = (2 - 2.0**-23) * 2.0**127
+    assert [program.read(f"Main.{one}") for one in "ab"] == [-largest, largest]
+    program.write("Main.b", -3.40282347e38)
+    assert program.read("Main.b") == -largest
