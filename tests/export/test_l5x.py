@@ -74,6 +74,13 @@ def test_the_file_is_built_as_the_manual_says(root: ET.Element) -> None:
     assert faults(root) == []
 
 
+def test_what_is_for_ladder_only_is_not_in_structured_text(root: ET.Element) -> None:
+    """Source: Studio 5000 help, File Fill; Runtime Controller Configuration and Status."""
+    code = "\n".join(re.sub(r"\(\*.*?\*\)", "", line.text or "") for line in root.iter("Line"))
+    assert "COP(" in code
+    assert not re.search(r"\bFLL\(|\bS:FS\b", code)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

@@ -114,9 +114,12 @@ def test_what_of_the_sample_is_not_carried_is_named(target: str) -> None:
 
     Source: docs/export.md.
     """
-    lost = {one.what.split()[1] for one in written(target).missing}
+    why = {one.what.split()[1]: one.why for one in written(target).missing}
+    lost = set(why)
     bytes_only = {"RCX_IMAGE", "FB_ReadArea", "FB_WriteArea", "PowerUp"}
     wanted = {"Config0"} if target not in ("st", "plcopen") else set()
     wanted |= bytes_only if target in ("mitsubishi", "keyence") else set()
     assert lost == wanted
+    for name in lost & bytes_only:
+        assert why[name] == "has an array of BYTE; take the block for words"
     assert not lost & {Path(path).name.partition(".")[0] for path in written(target).files}
