@@ -74,6 +74,21 @@ def test_the_file_is_built_as_the_manual_says(root: ET.Element) -> None:
     assert faults(root) == []
 
 
+def test_an_instance_begins_with_the_values_of_its_instruction(root: ET.Element) -> None:
+    """Source: 1756-RM084, decorated data: a member for each parameter that holds a value."""
+    first: dict[str | None, dict[str | None, str | None]] = {}
+    for aoi in root.iter("AddOnInstructionDefinition"):
+        values = {one.get("Name"): one.find("*/DataValue") for one in aoi.iter("Parameter")}
+        first[aoi.get("Name")] = {"EnableIn": "1", "EnableOut": "0"} | {
+            name: value.get("Value") for name, value in values.items() if value is not None
+        }
+    instances = [one for one in root.iter("Structure") if one.get("DataType") in first]
+    assert len(instances) > 20
+    for one in instances:
+        given = {member.get("Name"): member.get("Value") for member in one}
+        assert given == first[one.get("DataType")], one.get("DataType")
+
+
 def test_what_is_for_ladder_only_is_not_in_structured_text(root: ET.Element) -> None:
     """Source: Studio 5000 help, File Fill; Runtime Controller Configuration and Status."""
     code = "\n".join(re.sub(r"\(\*.*?\*\)", "", line.text or "") for line in root.iter("Line"))
@@ -138,6 +153,11 @@ def test_what_begins_anew_when_the_controller_starts(cell: Path) -> None:
             temporary = tag.attrib["Name"].startswith(("Temp_", "Zero_"))
             if not (kept or system or inside or temporary):
                 assert tag.attrib["Name"] in cleared, f"{name}.{tag.attrib['Name']}"
+            block = tag.attrib["DataType"] if tag.tag == "LocalTag" else ""
+            if block.startswith(("FB_", "RCX_TON", "RCX_R_TRIG")):
+                pins = root.iterfind(f".//*[@Name='{block}']/Parameters/Parameter[@Usage='Input']")
+                for pin in (f"{tag.attrib['Name']}.{one.attrib['Name']}" for one in pins):
+                    assert f"{pin} := " in cleared or pin.endswith(".EnableIn"), f"{name}.{pin}"
 
 
 def test_in_a_program_only_what_it_writes_begins_anew(cell: Path) -> None:
