@@ -8,7 +8,7 @@ import pytest
 
 from rcx_harness.cell.build import source_files
 from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
+from rcx_harness.engine.load import Built, build
 
 _L5X = """\
 <RSLogix5000Content><Controller Name="C">
@@ -19,8 +19,11 @@ _L5X = """\
  Format="Decorated"><DataValue DataType="DINT" Value="3"/></DefaultData></Parameter>
 <Parameter Name="Offset" DataType="DINT" Usage="Input" Required="false"/>
 <Parameter Name="Value" DataType="DINT" Usage="Output" Required="false"/>
-</Parameters><Routines><Routine Name="Logic" Type="ST"><STContent>
+</Parameters><LocalTags><LocalTag Name="Sum" DataType="DINT"/></LocalTags><Routines>
+<Routine Name="Logic" Type="ST"><STContent>
 <Line Number="0"><![CDATA[Value := Raw * Factor + Offset;]]></Line>
+</STContent></Routine><Routine Name="Prescan" Type="ST"><STContent>
+<Line Number="0"><![CDATA[Value := 0;]]></Line>
 </STContent></Routine></Routines></AddOnInstructionDefinition></AddOnInstructionDefinitions>
 <Programs><Program Name="P" MainRoutineName="Main"><Tags>{tags}</Tags>
 <Routines><Routine Name="Main" Type="ST"><STContent>
@@ -41,10 +44,14 @@ def _tag(name: str, kind: str, **members: int) -> str:
     return f'<Tag Name="{name}" TagType="Base" DataType="{kind}">{data if members else ""}</Tag>'
 
 
-def _program(folder: Path, code: str, *tags: str) -> Program:
+def _built(folder: Path, code: str, *tags: str) -> Built:
     file = folder / "cell.L5X"
     file.write_text(_L5X.format(code=code, tags="".join(tags)), encoding="utf-8")
-    return build(list(source_files([file], None).all), "builtin").program
+    return build(list(source_files([file], None).all), "builtin")
+
+
+def _program(folder: Path, code: str, *tags: str) -> Program:
+    return _built(folder, code, *tags).program
 
 
 def _timer(folder: Path, preset: int, *, accumulated: int = 0) -> Program:
@@ -146,3 +153,16 @@ def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
     assert [program.read(f"Main.{one}") for one in "ab"] == [-largest, largest]
     program.write("Main.b", -3.40282347e38)
     assert program.read("Main.b") == -largest
+
+
+def test_tags_keep_their_values_without_power_but_for_what_a_prescan_sets(tmp_path: Path) -> None:
+    """The images stand for tags of a module; a timer begins anew with the preset of its tag.
+
+    Source: Rockwell 1756-PM010, Prescan routine: it initialises what was kept from before.
+    """
+    tags = [_tag("One", "Scale"), _tag("T", "FBD_TIMER", PRE=3), '<Tag Name="a" DataType="DINT"/>']
+    tags.append('<Tag Name="OutputArea" DataType="SINT" Dimensions="512"/>')
+    kept = set(_built(tmp_path, "Scale(One, a); TONR(T);", *tags).retained)
+    scale = {f"P.One.{name}" for name in ("Raw", "Factor", "Offset", "Sum")}
+    timer = {f"P.T.{name}" for name in ("TimerEnable", "Reset", "PRE")}
+    assert kept == {"P.a"} | scale | timer

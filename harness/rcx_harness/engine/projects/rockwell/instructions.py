@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 from rcx_harness.engine.projects.rockwell.data import Data
 
-__all__ = ["HELPERS", "HELPER_MEMBERS"]
+__all__ = ["BLOCKS", "HELPERS", "HELPER_MEMBERS"]
 
 #: The instruction TONR. Its first run clears it; a negative preset stops it; ACC counts whole
 #: milliseconds, and what is left of one counts in the next call. Source: 1756-RM003, TONR.
 _TIMER = """\
 FUNCTION_BLOCK FBD_TIMER
-  VAR_INPUT
+  VAR_INPUT RETAIN
     TimerEnable, Reset : BOOL;
     PRE : DINT;
   END_VAR
@@ -74,7 +74,7 @@ END_FUNCTION_BLOCK"""
 #: The instructions OSRI and OSFI.
 _ONESHOT = """\
 FUNCTION_BLOCK FBD_ONESHOT
-  VAR_INPUT
+  VAR_INPUT RETAIN
     InputBit, Falling : BOOL;
   END_VAR
   VAR_OUTPUT
@@ -99,6 +99,8 @@ _LADDER = {
         "DINT": ("LEN", "POS"),
     },
 }
+#: Those that are blocks here.
+BLOCKS = ("FBD_TIMER", "FBD_ONESHOT")
 #: What the types of tags of instructions are in Structured Text, by the type's name.
 HELPERS = {
     "FBD_TIMER": _TIMER,

@@ -20,7 +20,7 @@ from rcx_harness.engine.projects.rockwell.body import (
     translated,
 )
 from rcx_harness.engine.projects.rockwell.data import NUMBERS, Data, Instruction, Types
-from rcx_harness.engine.projects.rockwell.instructions import HELPER_MEMBERS, HELPERS
+from rcx_harness.engine.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
 from rcx_harness.engine.projects.tasks import Task, configuration
 from rcx_harness.engine.projects.xml import Element
 from rcx_harness.engine.source import Line
@@ -33,6 +33,10 @@ _ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED = "RcxPrescanned"
 _JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
 
+#: Stand for tags of a module, whose connection begins with 0 each time.
+_IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
+#: A statement of a prescan that sets a tag, or an element of it.
+_CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
 #: What an alias stands for: a tag with its members, elements and bits.
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
@@ -203,16 +207,28 @@ class _Reader:
         note = note.replace("(*", "( *").replace("*)", "* )")
         return f"{text} (* {note} *)" if note else text
 
-    def _section(self, word: str, tags: Iterable[Element]) -> Iterator[Line]:
-        tags = list(tags)
-        if tags:
-            yield from made(tags[0].at, f"  {word}")
-            for one in tags:
-                yield from made(one.at, f"    {self._declared(one, self._initial(one))}")
-            yield from made(tags[-1].end, "  END_VAR")
+    def _section(
+        self, word: str, tags: Iterable[Element], cleared: Iterable[str] = ()
+    ) -> Iterator[Line]:
+        """Declare tags. They keep their values without power, but for those in `cleared`.
+
+        The parts of an instance keep theirs, or not, by themselves.
+        """
+        kept, anew = [], []
+        for one in tags:
+            kind = _key_of(one, "DataType")
+            inside = kind in self._types.instructions or kind in BLOCKS
+            (anew if inside or _key(one) in cleared else kept).append(one)
+        retain = word if word == "VAR_IN_OUT" else f"{word} RETAIN"
+        for head, some in ((retain, kept), (word, anew)):
+            if some:
+                yield from made(some[0].at, f"  {head}")
+                for one in some:
+                    yield from made(one.at, f"    {self._declared(one, self._initial(one))}")
+                yield from made(some[-1].end, "  END_VAR")
 
     def _globals(self) -> Iterator[Unit]:
-        section = self._section("VAR_GLOBAL", self._tags)
+        section = self._section("VAR_GLOBAL", self._tags, _IMAGES)
         lines = tuple(replace(line, text=line.text[2:]) for line in section)
         if lines:
             yield Unit("VAR_GLOBAL", Piece("Controller", lines), self._file)
@@ -231,25 +247,26 @@ class _Reader:
         said = (
             "\n".join(line.text for line in body).upper() if not isinstance(body, Foreign) else ""
         )
+        first: Lines | Foreign = ()
+        if "PRESCAN" in routines and not isinstance(body, Foreign):
+            first = self._body(routines["PRESCAN"], scope)
+        first = () if isinstance(first, Foreign) else first
+        cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
         lines = [*made(aoi.at, f"FUNCTION_BLOCK {name}")]
         for usage, word in _SECTIONS.items():
-            lines += self._section(
-                word,
-                (
-                    one
-                    for one in parameters
-                    if one.get("Usage") == usage and (_key(one) not in _ENABLE or _key(one) in said)
-                ),
+            own = (
+                one
+                for one in parameters
+                if one.get("Usage") == usage and (_key(one) not in _ENABLE or _key(one) in said)
             )
-        lines += self._section("VAR", local)
-        if "PRESCAN" in routines:
-            first = self._body(routines["PRESCAN"], scope)
-            if not isinstance(first, Foreign) and not isinstance(body, Foreign) and first:
-                at = first[0].at
-                lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
-                begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
-                end = made(at, f"    {_PRESCANNED} := TRUE;", "  END_IF;")
-                body = (*begin, *first, *end, *body)
+            lines += self._section(word, own, cleared)
+        lines += self._section("VAR", local, cleared)
+        if first:
+            at = first[0].at
+            lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
+            begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
+            end = made(at, f"    {_PRESCANNED} := TRUE;", "  END_IF;")
+            body = (*begin, *first, *end, *body)
         for extra in ("POSTSCAN", "ENABLEINFALSE"):
             if extra in routines and routines[extra].all("STContent", "Line"):
                 self._note(f"the routine {routines[extra].get('Name')} of {name} is not read", aoi)
@@ -283,7 +300,7 @@ class _Reader:
             for key, one in routines.items()
         )
         lines = [*made(program.at, f"PROGRAM {name}")]
-        lines += self._section("VAR", own)
+        lines += self._section("VAR", own, _IMAGES)
         lines += self._extra(scope, program.at)
         if FIRST_SCAN in scope.needs:
             lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
