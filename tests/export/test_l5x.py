@@ -115,13 +115,18 @@ def test_what_is_built_otherwise_would_be_seen(cell: Path, old: str, new: str, s
     assert said in "\n".join(faults(ET.fromstring(text.replace(old, new))))
 
 
+@pytest.mark.exhaustive(but=["first scan", "product"])
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("Pace.PT := Interval;", "Pace.PT := 0;"),
-        ("IF RCX_FirstScan_1.Q THEN", "IF NOT RCX_FirstScan_1.Q THEN"),
-        ("COP(Data[0], Robot.Inner.Data[0], 16);", "COP(Robot.Inner.Data[0], Data[0], 16);"),
-        ("(Temp_D2 * 256)", "(Temp_D2 * 128)"),
+        pytest.param("Pace.PT := Interval;", "Pace.PT := 0;", id="time"),
+        pytest.param("IF RCX_FirstScan_1.Q THEN", "IF NOT RCX_FirstScan_1.Q THEN", id="first scan"),
+        pytest.param(
+            "COP(Data[0], Robot.Inner.Data[0], 16);",
+            "COP(Robot.Inner.Data[0], Data[0], 16);",
+            id="copy",
+        ),
+        pytest.param("(Temp_D2 * 256)", "(Temp_D2 * 128)", id="product"),
     ],
 )
 def test_a_wrong_translation_would_be_seen(cell: Path, tmp_path: Path, old: str, new: str) -> None:

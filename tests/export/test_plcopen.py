@@ -12,6 +12,8 @@ import pytest
 
 from exported import by_position, comments, imported, shapes, written
 from plcopen_structure import check_structure
+from rcx_harness.engine.projects.open import read_project
+from rcx_harness.engine.projects.texts import st_texts
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
 from rcx_harness.export.output import write
@@ -85,6 +87,13 @@ def back(document: Path) -> list[Path]:
     return imported(document, document.parent / "back")
 
 
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What is read of the quick tier's project."""
+    (file,) = write(written("plcopen"), tmp_path_factory.mktemp("xml") / "plain.xml")
+    return st_texts(read_project([file]))
+
+
 def test_read_back_it_declares_the_same_blocks_and_no_comment_is_lost(
     document: Path, back: list[Path], sources: Sources
 ) -> None:
@@ -107,17 +116,14 @@ def test_read_back_it_declares_the_same_blocks_and_no_comment_is_lost(
         ('<value name="STAGE_FAULT" />', '<value name="STAGE_TROUBLE" />'),
     ],
 )
-def test_a_wrong_element_would_be_seen(tmp_path: Path, old: str, new: str) -> None:
+def test_a_wrong_element_would_be_seen(
+    plain: dict[str, str], tmp_path: Path, old: str, new: str
+) -> None:
     text = written("plcopen").files[""]
     assert old in text
-    plain, wrong = tmp_path / "plain.xml", tmp_path / "wrong.xml"
-    plain.write_text(text)
+    wrong = tmp_path / "wrong.xml"
     wrong.write_text(text.replace(old, new))
-    texts = [
-        {one.name: one.read_text() for one in imported(file, tmp_path / file.stem)}
-        for file in (plain, wrong)
-    ]
-    assert texts[0] != texts[1]
+    assert st_texts(read_project([wrong])) != plain
 
 
 def test_what_a_users_program_may_have_besides_comes_back_too(

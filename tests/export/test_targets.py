@@ -79,11 +79,14 @@ def test_an_example_runs_from_what_a_tool_gets_of_it(
     assert trace_of(example, files, tmp_path) == recorded(example)
 
 
+@pytest.mark.exhaustive(but=["twincat", "l5x"])
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_is_written_is_the_same_every_time(target: str, whole: bool) -> None:
-    """Source: docs/export.md: made again, a file has not changed."""
-    again = TARGETS[target].write(sample(whole=whole))
-    assert again == written(target, whole=whole)
+def test_what_is_written_is_the_same_every_time(target: str) -> None:
+    """Identifiers of TwinCAT and dates of L5X, too.
+
+    Source: docs/export.md: made again, a file has not changed.
+    """
+    assert TARGETS[target].write(sample()) == written(target)
 
 
 @pytest.mark.exhaustive

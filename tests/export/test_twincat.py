@@ -51,8 +51,14 @@ def test_blark_parses_every_object(folder: Path) -> None:
         assert _errors(file) == [], file.name
 
 
+@pytest.mark.exhaustive(but=["statement"])
 @pytest.mark.parametrize(
-    ("old", "new"), [("END_VAR", "END_VARS"), (" := ", " := NOT := "), ("END_IF", "END_IFS")]
+    ("old", "new"),
+    [
+        pytest.param("END_VAR", "END_VARS", id="section"),
+        pytest.param(" := ", " := NOT := ", id="statement"),
+        pytest.param("END_IF", "END_IFS", id="end"),
+    ],
 )
 def test_blark_refuses_what_is_wrong(tmp_path: Path, old: str, new: str) -> None:
     wrong = tmp_path / "wrong.TcPOU"
