@@ -340,31 +340,3 @@ def test_functions_of_the_users_get_their_arguments_by_name_in_scl(tmp_path: Pat
     files, _ = _exported("scl", tmp_path, own + _block("MINE", "", "i := FC_Of(i, ABS(j));"))
     wanted = '#i := "FC_Of"(First := #i, Second := ABS(#j));'
     assert wanted in _body("scl", files, "FB_MINE")
-
-
-@pytest.mark.parametrize(
-    ("target", "statement", "said"),
-    [
-        ("twincat", "x := x ** j;", "5: ** is not on the list for TwinCAT 3; write EXPT("),
-        ("scl", "i := TIME_TO_INT(t);", "5: TIME_TO_INT is not on the list for SCL"),
-        (
-            "omron",
-            "a := INT_TO_STRING(i);",
-            "5: INT_TO_STRING is not on the list for Sysmac Studio",
-        ),
-        ("omron", "i := MUX(j, 1, 2, 3, 4, 5, 6);", "5: MUX of 7 arguments is not on the list"),
-        ("l5x", "i := MIN(i, LIMIT(1, j, 3));", "5: MIN is not on the list for"),
-        ("keyence", "IF b THEN\n i := SEL(b, i, j);\nEND_IF;", "6: SEL is not on the list"),
-    ],
-)
-def test_what_is_not_on_the_list_is_refused_with_what_needs_it(
-    target: str, statement: str, said: str, tmp_path: Path
-) -> None:
-    user = "PROGRAM Mine\n  VAR\n    It : FB_MINE;\n  END_VAR\n  It();\nEND_PROGRAM\n"
-    files, left_out = _exported(target, tmp_path, _block("MINE", "", statement) + user)
-    line, _, why = said.partition(": ")
-    place = tmp_path / "All.st"
-    assert left_out[0].startswith(f"{place}:{line}: FUNCTION_BLOCK FB_MINE: {why}")
-    at = 1 + _block("MINE", "", statement).count("\n")
-    assert left_out[1] == f"{place}:{at}: PROGRAM Mine: needs FB_MINE, which is not carried"
-    assert "FB_MINE" not in "".join(files.values())
