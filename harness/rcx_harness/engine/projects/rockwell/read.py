@@ -214,7 +214,8 @@ class _Reader:
 
         The parts of an instance keep theirs, or not, by themselves.
         """
-        kept, anew = [], []
+        kept: list[Element] = []
+        anew: list[Element] = []
         for one in tags:
             kind = _key_of(one, "DataType")
             inside = kind in self._types.instructions or kind in BLOCKS
@@ -261,7 +262,7 @@ class _Reader:
             )
             lines += self._section(word, own, cleared)
         lines += self._section("VAR", local, cleared)
-        if first:
+        if first and not isinstance(body, Foreign):
             at = first[0].at
             lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
             begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
