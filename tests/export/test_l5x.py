@@ -80,7 +80,8 @@ def test_an_instance_begins_with_the_values_of_its_instruction(root: ET.Element)
     for aoi in root.iter("AddOnInstructionDefinition"):
         values = {one.get("Name"): one.find("*/DataValue") for one in aoi.iter("Parameter")}
         first[aoi.get("Name")] = {
-            **{"EnableIn": "1", "EnableOut": "0"},
+            "EnableIn": "1",
+            "EnableOut": "0",
             **{name: one.get("Value") for name, one in values.items() if one is not None},
         }
     instances = [one for one in root.iter("Structure") if one.get("DataType") in first]
