@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from example_runs import EXAMPLES
-from plc_bench import ROOT
-from rcx_harness.engine.needed import needed as needed_files
+from exported import sample
+from rcx_harness.export.parts import Sources
 
 
 @pytest.fixture(
-    scope="module",
+    scope="session",
     params=[
-        pytest.param(True, id="needed"),
-        pytest.param(False, id="whole", marks=pytest.mark.exhaustive),
+        pytest.param(False, id="needed"),
+        pytest.param(True, id="whole", marks=pytest.mark.exhaustive),
     ],
 )
-def needed(request: pytest.FixtureRequest) -> bool:
-    """Export only what the first example needs of the library, or all of it."""
+def whole(request: pytest.FixtureRequest) -> bool:
+    """Export all of the library, or only what the sample needs of it."""
     return bool(request.param)
 
 
-@pytest.fixture(scope="module")
-def original(needed: bool) -> list[Path]:
-    """Return the files that are exported."""
-    library = sorted((ROOT / "plc/lib").rglob("*.st"))
-    cell = sorted(EXAMPLES[0].folder.glob("*.st"))
-    return [*(needed_files(cell, library) if needed else library), *cell]
+@pytest.fixture(scope="session")
+def sources(whole: bool) -> Sources:
+    """Return what is exported, read and checked."""
+    return sample(whole=whole)

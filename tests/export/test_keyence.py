@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from exported_dialect import SOME_BLOCKS, declared, differing, library, untyped
+from exported import example_sources, sample, written
+from exported_dialect import declared, differing, untyped
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.export import TARGETS
 from rcx_harness.export.expressions import init_text
-from rcx_harness.export.output import Output
 from rcx_harness.export.parts import Sources
 
 #: What a public project types into the tables of KV STUDIO 12 (KV-X520); see docs/export.md.
@@ -34,21 +34,9 @@ _KINDS = {"VAR_INPUT": "IN", "VAR_OUTPUT": "OUT", "VAR_IN_OUT": "IN-OUT"}
 
 
 @pytest.fixture(scope="module")
-def sources() -> Sources:
-    """The library."""
-    return library()
-
-
-@pytest.fixture(scope="module")
-def output(sources: Sources) -> Output:
-    """The export."""
-    return TARGETS["keyence"].write(sources)
-
-
-@pytest.fixture(scope="module")
-def files(output: Output) -> Mapping[str, str]:
+def files(whole: bool) -> Mapping[str, str]:
     """The folder."""
-    return output.files
+    return written("keyence", whole=whole).files
 
 
 def _rows(files: Mapping[str, str], path: str) -> dict[str, list[str]]:
@@ -66,28 +54,27 @@ def _rows(files: Mapping[str, str], path: str) -> dict[str, list[str]]:
     return found
 
 
-def test_undone_the_statements_of_some_blocks_are_those_of_the_library(
-    sources: Sources, files: Mapping[str, str]
-) -> None:
-    some = {f"{block}.st": files[f"{block}.st"] for block in SOME_BLOCKS}
-    assert differing(sources, some, _WORDS, _RENAMED, pins={}) == []
-
-
-@pytest.mark.exhaustive
-def test_undone_the_statements_are_those_of_the_library(
+def test_undone_the_statements_are_those_of_the_sources(
     sources: Sources, files: Mapping[str, str]
 ) -> None:
     assert differing(sources, files, _WORDS, _RENAMED, pins={}) == []
 
 
-def test_a_wrong_statement_would_be_seen(sources: Sources, files: Mapping[str, str]) -> None:
-    text = files["core/FC_RcxWord.st"]
+@pytest.mark.parametrize("name", ["03_general_io", "06_teach_points"])
+def test_undone_the_statements_of_an_example_are_its_own(name: str) -> None:
+    sources = example_sources(name)
+    files = TARGETS["keyence"].write(sources).files
+    assert differing(sources, files, _WORDS, _RENAMED, pins={}) == []
+
+
+def test_a_wrong_statement_would_be_seen() -> None:
+    text = written("keyence").files["core/FC_RcxWord.st"]
     changed = {"core/FC_RcxWord.st": text.replace("SHL(HighByte", "SHL(LowByte")}
-    assert differing(sources, changed, _WORDS, _RENAMED, pins={}) == ["core/FC_RcxWord"]
+    assert differing(sample(), changed, _WORDS, _RENAMED, pins={}) == ["core/FC_RcxWord"]
 
 
 def test_every_variable_is_in_its_table_with_direction_type_default_and_comment(
-    sources: Sources, files: Mapping[str, str]
+    sources: Sources, files: Mapping[str, str], whole: bool
 ) -> None:
     seen = 0
     for part in sources.of("TYPE", "FUNCTION", "FUNCTION_BLOCK"):
@@ -103,7 +90,7 @@ def test_every_variable_is_in_its_table_with_direction_type_default_and_comment(
             assert kind == _CALLED.get(one.spec.name.text, kind), (part.name, name)
             seen += 1
         assert rows == {}, part.name
-    assert seen > 2000
+    assert seen > (2000 if whole else 200)
 
 
 def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, str]) -> None:
@@ -127,14 +114,3 @@ def test_words_and_bytes_are_uint_and_names_of_devices_are_changed(
         "m_X\tIN\tINT\t0\tfirst byte of the area in Image, even\n"
         in (files["area/FB_ReadAreaWords.arguments.txt"])
     )
-
-
-def test_blocks_with_an_array_of_bytes_are_not_carried_and_named(output: Output) -> None:
-    left_out = output.left_out
-    assert "FUNCTION_BLOCK FB_WriteArea: has an array of BYTE; take the block for words" in left_out
-    assert {line.partition(":")[0].split()[1] for line in left_out} == {
-        "RCX_IMAGE",
-        *(f"FB_Read{one}" for one in ("Area", "Bit", "DoubleWord", "Port", "Word")),
-        *(f"FB_Write{one}" for one in ("Area", "Bit", "DoubleWord", "Port", "Word")),
-        "FB_RealTimeValue",
-    }

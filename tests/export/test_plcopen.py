@@ -6,21 +6,18 @@ import os
 import re
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 
-from example_runs import EXAMPLES
-from exported import EXPORTED, by_position, comments, recorded, shapes, trace_of
-from plc_bench import ROOT
-from plcopen_reader import read_plcopen
-from rcx_harness.cli.app import main
+from exported import by_position, comments, imported, shapes, written
+from plcopen_structure import check_structure
+from rcx_harness.engine.projects.open import read_project
+from rcx_harness.engine.projects.texts import st_texts
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
 from rcx_harness.export.output import write
-from rcx_tools.docs.examples import Example
-
-LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
-CELL = sorted(EXAMPLES[0].folder.glob("*.st"))
+from rcx_harness.export.parts import Sources
 
 _MINE = """\
 (* everything that the library does without *)
@@ -78,26 +75,33 @@ END_CONFIGURATION
 
 
 @pytest.fixture(scope="module")
-def document(needed: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The library and the first example in one project."""
-    output = export("plcopen", program=[EXAMPLES[0].folder], only_needed=needed)
-    (file,) = write(output, tmp_path_factory.mktemp("plcopen") / "rcx3.xml")
+def document(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sample in one project."""
+    (file,) = write(written("plcopen", whole=whole), tmp_path_factory.mktemp("xml") / "rcx3.xml")
     return file
 
 
 @pytest.fixture(scope="module")
 def back(document: Path) -> list[Path]:
-    """The files that the reader makes of it."""
-    return write(read_plcopen(document), document.parent / "back")
+    """The files that `rcx import` makes of it."""
+    return imported(document, document.parent / "back")
 
 
-def test_read_back_it_declares_the_same_blocks(back: list[Path], original: list[Path]) -> None:
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What is read of the quick tier's project."""
+    (file,) = write(written("plcopen"), tmp_path_factory.mktemp("xml") / "plain.xml")
+    return st_texts(read_project([file]))
+
+
+def test_read_back_it_declares_the_same_blocks_and_no_comment_is_lost(
+    document: Path, back: list[Path], sources: Sources
+) -> None:
+    """Source: PLCopen, TC6 XML Formats for IEC 61131-3, version 2.01."""
+    check_structure(ET.parse(document).getroot())
+    original = list(dict.fromkeys(part.file for part in sources.parts))
     assert shapes(back) == by_position(shapes(original))
-
-
-def test_no_comment_is_lost(back: list[Path], original: list[Path]) -> None:
-    lost = set(comments(original)) - set(comments(back))
-    assert not lost
+    assert set(comments(original)) <= set(comments(back))
 
 
 @pytest.mark.parametrize(
@@ -113,23 +117,13 @@ def test_no_comment_is_lost(back: list[Path], original: list[Path]) -> None:
     ],
 )
 def test_a_wrong_element_would_be_seen(
-    document: Path, back: list[Path], tmp_path: Path, old: str, new: str
+    plain: dict[str, str], tmp_path: Path, old: str, new: str
 ) -> None:
-    text = document.read_text()
+    text = written("plcopen").files[""]
     assert old in text
     wrong = tmp_path / "wrong.xml"
     wrong.write_text(text.replace(old, new))
-    assert read_plcopen(wrong).files != {file.name: file.read_text() for file in back}
-
-
-@pytest.mark.exhaustive(but=["01_power_up", "03_general_io", "06_teach_points"])
-@pytest.mark.parametrize("example", EXPORTED, ids=lambda example: example.folder.name)
-def test_an_example_read_back_has_the_same_trace(example: Example, tmp_path: Path) -> None:
-    file = tmp_path / "one.xml"
-    options = ["--needed", "--program", str(example.folder), "-o", str(file)]
-    assert main(["export", "plcopen", *options]) == 0
-    program = write(read_plcopen(file), tmp_path / "back")
-    assert trace_of(example, program, tmp_path) == recorded(example)
+    assert st_texts(read_project([wrong])) != plain
 
 
 def test_what_a_users_program_may_have_besides_comes_back_too(
@@ -138,7 +132,8 @@ def test_what_a_users_program_may_have_besides_comes_back_too(
     source, file = tmp_path / "Mine.st", tmp_path / "mine.xml"
     source.write_text(_MINE)
     write(export("plcopen", program=[source], only_needed=True), file)
-    back = write(read_plcopen(file), tmp_path / "back")
+    check_structure(ET.parse(file).getroot())
+    back = imported(file, tmp_path / "back")
     assert shapes(back) == shapes([source])
     assert '"both" & < >' in (tmp_path / "back/MINE_PAIR.st").read_text()
     assert set(comments([source])) <= set(comments(back))
@@ -189,37 +184,9 @@ _LADDER = (r"<body>", "<body><LD /></body><body>")
 
 
 @pytest.mark.parametrize(("old", "new"), [*_BROKEN, _LADDER])
-def test_the_reader_refuses_what_is_not_as_the_schema_says(
-    document: Path, tmp_path: Path, old: str, new: str
-) -> None:
-    text = re.sub(old, new, document.read_text(), count=1, flags=re.DOTALL)
-    assert text != document.read_text()
-    wrong = tmp_path / "wrong.xml"
-    wrong.write_text(text)
-    with pytest.raises(InputError, match=r"wrong\.xml: /project"):
-        read_plcopen(wrong)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("<project>", "not well-formed XML"),
-        ("<project />", "is not a project of PLCopen TC6 XML 2.01"),
-        ('<project xmlns="http://www.plcopen.org/xml/tc6_0200" />', "is not a project of PLCopen"),
-    ],
-)
-def test_another_file_is_refused(tmp_path: Path, text: str, message: str) -> None:
-    file = tmp_path / "other.xml"
-    file.write_text(text)
-    with pytest.raises(InputError, match=message):
-        read_plcopen(file)
-
-
-def test_a_missing_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
-        read_plcopen(tmp_path / "none.xml")
-
-
-def test_it_is_the_same_every_time(document: Path, needed: bool) -> None:
-    again = export("plcopen", program=[EXAMPLES[0].folder], only_needed=needed)
-    assert again.files[""] == document.read_text(encoding="utf-8")
+def test_what_is_not_as_the_schema_says_would_be_seen(old: str, new: str) -> None:
+    text = written("plcopen").files[""]
+    wrong = re.sub(old, new, text, count=1, flags=re.DOTALL)
+    assert wrong != text
+    with pytest.raises(InputError, match="/project"):
+        check_structure(ET.fromstring(wrong))

@@ -3,40 +3,25 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from example_runs import EXAMPLES
-from exported import shape
-from exported_dialect import SOME_BLOCKS, library_and_example
+from exported import imported, sample, shape, written
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse_text
-from rcx_harness.export import TARGETS, export
+from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.export import export
 from rcx_harness.export.body import Scope
-from rcx_harness.export.parts import Part, Sources
+from rcx_harness.export.parts import Sources
 from rcx_harness.export.scl import Names, scl_body
 
-_PIECE = re.compile(
-    r"""(?P<kept>'(?:\$.|[^$'\n])*'|\(\*.*?\*\))|(?<!\w)\#"?(?P<local>\w+)"?(?!\w)|"(?P<quoted>\w+)\"""",
-    re.DOTALL | re.VERBOSE,
-)
-
-
-_SOME = tuple(path.rpartition("/")[2] for path in SOME_BLOCKS)
-
 
 @pytest.fixture(scope="module")
-def sources() -> Sources:
-    """The library and the first example."""
-    return library_and_example()
-
-
-@pytest.fixture(scope="module")
-def text(sources: Sources) -> str:
+def text(whole: bool) -> str:
     """The source file."""
-    return TARGETS["scl"].write(sources).files[""]
+    return written("scl", whole=whole).files[""]
 
 
 def _block(text: str, name: str) -> str:
@@ -47,21 +32,10 @@ def _block(text: str, name: str) -> str:
     return found[0]
 
 
-def _undone(body: str) -> str:
-    """SCL statements as Structured Text."""
-    return _PIECE.sub(lambda one: one["kept"] or one["local"] or one["quoted"], body)
-
-
-def _statements(part: Part, body: str) -> list[Any]:
-    """The shapes of the statements; arguments of functions without their names."""
-    (node,) = (
-        one
-        for one in parse_text(
-            f"{part.head}\n{body}\nEND_{part.kind}\n", Path("undone")
-        ).declarations
-        if isinstance(one, s.Pou)
-    )
-    return [_unnamed(shape(one)) for one in node.body]
+def _bodies(files: Iterable[Path]) -> dict[str, Any]:
+    """The statements of each POU; calls have their arguments by position."""
+    pous = [node for file in files for node in parse(file).declarations if isinstance(node, s.Pou)]
+    return {node.name.text: _unnamed(shape(node.body)) for node in pous}
 
 
 def _unnamed(node: Any) -> Any:
@@ -69,21 +43,21 @@ def _unnamed(node: Any) -> Any:
         return [_unnamed(one) for one in node]
     if isinstance(node, tuple) and node and node[0] == "Call":
         return ("Call", node[1], [_unnamed(one[2]) for one in node[2]])
-    if isinstance(node, tuple):
-        return tuple(_unnamed(one) for one in node)
-    return node
+    return tuple(map(_unnamed, node)) if isinstance(node, tuple) else node
 
 
-def _differing(sources: Sources, text: str, only: tuple[str, ...] = ()) -> list[str]:
-    """The POUs, or those of some names, whose statements are not those of the sources."""
+def _differing(sources: Sources, text: str, folder: Path) -> list[str]:
+    """The POUs whose statements, read back, are not those of the sources."""
+    file = folder / "cell.scl"
+    file.write_text(text, encoding="utf-8")
+    parts = sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM")
+    found = _bodies(imported(file, folder / "back"))
+    wanted = _bodies(dict.fromkeys(part.file for part in parts))
     wrong = []
-    for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):
-        if only and part.name not in only:
-            continue
-        body = _block(text, part.name).partition("\nBEGIN\n")[2].rpartition("\n")[0]
-        undone, wanted = _statements(part, _undone(body)), _statements(part, part.body)
-        cleared = undone[: len(undone) - len(wanted)]
-        if undone[len(cleared) :] != wanted or not all(_clears(one) for one in cleared):
+    for part in parts:
+        undone, body = found[part.name], wanted[part.name]
+        cleared = undone[: len(undone) - len(body)]
+        if undone[len(cleared) :] != body or not all(_clears(one) for one in cleared):
             wrong.append(part.name)
     return wrong
 
@@ -92,15 +66,10 @@ def _clears(statement: Any) -> bool:
     return bool(statement[0] == "Assign" and statement[2][0] == "Literal")
 
 
-def test_undone_the_statements_of_some_blocks_are_those_of_the_library(
-    sources: Sources, text: str
+def test_read_back_the_statements_are_those_of_the_sources(
+    sources: Sources, text: str, tmp_path: Path
 ) -> None:
-    assert _differing(sources, text, _SOME) == []
-
-
-@pytest.mark.exhaustive
-def test_undone_the_statements_are_those_of_the_library(sources: Sources, text: str) -> None:
-    assert _differing(sources, text) == []
+    assert _differing(sources, text, tmp_path) == []
 
 
 @pytest.mark.parametrize(
@@ -111,11 +80,10 @@ def test_undone_the_statements_are_those_of_the_library(sources: Sources, text: 
         ("#k + 1", "#k + 2", "FB_MovePtp"),
     ],
 )
-def test_a_wrong_statement_would_be_seen(
-    sources: Sources, text: str, old: str, new: str, block: str
-) -> None:
+def test_a_wrong_statement_would_be_seen(tmp_path: Path, old: str, new: str, block: str) -> None:
+    sources, text = sample(), written("scl").files[""]
     changed = text.replace(_block(text, block), _block(text, block).replace(old, new))
-    assert _differing(sources, changed, _SOME) == [block]
+    assert _differing(sources, changed, tmp_path) == [block]
 
 
 def test_every_variable_of_the_statements_is_marked(sources: Sources, text: str) -> None:
@@ -173,14 +141,7 @@ def test_what_is_not_carried_is_named(tmp_path: Path) -> None:
     output = export("scl", program=[program], only_needed=True)
     assert output.left_out[0].startswith("PROGRAM Located: has global or located variables")
     assert "Located" not in output.files[""]
-    output = export("scl", program=[EXAMPLES[0].folder], only_needed=True)
-    assert [line.partition(":")[0] for line in output.left_out] == ["CONFIGURATION Config0"]
-    assert [line.partition(":")[0] for line in output.notes] == ["PROGRAM PowerUp"]
-
-
-@pytest.mark.exhaustive
-def test_it_is_the_same_every_time(sources: Sources, text: str) -> None:
-    assert TARGETS["scl"].write(sources).files[""] == text
+    assert [line.partition(":")[0] for line in written("scl").notes] == ["PROGRAM PowerUp"]
 
 
 def test_a_variable_whose_name_is_a_word_of_scl_is_declared_in_quotes(tmp_path: Path) -> None:

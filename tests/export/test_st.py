@@ -8,28 +8,29 @@ from pathlib import Path
 import pytest
 
 from example_runs import EXAMPLES
-from exported import EXPORTED, comments, recorded, shapes, trace_of
-from plc_bench import ROOT
+from exported import comments, shapes, written
 from rcx_harness.cli.app import main
 from rcx_harness.engine.frontend.load import check, load
 from rcx_harness.engine.load import build, find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
 from rcx_harness.export import export
 from rcx_harness.export.output import Output, write
-from rcx_harness.export.parts import sources_of
-from rcx_tools.docs.examples import Example
+from rcx_harness.export.parts import Sources, sources_of
 
-LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
-CELL = sorted(EXAMPLES[0].folder.glob("*.st"))
 Captured = pytest.CaptureFixture[str]
 
 
 @pytest.fixture(scope="module")
-def single(needed: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The library and the first example in one file."""
-    output = export("st", program=[EXAMPLES[0].folder], only_needed=needed)
-    (file,) = write(output, tmp_path_factory.mktemp("st") / "rcx3.st")
+def single(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The sample in one file."""
+    (file,) = write(written("st", whole=whole), tmp_path_factory.mktemp("st") / "rcx3.st")
     return file
+
+
+@pytest.fixture(scope="module")
+def original(sources: Sources) -> list[Path]:
+    """The files that are exported."""
+    return list(dict.fromkeys(part.file for part in sources.parts))
 
 
 def test_the_file_declares_what_the_library_declares_and_says_what_it_says(
@@ -38,32 +39,24 @@ def test_the_file_declares_what_the_library_declares_and_says_what_it_says(
     assert check([single]) == []
     assert shapes([single]) == shapes(original)
     assert set(comments(original)) <= set(comments([single]))
+    assert "SPDX-License-Identifier: MIT" in single.read_text()[:300]
 
 
-def test_a_changed_body_would_be_seen(single: Path, original: list[Path], tmp_path: Path) -> None:
+def test_a_changed_body_would_be_seen(tmp_path: Path) -> None:
+    (plain,) = write(written("st"), tmp_path / "plain.st")
     changed = tmp_path / "changed.st"
-    changed.write_text(single.read_text().replace("Trouble := WORD#16#8003", "Trouble := Offline"))
-    assert shapes([changed]) != shapes(original)
+    changed.write_text(plain.read_text().replace("Trouble := WORD#16#8003", "Trouble := Offline"))
+    assert shapes([changed]) != shapes([plain])
 
 
-def test_every_declaration_stands_after_those_it_needs(needed: bool, original: list[Path]) -> None:
-    names = set(shapes(original))
+def test_every_declaration_stands_after_those_it_needs(sources: Sources) -> None:
+    names = {part.name for part in sources.parts}
     known: set[str] = set()
-    for part in sources_of(program=[EXAMPLES[0].folder], only_needed=needed).parts:
+    for part in sources.parts:
         code = re.sub(r"\(\*.*?\*\)|'[^']*'", " ", part.text, flags=re.DOTALL)
         used = set(re.findall(r"\w+", code)) & names - {part.name}
         assert used <= known, part.name
         known.add(part.name)
-    assert known == names
-
-
-@pytest.mark.exhaustive(but=["01_power_up", "03_general_io", "06_teach_points"])
-@pytest.mark.parametrize("example", EXPORTED, ids=lambda example: example.folder.name)
-def test_an_example_in_one_file_has_the_same_trace(example: Example, tmp_path: Path) -> None:
-    one = tmp_path / "one.st"
-    assert main(["export", "st", "--needed", "--program", str(example.folder), "-o", str(one)]) == 0
-    assert "FB_ReadTorqueOfMax" not in one.read_text()
-    assert trace_of(example, [one], tmp_path) == recorded(example)
 
 
 def test_matiec_compiles_the_one_file(tmp_path: Path) -> None:
@@ -71,12 +64,6 @@ def test_matiec_compiles_the_one_file(tmp_path: Path) -> None:
         pytest.skip("matiec not found: set RCX_MATIEC or PATH")
     (file,) = write(export("st", program=[EXAMPLES[0].folder]), tmp_path / "one.st")
     build([file], "matiec").program.close()
-
-
-def test_it_is_the_same_every_time_and_names_its_licence(single: Path, needed: bool) -> None:
-    again = export("st", program=[EXAMPLES[0].folder], only_needed=needed)
-    assert again.files[""] == single.read_text()
-    assert "SPDX-License-Identifier: MIT" in single.read_text()[:300]
 
 
 def test_what_is_there_is_not_written_over_unless_asked_to(
@@ -91,6 +78,7 @@ def test_what_is_there_is_not_written_over_unless_asked_to(
     assert main([*arguments, "--force"]) == 0
     assert capsys.readouterr().out == f"written: {out}\n"
     assert "PROGRAM PowerUp" in out.read_text()
+    assert "FB_ReadTorqueOfMax" not in out.read_text(), "it is not needed"
     load([out])
 
 
@@ -146,7 +134,7 @@ def test_sources_with_an_error_are_not_exported(tmp_path: Path, capsys: Captured
     file.write_text(
         "FUNCTION_BLOCK Bad\n  VAR\n    a : INT;\n  END_VAR\n  a := b;\nEND_FUNCTION_BLOCK\n"
     )
-    assert main(["export", "st", "--program", str(file), "-o", str(out)]) == 2
+    assert main(["export", "st", "--needed", "--program", str(file), "-o", str(out)]) == 2
     assert f"{file}:5:" in capsys.readouterr().err
     assert not out.exists()
 

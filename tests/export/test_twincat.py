@@ -9,27 +9,20 @@ from xml.etree import ElementTree as ET
 import pytest
 from blark.parse import parse
 
-from example_runs import EXAMPLES
-from exported import by_position, shapes
-from plc_bench import ROOT
-from rcx_harness.engine.needed import needed as engine_needed
-from rcx_harness.export import export
+from exported import by_position, imported, shapes, written
 from rcx_harness.export.output import write
-from rcx_harness.output.exported import RECORD
-
-LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
-CELL = sorted(EXAMPLES[0].folder.glob("*.st"))
+from rcx_harness.export.parts import Sources
 
 #: One object of each kind; the exhaustive test parses every object, which takes minutes.
-_SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxAreaError", "FB_RcxJob", "FB_ReadArea")
+_SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxAreaError", "FB_Sample")
 _MSBUILD = "{http://schemas.microsoft.com/developer/msbuild/2003}"
 
 
 @pytest.fixture(scope="module")
-def folder(needed: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The library and the first example."""
+def folder(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The project of the sample."""
     place = tmp_path_factory.mktemp("twincat")
-    write(export("twincat", program=[EXAMPLES[0].folder], only_needed=needed), place)
+    write(written("twincat", whole=whole), place)
     return place
 
 
@@ -45,8 +38,8 @@ def _errors(file: Path) -> list[str]:
 
 def test_blark_parses_the_objects(folder: Path) -> None:
     """Read by a parser of Beckhoff's dialect and file formats, blark."""
-    files = [file for file in _objects(folder) if file.stem in (*_SOME, "PowerUp")]
-    assert len(files) == len(_SOME) + 1
+    files = [file for file in _objects(folder) if file.stem in _SOME]
+    assert len(files) == len(_SOME)
     for file in files:
         assert _errors(file) == [], file.name
 
@@ -58,35 +51,33 @@ def test_blark_parses_every_object(folder: Path) -> None:
         assert _errors(file) == [], file.name
 
 
+@pytest.mark.exhaustive(but=["statement"])
 @pytest.mark.parametrize(
-    ("old", "new"), [("END_VAR", "END_VARS"), (" := ", " := NOT := "), ("END_IF", "END_IFS")]
+    ("old", "new"),
+    [
+        pytest.param("END_VAR", "END_VARS", id="section"),
+        pytest.param(" := ", " := NOT := ", id="statement"),
+        pytest.param("END_IF", "END_IFS", id="end"),
+    ],
 )
-def test_blark_refuses_what_is_wrong(folder: Path, tmp_path: Path, old: str, new: str) -> None:
+def test_blark_refuses_what_is_wrong(tmp_path: Path, old: str, new: str) -> None:
     wrong = tmp_path / "wrong.TcPOU"
-    text = (folder / "RCX3/core/FC_RcxAreaError.TcPOU").read_text()
+    text = written("twincat").files["RCX3/core/FC_RcxAreaError.TcPOU"]
     assert old in text
     wrong.write_text(text.replace(old, new))
     assert _errors(wrong)
 
 
-def test_put_together_again_the_objects_are_the_library(
-    folder: Path, needed: bool, tmp_path: Path
+def test_read_back_the_objects_are_the_library(
+    folder: Path, sources: Sources, tmp_path: Path
 ) -> None:
-    sources = []
-    for file in sorted((folder / "RCX3").rglob("*.Tc*")):
+    """Each in the file of its name; a CONFIGURATION is not carried."""
+    for file in _objects(folder):
         (element,) = ET.parse(file).getroot()
         assert element.attrib["Name"] == file.stem
-        text = element.findtext("Declaration") or ""
-        if element.tag == "POU":
-            kind = re.search(r"^(FUNCTION_BLOCK|FUNCTION|PROGRAM)\b", text, re.MULTILINE)
-            assert kind
-            text += f"{element.findtext('Implementation/ST')}\nEND_{kind[1]}\n"
-        source = tmp_path / f"{file.stem}.st"
-        source.write_text(text.replace("END_STRUCT\n", "END_STRUCT;\n"))
-        sources.append(source)
-    library = engine_needed(CELL, LIB) if needed else LIB
-    wanted = shapes([*library, *(one for one in CELL if one.stem != "Config")])
-    assert shapes(sources) == by_position(wanted)
+    parts = [part for part in sources.parts if part.kind != "CONFIGURATION"]
+    wanted = shapes(dict.fromkeys(part.file for part in parts))
+    assert shapes(imported(folder, tmp_path)) == by_position(wanted)
 
 
 def test_the_project_names_every_object_its_folders_and_the_standard_library(folder: Path) -> None:
@@ -101,23 +92,11 @@ def test_the_project_names_every_object_its_folders_and_the_standard_library(fol
     assert library.attrib["Include"] == "Tc2_Standard"
 
 
-def test_identifiers_differ_and_are_the_same_every_time(folder: Path, needed: bool) -> None:
-    output = export("twincat", program=[EXAMPLES[0].folder], only_needed=needed)
-    written = {
-        file.relative_to(folder).as_posix(): file.read_text()
-        for file in folder.rglob("*")
-        if file.is_file() and file.name != RECORD
-    }
-    assert output.files == written
-    found = [re.findall(r'Id="\{([-0-9a-f]{36})\}"', text) for text in output.files.values()]
+def test_identifiers_differ(whole: bool) -> None:
+    files = written("twincat", whole=whole).files
+    found = [re.findall(r'Id="\{([-0-9a-f]{36})\}"', text) for text in files.values()]
     identifiers = [one[0] for one in found if one]
-    assert len(set(identifiers)) == len(output.files) - 1
-
-
-def test_what_is_not_carried_is_named() -> None:
-    output = export("twincat", program=[EXAMPLES[0].folder], only_needed=True)
-    assert [line.partition(":")[0] for line in output.left_out] == ["CONFIGURATION Config0"]
-    assert not any("Config0" in path for path in output.files)
+    assert len(set(identifiers)) == len(files) - 1
 
 
 def test_lines_end_as_on_windows(folder: Path) -> None:

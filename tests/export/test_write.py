@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from plc_bench import ROOT
 from rcx_harness.cell.build import st_files
 from rcx_harness.cli.app import main
 
@@ -79,7 +80,8 @@ def test_a_full_disk_leaves_the_old_file_as_it_was(
     out = plc / "out" / "cell"
     out.parent.mkdir()
     out.write_bytes(b"the old one")
-    more = [str(out)] if arguments == ["eds"] else ["--program", "Mine.st", "-o", str(out)]
+    program = ["--needed", "--program", "Mine.st", "-o", str(out)]
+    more = [str(out)] if arguments == ["eds"] else program
     assert main([*arguments, *more, "--force"]) == 2
     assert f"{out}: cannot be written: File too large" in capsys.readouterr().err
     assert _texts(out.parent) == {"cell": b"the old one"}
@@ -175,21 +177,31 @@ def test_objects_of_an_earlier_export_that_are_no_longer_needed_are_removed(
     plc: Path, capsys: Captured
 ) -> None:
     """But not what the user has changed, or put there."""
-    assert main(["export", "twincat", "--program", "Mine.st", "-o", "out"]) == 0
+    lib = plc.parent / "lib"
+    for name in ("core/FC_RcxWord", "core/FC_RcxBitMask", "core/FC_RcxOutside", "points/FC_One"):
+        (lib / name).parent.mkdir(parents=True, exist_ok=True)
+        text = (ROOT / "plc/lib/core/FC_RcxBitMask.st").read_text()
+        if name == "core/FC_RcxWord":
+            text = (ROOT / "plc/lib/core/FC_RcxWord.st").read_text()
+        (lib / f"{name}.st").write_text(text.replace("FC_RcxBitMask", name.rpartition("/")[2]))
+    library = ["--lib", str(lib)]
+    assert main(["export", "twincat", *library, "--program", "Mine.st", "-o", "out"]) == 0
     all_of_it = _texts(plc / "out")
-    assert len(all_of_it) > 200
-    (plc / "out/RCX3/core/FB_RcxJob.TcPOU").write_bytes(b"changed")
-    (plc / "out/RCX3/sequence/Mine.TcPOU").write_bytes(b"put there")
+    assert len(all_of_it) == 7
+    (plc / "out/RCX3/core/FC_RcxOutside.TcPOU").write_bytes(b"changed")
+    (plc / "out/RCX3/core/Mine.TcPOU").write_bytes(b"put there")
     capsys.readouterr()
-    assert _export("twincat", "out", "--force") == 0
+    assert _export("twincat", "out", "--force", *library) == 0
     said = capsys.readouterr().out.splitlines()
     assert set(_texts(plc / "out")) == {
         *("RCX3.plcproj", "RCX3/core/FC_RcxWord.TcPOU", "RCX3/program/Mine.TcPOU", _RECORD),
-        *("RCX3/core/FB_RcxJob.TcPOU", "RCX3/sequence/Mine.TcPOU"),
+        *("RCX3/core/FC_RcxOutside.TcPOU", "RCX3/core/Mine.TcPOU"),
     }
     assert sum(line.startswith("removed: out/RCX3/") for line in said) == len(all_of_it) - 5
-    assert "kept: out/RCX3/core/FB_RcxJob.TcPOU, of the export before, but changed since" in said
-    assert not (plc / "out/RCX3/command").exists(), "no empty folders"
+    assert (
+        "kept: out/RCX3/core/FC_RcxOutside.TcPOU, of the export before, but changed since" in said
+    )
+    assert not (plc / "out/RCX3/points").exists(), "no empty folders"
 
 
 def test_what_the_user_has_changed_in_an_export_is_not_written_over(

@@ -1,10 +1,11 @@
-"""What two sets of sources must have in common to be the same program."""
+"""What is exported in tests, and what it must have in common with what is read back of it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,64 @@ from example_runs import EXAMPLES, changes, recorded_trace
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.standard import FUNCTIONS
-from rcx_tools.docs.examples import Example
+from rcx_harness.engine.projects.open import read_project
+from rcx_harness.engine.projects.texts import st_texts
+from rcx_harness.export import TARGETS
+from rcx_harness.export.output import Output, write
+from rcx_harness.export.parts import Sources, sources_of
+from rcx_tools.docs.examples import Example, examples
 
-__all__ = ["EXPORTED", "by_position", "comments", "recorded", "shape", "shapes", "trace_of"]
+__all__ = [
+    "EXPORTED",
+    "SAMPLE",
+    "by_position",
+    "comments",
+    "example_sources",
+    "imported",
+    "library",
+    "recorded",
+    "sample",
+    "shape",
+    "shapes",
+    "trace_of",
+    "written",
+]
+
+#: The first example, and a block that needs what exports treat in a way of its own.
+SAMPLE = [EXAMPLES[0].folder, Path(__file__).parents[1] / "export/data/FB_Sample.st"]
 
 #: Examples with what an export can lose: arrays of structures, words, texts, a block of the user's.
 EXPORTED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "06", "12")]
+
+
+@cache
+def library() -> Sources:
+    """Return the library, read and checked once."""
+    return sources_of()
+
+
+@cache
+def sample(*, whole: bool = False) -> Sources:
+    """Return `SAMPLE` with what it needs of the library, or with all of it."""
+    return sources_of(program=SAMPLE, only_needed=not whole)
+
+
+@cache
+def example_sources(name: str) -> Sources:
+    """Return an example with what it needs of the library."""
+    return sources_of(program=[examples()[name].folder], only_needed=True)
+
+
+@cache
+def written(target: str, *, whole: bool = False) -> Output:
+    """Return what a target makes of `sample`, made once."""
+    return TARGETS[target].write(sample(whole=whole))
+
+
+def imported(project: Path, folder: Path) -> list[Path]:
+    """Write a project as `rcx import` does; return the files."""
+    files = sorted(project.rglob("*.Tc*")) if project.is_dir() else [project]
+    return write(Output(st_texts(read_project(files))), folder)
 
 
 def shapes(files: Iterable[Path]) -> dict[str, Any]:

@@ -3,49 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-from example_runs import EXAMPLES
 from exported import shape
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse_text
-from rcx_harness.export.parts import Part, Sources, sources_of
+from rcx_harness.export.parts import Part, Sources
 
 __all__ = [
-    "SOME_BLOCKS",
     "WITH_INITIAL_VALUES",
     "declared",
     "differing",
-    "library",
-    "library_and_example",
     "untyped",
 ]
 
-#: What the quick tier reads back: the handshake, the job, a sequence, a command, a function.
-SOME_BLOCKS = (
-    "core/FB_RcxHandshake",
-    "core/FB_RcxJob",
-    "sequence/FB_ServoOn",
-    "command/movement/FB_MovePtp",
-    "core/FC_RcxByteWithBit",
-)
-
 #: With a BYTE that is masked: their texts are compared with texts worked out by hand.
 _MASKED = ("FC_RcxBitMask", "FC_RcxByteWithBit", "FC_RcxByteOfWord")
-
-
-@cache
-def library() -> Sources:
-    """The library, read and checked once."""
-    return sources_of()
-
-
-@cache
-def library_and_example() -> Sources:
-    """The library and the first example, read and checked once."""
-    return sources_of(program=[EXAMPLES[0].folder])
 
 
 def declared(part: Part) -> Iterator[tuple[str, str, s.VarDecl, str]]:

@@ -50,6 +50,7 @@ _STATEMENTS = [
     ("B := I;", "convert it with INT_TO_BOOL"),
     ("I := 1.0;", "a INT is expected here, not the number 1.0"),
     ("I := 40000;", "40000 is outside INT (-32768 to 32767)"),
+    ("R := REAL#3.4028236E38;", "REAL#3.4028236E38 is too large"),
     ("I := 32767 + 1;", "32768 is outside INT"),
     ("U := -1;", "-1 is outside UINT"),
     ("W := 16#1FFFF;", "131071 is outside WORD"),

@@ -163,10 +163,12 @@ def test_rockwell_converts_as_logix_does(tmp_path: Path) -> None:
         texts["MainProgram"]
         == """\
 PROGRAM MainProgram
-  VAR
+  VAR RETAIN
     Bytes : L5X_SINT_4;
     Item : Part;
     Rounded : DINT;
+  END_VAR
+  VAR
     Scaling : Scale;
   END_VAR
 METHOD Spare
@@ -183,7 +185,9 @@ DINT_TO_DWORD(240));
 END_PROGRAM
 """
     )
-    assert texts["Controller"] == "VAR_GLOBAL\n  Analog : INT := 7;\n  Word : DINT;\nEND_VAR\n"
+    assert (
+        texts["Controller"] == "VAR_GLOBAL RETAIN\n  Analog : INT := 7;\n  Word : DINT;\nEND_VAR\n"
+    )
     assert "    Good : BOOL;\n" in texts["Part"]
     assert "ZZZ" not in texts["Part"]
     assert "    Factor : REAL := 0.5;\n" in texts["Scale"]

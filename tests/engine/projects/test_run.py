@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import pickle
-import re
 from pathlib import Path
 
 import pytest
 
-from example_runs import changes, recorded_trace
-from exported import EXPORTED
 from rcx_harness.cell import Cell
 from rcx_harness.cell.build import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.engine.load import build
 from rcx_harness.engine.projects.open import project_sources
-from rcx_harness.export import export
-from rcx_harness.export.output import write
-from rcx_tools.docs.examples import Example
 
 _DATA = Path(__file__).parent / "data"
 
@@ -153,68 +147,6 @@ def test_what_was_taken_out_of_a_file_is_a_value() -> None:
     assert pickle.loads(pickle.dumps(paths)) == paths
     assert len({*paths, _DATA / "beremiz.xml"}) == len(paths) + 1
     assert all(path.resolve() == (_DATA / "beremiz.xml").resolve() for path in paths)
-
-
-@pytest.mark.exhaustive(but=["02_extended_area", "01_power_up", "06_teach_points"])
-@pytest.mark.parametrize("example", EXPORTED, ids=lambda one: one.name)
-def test_an_example_runs_from_its_plcopen_project_as_from_its_sources(
-    example: Example, tmp_path: Path
-) -> None:
-    """The library's blocks are in the project: none is taken from the library beside it."""
-    output = export("plcopen", program=[example.folder], only_needed=True)
-    (file,) = write(output, tmp_path / "cell.xml")
-    with example.build("builtin", program=[file]) as cell:
-        cell.run(example.duration)
-        made = list(changes(cell.trace.lines()))
-    assert made == recorded_trace(example).read_text(encoding="utf-8").splitlines()[1:]
-
-
-#: What runs the program that an export carries without its CONFIGURATION, as a user writes it.
-_OB = """\
-DATA_BLOCK "Main"
-{{ S7_Optimized_Access := 'TRUE' }}
-VERSION : 0.1
-NON_RETAIN
-"{program}"
-BEGIN
-END_DATA_BLOCK
-
-ORGANIZATION_BLOCK "Cycle"
-BEGIN
-	"Main"();
-END_ORGANIZATION_BLOCK
-"""
-
-
-@pytest.mark.exhaustive(but=["01_power_up-scl", "01_power_up-twincat", "01_power_up-l5x"])
-@pytest.mark.parametrize("target", ["twincat", "l5x", "scl"])
-@pytest.mark.parametrize("example", EXPORTED, ids=lambda one: one.name)
-def test_an_example_runs_from_what_a_tool_gets_of_it(
-    example: Example, target: str, tmp_path: Path
-) -> None:
-    """Tasks are not carried: the example's stay; in SCL its program is a block that an OB calls.
-
-    Source: docs/export.md.
-    """
-    output = export(target, program=[example.folder], only_needed=True)
-    names = {"twincat": "plc", "l5x": "cell.L5X", "scl": "cell.scl"}
-    write(output, tmp_path / names[target])
-    files = [tmp_path / names[target]]
-    if target == "scl":
-        (program,) = re.findall(r"PROGRAM (\w+): written as FUNCTION_BLOCK", "".join(output.notes))
-        own = tmp_path / "cycle.scl"
-        own.write_text(_OB.format(program=program), encoding="utf-8")
-        task = tmp_path / "Task.st"
-        text = (example.folder / "Config.st").read_text(encoding="utf-8")
-        text = re.sub(r"PROGRAM Main (WITH \w+) : \w+;", r"PROGRAM Cycle \1 : Cycle;", text)
-        task.write_text(text, encoding="utf-8")
-        files += [own, task]
-    else:
-        files.append(example.folder / "Config.st")
-    with example.build("builtin", program=files) as cell:
-        cell.run(example.duration)
-        made = list(changes(cell.trace.lines()))
-    assert made == recorded_trace(example).read_text(encoding="utf-8").splitlines()[1:]
 
 
 def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:

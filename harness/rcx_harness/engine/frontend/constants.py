@@ -18,7 +18,6 @@ from rcx_harness.engine.frontend.scalars import (
     CORE,
     ELEMENTARY,
     INT_RANGE,
-    REAL_MAX,
     LiteralError,
     Scalar,
     number,
@@ -26,6 +25,7 @@ from rcx_harness.engine.frontend.scalars import (
     string_length,
     string_literal,
     typed_literal,
+    within_real,
 )
 from rcx_harness.engine.frontend.tree import Constant
 from rcx_harness.engine.frontend.values import describe
@@ -118,8 +118,9 @@ def adapt(found: Constant, kind: Type, at: s.Position, where: Declared) -> Const
         return _retyped(found, kind, at, where)
     value: Scalar = found.value
     if isinstance(value, float):
-        if kind.name in ANY_REAL and (kind.name == "LREAL" or abs(value) <= REAL_MAX):
-            return Constant(value, kind)
+        real = value if kind.name == "LREAL" else within_real(value)
+        if kind.name in ANY_REAL and real is not None:
+            return Constant(real, kind)
     elif kind.name == "BOOL" and value in (0, 1):
         return Constant(bool(value), kind)
     elif kind.name in INT_RANGE:

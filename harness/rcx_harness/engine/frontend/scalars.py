@@ -43,6 +43,7 @@ __all__ = [
     "string_length",
     "string_literal",
     "typed_literal",
+    "within_real",
 ]
 
 #: How a scalar is held while a program runs: BOOL as bool, integers, bit strings and
@@ -87,6 +88,8 @@ STRING_MAX = 126
 #: What `STRING[n]` may have.
 LONGEST_STRING = 65_535
 REAL_MAX = float.fromhex("0x1.fffffep127")
+#: From here on, the nearest REAL is infinite.
+_REAL_INFINITE = float.fromhex("0x1.ffffffp127")
 NANOSECONDS_PER_DAY = 86_400_000_000_000
 
 ELEMENTARY = {name: ElementaryType(name) for name in (*ANY_BIT, *ANY_NUM, *MOMENTS, *ANY_CHARS)}
@@ -226,15 +229,26 @@ def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
         raise LiteralError(f"{text} is not a number")
     value = number(rest)
     if kind.name in ANY_REAL:
-        if kind.name == "REAL" and abs(value) > REAL_MAX:
+        found = within_real(value) if kind.name == "REAL" else float(value)
+        if found is None:
             raise LiteralError(f"{text} is too large")
-        return kind, float(value)
+        return kind, found
     if isinstance(value, float):
         raise LiteralError(f"{text}: {kind.name} has no decimals")
     low, high = INT_RANGE[kind.name]
     if not low <= value <= high:
         raise LiteralError(f"{text} is outside {kind.name} ({low} to {high})")
     return kind, value
+
+
+def within_real(value: float) -> float | None:
+    """Return a number for a REAL: the largest one for what is rounded to it; None: too large.
+
+    Tools write the largest one with 9 digits, 3.40282347E+38, which is a little more.
+    """
+    if not abs(value) < _REAL_INFINITE:
+        return None
+    return max(-REAL_MAX, min(REAL_MAX, float(value)))
 
 
 def _time(text: str) -> int:

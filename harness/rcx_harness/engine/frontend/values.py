@@ -14,11 +14,11 @@ from rcx_harness.engine.frontend.scalars import (
     ANY_STRING,
     INT_RANGE,
     NANOSECONDS_PER_DAY,
-    REAL_MAX,
     LiteralError,
     Scalar,
     string_length,
     typed_literal,
+    within_real,
 )
 from rcx_harness.engine.types import (
     ArrayType,
@@ -153,7 +153,7 @@ def _elementary(kind: ElementaryType, value: Any, path: str) -> Scalar:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             if name == "LREAL":
                 return float(value)
-            if not math.isfinite(value) or abs(value) <= REAL_MAX:
+            if not math.isfinite(value) or within_real(value) is not None:
                 return c_float(value).value
         raise _mismatch(path, kind, value, "use a number")
     if name in ANY_CHARS:

@@ -155,7 +155,7 @@ class Expressions:
 
     def _value(self, rank: int = 0) -> Value:
         if rank == len(_RANKS):
-            return self._power()
+            return self._unary()
         left = self._value(rank + 1)
         while self._peek().word in _RANKS[rank]:
             token = self._next()
@@ -191,14 +191,6 @@ class Expressions:
             return ("TRUE" if one[0] == "1" else "FALSE"), "BOOL"
         return one
 
-    def _power(self) -> Value:
-        left = self._unary()
-        if self._peek().word != "**":
-            return left
-        self._next()
-        right = self._unary()
-        return f"({_as(left, 'REAL')} ** {_as(right, 'REAL')})", "REAL"
-
     def _unary(self) -> Value:
         token = self._peek()
         if self._take("NOT"):
@@ -215,7 +207,15 @@ class Expressions:
                 raise self._error(f"- of {kind} is not possible", token)
             return f"(-{text})", kind
         self._take("+")
-        return self._primary()
+        return self._power()
+
+    def _power(self) -> Value:
+        """Of all operators ** comes first, before a sign (1756-PM007, order of execution)."""
+        left = self._primary()
+        while self._take("**"):
+            right = self._unary() if self._peek().word in ("-", "+", "NOT") else self._primary()
+            left = f"({_as(left, 'REAL')} ** {_as(right, 'REAL')})", "REAL"
+        return left
 
     def _primary(self) -> Value:
         token = self._peek()

@@ -20,6 +20,7 @@ from rcx_harness.engine.projects.rockwell.body import (
     translated,
 )
 from rcx_harness.engine.projects.rockwell.data import NUMBERS, Data, Instruction, Types
+from rcx_harness.engine.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
 from rcx_harness.engine.projects.tasks import Task, configuration
 from rcx_harness.engine.projects.xml import Element
 from rcx_harness.engine.source import Line
@@ -32,6 +33,10 @@ _ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED = "RcxPrescanned"
 _JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
 
+#: Stand for tags of a module, whose connection begins with 0 each time.
+_IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
+#: A statement of a prescan that sets a tag, or an element of it.
+_CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
 #: What an alias stands for: a tag with its members, elements and bits.
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
@@ -40,102 +45,6 @@ _LARGEST = (1 << 31) - 1
 _INTEGER = re.compile(r"-?[0-9]{1,20}|(?:2|8|16)#[0-9A-Fa-f]{1,64}")
 _REAL = re.compile(r"[-+]?[0-9]{1,400}(?:\.[0-9]{0,400})?(?:[eE][-+]?[0-9]{1,3})?")
 _REAL_MOST = 3.4028235e38
-#: The instruction TONR: ACC counts whole milliseconds while TimerEnable is set.
-_TIMER = """\
-FUNCTION_BLOCK FBD_TIMER
-  VAR_INPUT
-    TimerEnable, Reset : BOOL;
-    PRE : DINT;
-  END_VAR
-  VAR_OUTPUT
-    EN, TT, DN : BOOL;
-    ACC : DINT;
-  END_VAR
-  VAR
-    Clock : TON;
-    Rest : TIME;
-  END_VAR
-  Clock(IN := TRUE, PT := T#100s);
-  Rest := Rest + Clock.ET;
-  Clock(IN := FALSE, PT := T#100s);
-  Clock(IN := TRUE, PT := T#100s);
-  IF NOT EN THEN
-    Rest := T#0s;
-  END_IF;
-  EN := TimerEnable AND NOT Reset;
-  IF NOT EN THEN
-    ACC := 0;
-  END_IF;
-  WHILE Rest >= T#1s DO
-    Rest := Rest - T#1s;
-    IF EN AND NOT DN THEN
-      ACC := ACC + 1000;
-    END_IF;
-  END_WHILE;
-  WHILE Rest >= T#10ms DO
-    Rest := Rest - T#10ms;
-    IF EN AND NOT DN THEN
-      ACC := ACC + 10;
-    END_IF;
-  END_WHILE;
-  WHILE Rest >= T#1ms DO
-    Rest := Rest - T#1ms;
-    IF EN AND NOT DN THEN
-      ACC := ACC + 1;
-    END_IF;
-  END_WHILE;
-  DN := EN AND ACC >= PRE;
-  TT := EN AND NOT DN;
-END_FUNCTION_BLOCK"""
-#: The instructions OSRI and OSFI.
-_ONESHOT = """\
-FUNCTION_BLOCK FBD_ONESHOT
-  VAR_INPUT
-    InputBit, Falling : BOOL;
-  END_VAR
-  VAR_OUTPUT
-    OutputBit : BOOL;
-  END_VAR
-  VAR
-    Before : BOOL;
-  END_VAR
-  IF Falling THEN
-    OutputBit := Before AND NOT InputBit;
-  ELSE
-    OutputBit := InputBit AND NOT Before;
-  END_IF;
-  Before := InputBit;
-END_FUNCTION_BLOCK"""
-#: Tags of ladder instructions: nothing but data here.
-_LADDER = {
-    "TIMER": {"BOOL": ("EN", "TT", "DN"), "DINT": ("PRE", "ACC")},
-    "COUNTER": {"BOOL": ("CU", "CD", "DN", "OV", "UN"), "DINT": ("PRE", "ACC")},
-    "CONTROL": {
-        "BOOL": ("EN", "EU", "DN", "EM", "ER", "UL", "IN", "FD"),
-        "DINT": ("LEN", "POS"),
-    },
-}
-_HELPERS = {
-    "FBD_TIMER": _TIMER,
-    "FBD_ONESHOT": _ONESHOT,
-    **{
-        name: f"TYPE {name} : STRUCT\n"
-        + "".join(f"    {', '.join(names)} : {kind};\n" for kind, names in members.items())
-        + "  END_STRUCT;\nEND_TYPE"
-        for name, members in _LADDER.items()
-    },
-}
-_HELPER_MEMBERS: dict[str, Mapping[str, Data]] = {
-    "FBD_TIMER": {
-        **dict.fromkeys(("TIMERENABLE", "RESET", "EN", "TT", "DN"), Data("BOOL")),
-        **dict.fromkeys(("PRE", "ACC"), Data("DINT")),
-    },
-    "FBD_ONESHOT": dict.fromkeys(("INPUTBIT", "OUTPUTBIT"), Data("BOOL")),
-    **{
-        name: {one: Data(kind) for kind, names in members.items() for one in names}
-        for name, members in _LADDER.items()
-    },
-}
 
 
 def read_l5x(root: Element, file: Path) -> Project:
@@ -156,9 +65,10 @@ class _Reader:
     def __init__(self, root: Element, file: Path) -> None:
         self._root, self._file = root, file
         self._types = Types()
-        self._types.members.update(_HELPER_MEMBERS)
+        self._types.members.update(HELPER_MEMBERS)
         self._kinds = list(root.below("DataType"))
         self._aois = list(root.below("AddOnInstructionDefinition"))
+        self._parameters: dict[str, dict[str, Element]] = {}
         self._notes: list[str] = []
         for kind in self._kinds:
             self._know_type(kind)
@@ -188,6 +98,7 @@ class _Reader:
 
     def _know_instruction(self, aoi: Element) -> None:
         parameters = aoi.all("Parameters", "Parameter")
+        self._parameters[_key(aoi)] = {_key(one): one for one in parameters}
         self._types.members[_key(aoi)] = {_key(one): self._data(one) for one in parameters}
         self._types.instructions[_key(aoi)] = Instruction(
             tuple(
@@ -259,7 +170,7 @@ class _Reader:
         used = {data.type.upper() for one in self._types.members.values() for data in one.values()}
         used |= {data.type.upper() for data in self._global.values()}
         used |= {_key_of(one, "DataType") for one in self._root.below("LocalTag", "Tag")}
-        for name, text in _HELPERS.items():
+        for name, text in HELPERS.items():
             if name in used:
                 lines = made(1, *text.splitlines())
                 kind = text.partition(" ")[0]
@@ -296,16 +207,29 @@ class _Reader:
         note = note.replace("(*", "( *").replace("*)", "* )")
         return f"{text} (* {note} *)" if note else text
 
-    def _section(self, word: str, tags: Iterable[Element]) -> Iterator[Line]:
-        tags = list(tags)
-        if tags:
-            yield from made(tags[0].at, f"  {word}")
-            for one in tags:
-                yield from made(one.at, f"    {self._declared(one, self._initial(one))}")
-            yield from made(tags[-1].end, "  END_VAR")
+    def _section(
+        self, word: str, tags: Iterable[Element], cleared: Iterable[str] = ()
+    ) -> Iterator[Line]:
+        """Declare tags. They keep their values without power, but for those in `cleared`.
+
+        The parts of an instance keep theirs, or not, by themselves.
+        """
+        kept: list[Element] = []
+        anew: list[Element] = []
+        for one in tags:
+            kind = _key_of(one, "DataType")
+            inside = kind in self._types.instructions or kind in BLOCKS
+            (anew if inside or _key(one) in cleared else kept).append(one)
+        retain = word if word == "VAR_IN_OUT" else f"{word} RETAIN"
+        for head, some in ((retain, kept), (word, anew)):
+            if some:
+                yield from made(some[0].at, f"  {head}")
+                for one in some:
+                    yield from made(one.at, f"    {self._declared(one, self._initial(one))}")
+                yield from made(some[-1].end, "  END_VAR")
 
     def _globals(self) -> Iterator[Unit]:
-        section = self._section("VAR_GLOBAL", self._tags)
+        section = self._section("VAR_GLOBAL", self._tags, _IMAGES)
         lines = tuple(replace(line, text=line.text[2:]) for line in section)
         if lines:
             yield Unit("VAR_GLOBAL", Piece("Controller", lines), self._file)
@@ -324,25 +248,26 @@ class _Reader:
         said = (
             "\n".join(line.text for line in body).upper() if not isinstance(body, Foreign) else ""
         )
+        first: Lines | Foreign = ()
+        if "PRESCAN" in routines and not isinstance(body, Foreign):
+            first = self._body(routines["PRESCAN"], scope)
+        first = () if isinstance(first, Foreign) else first
+        cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
         lines = [*made(aoi.at, f"FUNCTION_BLOCK {name}")]
         for usage, word in _SECTIONS.items():
-            lines += self._section(
-                word,
-                (
-                    one
-                    for one in parameters
-                    if one.get("Usage") == usage and (_key(one) not in _ENABLE or _key(one) in said)
-                ),
+            own = (
+                one
+                for one in parameters
+                if one.get("Usage") == usage and (_key(one) not in _ENABLE or _key(one) in said)
             )
-        lines += self._section("VAR", local)
-        if "PRESCAN" in routines:
-            first = self._body(routines["PRESCAN"], scope)
-            if not isinstance(first, Foreign) and not isinstance(body, Foreign) and first:
-                at = first[0].at
-                lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
-                begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
-                end = made(at, f"    {_PRESCANNED} := TRUE;", "  END_IF;")
-                body = (*begin, *first, *end, *body)
+            lines += self._section(word, own, cleared)
+        lines += self._section("VAR", local, cleared)
+        if first and not isinstance(body, Foreign):
+            at = first[0].at
+            lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
+            begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
+            end = made(at, f"    {_PRESCANNED} := TRUE;", "  END_IF;")
+            body = (*begin, *first, *end, *body)
         for extra in ("POSTSCAN", "ENABLEINFALSE"):
             if extra in routines and routines[extra].all("STContent", "Line"):
                 self._note(f"the routine {routines[extra].get('Name')} of {name} is not read", aoi)
@@ -376,7 +301,7 @@ class _Reader:
             for key, one in routines.items()
         )
         lines = [*made(program.at, f"PROGRAM {name}")]
-        lines += self._section("VAR", own)
+        lines += self._section("VAR", own, _IMAGES)
         lines += self._extra(scope, program.at)
         if FIRST_SCAN in scope.needs:
             lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
@@ -450,8 +375,10 @@ class _Reader:
     def _initial(self, tag: Element) -> str:
         """The value that a tag begins with; empty where that is 0."""
         data = self._data(tag)
-        if _key_of(tag, "Usage") == "INOUT" or data.type.upper() in self._types.instructions:
+        if _key_of(tag, "Usage") == "INOUT":
             return ""
+        if data.type.upper() in self._types.instructions:
+            return "" if data.sizes else self._given(tag, data)
         for form in (*tag.all("Data"), *tag.all("DefaultData")):
             if form.get("Format") == "String" and self._types.is_string(data):
                 text = form.text()
@@ -460,6 +387,21 @@ class _Reader:
                 for value in form.children:
                     return self._value(value, data)
         return ""
+
+    def _given(self, tag: Element, data: Data) -> str:
+        """The values in which an instance differs from what its instruction begins with."""
+        parameters = self._parameters[data.type.upper()]
+        parts = []
+        for form in (*tag.all("Data"), *tag.all("DefaultData")):
+            for one in form.all("Structure", "DataValueMember"):
+                parameter = parameters.get(_key(one))
+                if parameter is None or _key(one) in _ENABLE:
+                    continue
+                kind = self._data(parameter)
+                text = self._scalar(one, kind)
+                if text != self._initial(parameter):
+                    parts.append(f"{plain_tag(one.get('Name'))} := {text or self._zero(kind)}")
+        return f"({', '.join(parts)})" if parts else ""
 
     def _value(self, value: Element, data: Data) -> str:
         if value.name in ("DataValue", "DataValueMember"):
