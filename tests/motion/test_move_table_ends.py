@@ -426,7 +426,8 @@ def _doubtful() -> PlcBench:
 
 
 @pytest.mark.parametrize(
-    ("pins", "error"), [({"StartRow": 9}, 0x8051), ({"StartRow": 2, "Rows": 1}, 0x8051), ({}, 0x8007)]
+    ("pins", "error"),
+    [({"StartRow": 9}, 0x8051), ({"StartRow": 2, "Rows": 1}, 0x8051), ({}, 0x8007)],
 )
 def test_a_start_that_is_refused_leaves_it_open_whether_a_relative_row_is_done(
     pins: dict[str, Any], error: int
