@@ -346,3 +346,17 @@ def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(out
     bench.link_loss()
     assert bench.work() == ("805E" if outputs == 1 else "Done")
     assert bench.delivered == 1
+
+
+@pytest.mark.parametrize("wrong", [0, 28])
+def test_a_start_with_an_illegal_gripper_does_not_hide_who_switches_the_hand(wrong: int) -> None:
+    """It opens and closes again: nobody knows what it holds. Source: docs/errors.md, 16#805E."""
+    bench = _begun(3, "refused")
+    if wrong:
+        assert bench.work(**{"Gripper.CloseOutput": wrong}) == "8044"
+    bench.foreign = True
+    for value in (0, 1):
+        bench.send(0x301, 0, 0x1020, value)
+        bench.scan(8)
+    assert bench.told[-2:] == ["DO(20) OFF", "DO(20) ON"]
+    assert bench.work(**{"Gripper.CloseOutput": 0}) == "805E"
