@@ -406,3 +406,56 @@ def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None
     end(plc)
     assert runs(plc) == [3]
     assert shown(plc) == "Done"
+
+
+def _doubtful() -> PlcBench:
+    """Row 2 of three is relative; it went out, and its end was not seen."""
+    relative = {"Kind": "MOVE_BY_PTP", "Axes": 1}
+    plc = bench(*rows_to(1), relative, *rows_to(3), Rows=3, StartRow=2)
+    start(plc)
+    sent(plc)
+    plc["CallTable"] = False
+    plc.scan()
+    plc["CallTable"] = True
+    plc.answer(0x0200)
+    plc.scan(2)
+    plc.answer(0)
+    plc.scan(40)
+    assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Error", 0x8013, 2)
+    return plc
+
+
+@pytest.mark.parametrize(
+    ("pins", "error"),
+    [({"StartRow": 9}, 0x8051), ({"StartRow": 2, "Rows": 1}, 0x8051), ({}, 0x8007)],
+)
+def test_a_start_that_is_refused_leaves_it_open_whether_a_relative_row_is_done(
+    pins: dict[str, Any], error: int
+) -> None:
+    """An illegal row, or a stop: the row after that is still the one that may be done.
+
+    Source: docs/errors.md, 16#8055; guide 4.2.2: a relative movement adds to where the robot stands
+    """
+    plc = _doubtful()
+    plc["StopOk"] = bool(pins)
+    plc.scan()
+    for pin, value in ({"StartRow": 1} | pins).items():
+        plc[f"Table.{pin}"] = value
+    restart(plc)
+    plc.scan(2)
+    assert plc["Table.ErrorID"] == error
+    plc["StopOk"] = True
+    plc.scan(40)
+    plc["Table.StartRow"], plc["Table.Rows"] = 2, 3
+    restart(plc)
+    plc.scan(4)
+    assert (shown(plc), plc["Table.ErrorID"], plc.words[0]) == ("Error", 0x8055, 0)
+
+
+def test_another_row_than_the_one_that_may_be_done_may_be_begun() -> None:
+    """Where the robot goes there does not depend on it. Source: guide 4.2.1, absolute movement."""
+    plc = _doubtful()
+    plc["Table.StartRow"] = 3
+    restart(plc)
+    assert runs(plc) == [3]
+    assert shown(plc) == "Done"

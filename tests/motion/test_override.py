@@ -502,3 +502,49 @@ def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, rob
     bench.scan(8)
     shown = (bench["Speed.Valid"], bench["Speed.ErrorID"], bench["Speed.Actual"])
     assert shown == ((False, 0x805D, 0) if seen else (True, 0, 60))
+
+
+def _steady() -> PartBench:
+    """The speed is 60 %; a step goes to any other one."""
+    bench = PartBench()
+    bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True
+    bench.until(lambda: bool(bench["Speed.Valid"]))
+    return bench
+
+
+@pytest.mark.parametrize(
+    ("pin", "value", "error"), [("EarlySpeed", True, 0x8017), ("Speed.Percent", 0, 0x8042)]
+)
+@pytest.mark.parametrize("scans", [2, 1])
+def test_nor_is_it_where_the_next_call_is_an_error_of_its_own(
+    scans: int, pin: str, value: int, error: int
+) -> None:
+    """The step may have gone out and ended meanwhile, also where only its data were out.
+
+    Source: head of FB_Override: after a step without an end status Actual is 0
+    """
+    bench = _steady()
+    bench["Speed.Percent"] = 20
+    bench.scan(scans)
+    assert bench.plc.words[0] == (0x0039 if scans == 2 else 0)
+    bench["CallSpeed"] = False
+    bench.scan(10)
+    bench["CallSpeed"] = True
+    bench[pin] = value
+    bench.scan()
+    assert (bench["Speed.ErrorID"], bench["Speed.Actual"]) == (error, 0)
+
+
+def test_a_step_that_has_not_gone_out_leaves_the_speed_known() -> None:
+    """It waits behind a movement as a call is missed. Source: head of FB_Override."""
+    bench = _steady()
+    bench.fault = "late"
+    bench.send(0x0001, 0, 0, 0, 30)
+    bench.scan(5)
+    bench["Speed.Percent"] = 20
+    bench.scan(5)
+    bench["CallSpeed"] = False
+    bench.scan()
+    bench["CallSpeed"] = True
+    bench.scan()
+    assert (bench["Speed.ErrorID"], bench["Speed.Actual"]) == (0x8013, 60)

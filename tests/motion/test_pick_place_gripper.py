@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import pytest
@@ -12,6 +13,20 @@ from pick_bench import PickBench
 
 def _bench(**pins: Any) -> PickBench:
     return PickBench(SourcePoint=10, TargetPoint=20, **pins)
+
+
+@cache
+def _made(name: str) -> Alone:
+    return Alone(name, {"Robot": "RCX_REF"}, "builtin")
+
+
+def _part(name: str) -> Alone:
+    """A part of the block for itself; the controller is ready."""
+    block = _made(name)
+    block.restart()
+    for path in ("Connected", "SO.SO01_CpuOk"):
+        block[f"Robot.{path}"] = True
+    return block
 
 
 def _ports(told: list[str]) -> list[str]:
@@ -38,6 +53,35 @@ def test_each_input_that_there_is_confirms() -> None:
     opened = ["DO(20) OFF", "DO(21) ON", "DI3?", "DI5?"]
     closed = ["DO(21) OFF", "DO(20) ON", "DI4?", "DI5?"]
     assert _ports(plc.work()) == ["DI5?", *opened, *closed, "DI5?", *opened]
+    assert plc.end[0] == "Done"
+
+
+def test_after_an_error_both_outputs_are_read() -> None:
+    """First the one that closes, also where the other one had no answer.
+
+    Source: guide 4.5.1, I/O port reference; head of FB_PickPlace
+    """
+    plc = _bench(Gripper__OpenOutput=31)
+    plc.refuses = "PTP 20"
+    plc.work()
+    assert plc.end == ("Error", 0x8020, "PICK_TO_TARGET", True)
+    plc.refuses = "DO3?"
+    assert plc.work() == ["DO2?", "DO3?"]
+    assert plc.end == ("Error", 0x8020, "PICK_CHECK", True)
+    assert plc.work() == ["DO2?", "DO3?", "PTP 20", "DO(20) OFF", "DO(31) ON"]
+    assert plc.end[0] == "Done"
+
+
+def test_fingers_that_do_not_open_at_the_target_are_opened_there_again() -> None:
+    """What is in the hand was gripped at the source. Source: docs/errors.md, 16#805A."""
+    plc = _bench(Gripper__OpenedInput=43, Gripper__MaxWait="T#100ms")
+    plc.inputs_on = {43}
+    plc.until("PTP 20")
+    plc.inputs_on = set()
+    plc.scan_until(lambda: not plc["Pick.Busy"], most=100)
+    assert plc.end == ("Error", 0x805A, "PICK_RELEASE", True)
+    plc.inputs_on = {43}
+    assert plc.work() == ["DO2?", "PTP 20", "DO(20) OFF", "DI4?"]
     assert plc.end[0] == "Done"
 
 
@@ -207,12 +251,85 @@ def test_the_part_that_reads_inputs_refuses_what_is_none(go: bool, number: int) 
 
     Source: guide 4.5.1: bits are 0 to 7
     """
-    block = Alone("FB_RcxAwaitInput", {"Robot": "RCX_REF"}, "builtin")
+    block = _part("FB_RcxAwaitInput")
     for path, value in (("Go", go), ("Number", number)):
         block[f"Block.{path}"] = value
-    for path in ("Connected", "SO.SO01_CpuOk"):
-        block[f"Robot.{path}"] = True
     block.scan(0)
     legal = number == 21
     assert block["Block.ErrorID"] == (0x8044 if go and not legal else 0)
     assert block["Block.Busy"] is (go and legal)
+
+
+def _look() -> Alone:
+    """The part that reads the outputs of the hand, at work."""
+    block = _part("FB_RcxPickLook")
+    block["Block.Asks"] = True
+    return block
+
+
+def _scan(block: Alone, pattern: int = 0) -> bool:
+    """One scan, with the answer to what was asked in the last one: so the bits of the port are."""
+    asked = bool(block["Robot.Inner.CodeRequest"])
+    block["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN" if asked else "PHASE_READY"
+    block["Robot.Inner.Answer"] = 0x0200 if asked else 0
+    block["Robot.Response[3]"] = pattern
+    block["Robot.Inner.CodeRequest"] = False
+    block.scan(0)
+    return bool(block["Block.Passed"])
+
+
+@pytest.mark.parametrize(
+    ("on", "closed", "opened"),
+    [({20}, True, False), ({21}, False, True), (set(), False, False), ({20, 21}, False, False)],
+)
+def test_of_two_outputs_one_closes_and_the_other_one_opens(
+    on: set[int], closed: bool, opened: bool
+) -> None:
+    """With both OFF, as after power-on, or both ON neither does, whatever was read before.
+
+    Source: RCX_GRIPPER; guide 4.5.1: bit k of the answer is DO(20 + k)
+    """
+    block = _look()
+    block["Block.Gripper.OpenOutput"] = 21
+    for pattern in (1, 2, sum(1 << one - 20 for one in on)):
+        block["Block.Asks"] = False
+        _scan(block)
+        block["Block.Asks"] = True
+        assert [_scan(block, pattern) for _ in range(5)] == [False, False, False, False, True]
+    assert (block["Block.Closed"], block["Block.Opened"]) == (closed, opened)
+
+
+def test_an_answer_that_nobody_waits_for_any_more_passes_nothing() -> None:
+    """The next reading begins with the output that closes.
+
+    Source: FB_RcxPickLook: Asks stays TRUE until Passed or an error
+    """
+    block = _look()
+    _scan(block)
+    block["Block.Asks"] = False
+    assert not _scan(block, 1)
+    assert not block["Block.Busy"]
+
+
+@pytest.mark.parametrize("asks", [False, True])
+@pytest.mark.parametrize("number", [-1, 28, 39])
+def test_the_part_that_reads_outputs_refuses_what_is_none(asks: bool, number: int) -> None:
+    """FB_PickPlace has refused it before; this is for any caller.
+
+    Source: guide 4.5.1: bits are 0 to 7
+    """
+    block = _look()
+    block["Block.Asks"], block["Block.Gripper.CloseOutput"] = asks, number
+    for _ in range(3):
+        _scan(block)
+        assert block["Block.ErrorID"] == (0x8044 if asks else 0)
+        assert not block["Block.Busy"]
+
+
+def test_of_an_output_that_is_none_by_the_time_of_the_answer_nothing_is_told() -> None:
+    """A bit that there is not is not looked up. Source: guide 4.5.1: bits are 0 to 7."""
+    block = _look()
+    _scan(block)
+    block["Block.Gripper.CloseOutput"] = 28
+    _scan(block, 0xFF)
+    assert (block["Block.ErrorID"], block["Block.Closed"]) == (0x8044, False)

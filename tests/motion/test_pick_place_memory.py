@@ -247,3 +247,116 @@ def test_where_the_target_was_reached_the_part_is_put_down_there_again() -> None
     bench.moved_by_hand()
     assert bench.work() == "Done"
     assert (bench.place, bench.delivered) == (TARGET, 1)
+
+
+def test_a_power_cycle_that_begins_in_a_scan_without_a_call_has_not_been_told() -> None:
+    """The work ends as not called in every scan; the part has fallen wherever the robot was.
+
+    Source: docs/errors.md, 16#8013 and 16#8059
+    """
+    bench = PartBench()
+    bench["Pick.Execute"] = True
+    bench.until(lambda: bench.sent == 4)
+    bench["Call"] = bench["Connected"] = False
+    bench.scan()
+    bench["Call"] = True
+    bench.scan()
+    assert bench.end == ("Error", 0x8013, False)
+    bench.power_cycle()
+    bench.moved_by_hand()
+    assert bench.work() == "8059"
+    assert (bench.work(), bench.delivered) == ("Done", 1)
+
+
+def test_a_power_cycle_after_an_error_at_the_target_puts_no_part_down_there() -> None:
+    """The robot may have been moved since. Source: head of FB_RcxPickMemory; docs/errors.md."""
+    bench = PartBench()
+    bench["Pick.Gripper.PartInput"] = 30
+    bench["Pick.Execute"] = True
+    bench.until(lambda: bench["Pick.Stage"] == "PICK_STILL")
+    bench.fault = "refused"
+    bench.ends()
+    assert (bench.end, bench["Pick.Stage"]) == (("Error", 0x8020, True), "PICK_STILL")
+    bench.moved_by_hand()
+    bench.power_cycle()
+    assert bench.work() == "8059"
+    assert bench.delivered == 0
+
+
+@pytest.mark.parametrize("place", [3, 4])
+def test_of_two_outputs_a_hand_that_stayed_open_fetches_its_part_anew(place: int) -> None:
+    """The close was refused, at the first output or at the second one. Source: guide 4.5.1."""
+    bench = _begun(place, "refused", outputs=2)
+    assert bench.end == ("Error", 0x8020, False)
+    before = len(bench.told)
+    bench.moved_by_hand()
+    assert bench.work() == "Done"
+    assert bench.told[before:][:3] == ["read DO2", "read DO2", "DO(20) OFF"]
+    assert (bench.told.count("move 10"), bench.delivered) == (2, 1)
+
+
+def test_of_two_outputs_a_hand_that_is_closed_goes_on_with_its_part() -> None:
+    """Source: head of FB_PickPlace: closed, it goes on with the unfinished movement."""
+    bench = _begun(5, "refused", outputs=2)
+    bench.moved_by_hand()
+    before = len(bench.told)
+    assert bench.work() == "Done"
+    assert bench.told[before:] == ["read DO2", "read DO2", "move 20", "DO(20) OFF", "DO(21) ON"]
+
+
+@pytest.mark.parametrize("power", [False, True])
+def test_where_fingers_closed_late_a_sensor_says_whether_there_is_a_part(power: bool) -> None:
+    """Also where both outputs are OFF afterwards: of two the hand stays as it is.
+
+    Source: docs/errors.md, 16#805A and 16#805E: or wire PartInput
+    """
+    bench = PartBench(outputs=2, sensor=True)
+    bench["Pick.Gripper.ClosedInput"] = 43
+    bench.fingers = False
+    assert bench.work() == "805A"
+    bench.fingers = True
+    if power:
+        bench.power_cycle()
+    assert bench.held
+    assert (bench.work(), bench.delivered) == ("Done", 1)
+
+
+@pytest.mark.parametrize("sensor", [False, True])
+def test_a_hand_that_another_block_closes_after_a_release(sensor: bool) -> None:
+    """The release was refused, the close changes nothing: a sensor knows, else nobody does.
+
+    Source: docs/errors.md, 16#805E
+    """
+    bench = _begun(4, "refused", sensor=sensor)
+    bench.send(0x301, 0, 0x1020, 1)
+    bench.until(lambda: bench.told[-1] == "DO(20) ON")
+    bench.scan(5)
+    assert bench.work() == ("Done" if sensor else "805E")
+    assert bench.delivered == sensor
+
+
+@pytest.mark.parametrize("outputs", [1, 2])
+def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(outputs: int) -> None:
+    """One output opens the hand without power, too, and the robot may have been elsewhere then.
+
+    Source: head of FB_RcxPickMemory: without power one output opens the hand
+    """
+    bench = _begun(4 if outputs == 1 else 7, "lost-done", outputs=outputs)
+    assert bench.delivered == 1
+    bench.link_loss()
+    assert bench.work() == ("805E" if outputs == 1 else "Done")
+    assert bench.delivered == 1
+
+
+@pytest.mark.parametrize("wrong", [0, 28])
+def test_a_start_with_an_illegal_gripper_does_not_hide_who_switches_the_hand(wrong: int) -> None:
+    """It opens and closes again: nobody knows what it holds. Source: docs/errors.md, 16#805E."""
+    bench = _begun(3, "refused")
+    if wrong:
+        assert bench.work(**{"Gripper.CloseOutput": wrong}) == "8044"
+    bench.foreign = True
+    for value in (0, 1):
+        bench.send(0x301, 0, 0x1020, value)
+        bench.scan(8)
+    assert bench.told[-2:] == ["DO(20) OFF", "DO(20) ON"]
+    assert bench.work(**{"Gripper.CloseOutput": 0}) == "805E"

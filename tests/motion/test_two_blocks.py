@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from alone import Alone
 from both_engines import ENGINES
 from part_bench import AWAY, PartBench
 
@@ -27,6 +28,30 @@ _HAND: dict[str, tuple[int, ...]] = {
     "switches the hand": (0x301, 0, 0x1020, 1),
     "writes the port of the hand": (0x300, 0, 0x1020, 1),
 }
+#: Blocks that move the robot, or let a program move it, by a dedicated input (chapter 5, 2).
+_SEQUENCES = {
+    "SI12": ("Start", {}),
+    "SI15": ("Reset", {}),
+    "SI14": ("Origin", {}),
+    "SI17": ("Origin", {"Axes": "ORIGIN_ABSOLUTE"}),
+}
+#: Outputs of the hand, what another block writes, and whether that is an output of the hand. In
+#: the data a port is tens and units in bits 11 to 4, a bit of it bits 3 to 0 (guide 4.5.1).
+_PLACES = [
+    ((0, 0), 0x301, 0x1020, True),  # DO(20) is where CloseOutput is 0
+    ((23, 31), 0x301, 0x1023, True),
+    ((23, 31), 0x301, 0x1031, True),
+    ((23, 31), 0x301, 0x1020, False),
+    ((23, 31), 0x301, 0x1030, False),
+    ((23, 31), 0x300, 0x1020, True),
+    ((23, 31), 0x300, 0x1030, True),
+    ((23, 31), 0x300, 0x1040, False),
+    ((23, 31), 0x300, 0x2030, False),  # MO3()
+    ((107, 176), 0x301, 0x1107, True),
+    ((107, 176), 0x300, 0x1170, True),
+    ((107, 176), 0x300, 0x1100, True),
+    ((107, 176), 0x301, 0x1077, False),
+]
 #: Commands that change nothing for it (guide 4.2 to 4.8), in part.
 _HARMLESS: dict[str, tuple[int, ...]] = {
     "reads the position": (0x506,),
@@ -123,6 +148,58 @@ def test_a_movement_that_was_there_before_is_waited_for() -> None:
     assert bench.told[:2] == ["move 30", "DO(20) OFF"]
 
 
+def test_a_movement_is_waited_for_however_long_it_takes() -> None:
+    """Nothing of the work has gone out: its first command comes behind it.
+
+    Source: docs/scan-model.md, two blocks on one robot
+    """
+    bench = PartBench()
+    bench.send(*_MOVES)
+    bench.fault = "late"
+    bench.scan(5)
+    bench["Pick.Execute"] = True
+    bench.scan(30)
+    assert (bench.end[0], bench["Pick.Active"], bench.told) == ("Busy", False, [])
+    bench.fault = ""
+    bench.ends()
+    assert (bench.end[0], bench.told[0]) == ("Done", "move 30")
+
+
+def test_a_switch_of_the_hand_that_ends_in_the_scan_of_the_start_is_no_harm() -> None:
+    """It is over before the work sends anything. Source: docs/scan-model.md, two blocks."""
+    bench = PartBench()
+    bench.foreign = True
+    bench.send(0x301, 0, 0x1020, 0)
+    bench.until(lambda: bench.told == ["DO(20) OFF"])
+    assert bench.plc.words[0] == 0x301
+    bench["Pick.Execute"] = True
+    bench.scan()
+    bench.ends()
+    assert (bench.end[0], bench.delivered) == ("Done", 1)
+
+
+@pytest.mark.parametrize("signal", _SEQUENCES)
+def test_a_start_input_that_goes_on_ends_it(signal: str) -> None:
+    """A program is started or reset, or the robot returns to its origin.
+
+    Source: manual chapter 5, 2.1: SI(12), SI(14), SI(15), SI(17)
+    """
+    bench = PartBench()
+    _sent(bench, 4)
+    bench.fault = "late"
+    block, pins = _SEQUENCES[signal]
+    for pin, value in pins.items():
+        bench[f"{block}.{pin}"] = value
+    bench[f"{block}.Execute"] = True
+    bench.until(lambda: signal in bench.plc.inputs)
+    bench.scan()
+    bench.fault = ""
+    bench.ends()
+    assert bench.end == ("Error", 0x805D, True)
+    bench.scan(60)
+    assert (bench.held, bench.told[-1]) == (True, "move 20"), "it does not open"
+
+
 def test_a_robot_program_that_begins_ends_it() -> None:
     """One that has run since before does not. Source: manual chapter 5, 2.2: SO(13)."""
     bench = PartBench()
@@ -136,6 +213,42 @@ def test_a_robot_program_that_begins_ends_it() -> None:
     bench.scan()
     bench.ends()
     assert bench.end == ("Error", 0x805D, True)
+
+
+def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
+    """What the program moves nobody knows. Source: manual chapter 5, 2.2: SO(13)."""
+    bench = PartBench()
+    _sent(bench, 4)
+    bench.send(*_HARMLESS["moves robot 2"])
+    bench.until(lambda: bench.plc.words[0] == 0x2001)
+    assert bench.end[0] == "Busy"
+    bench.plc.outputs(SO13=True)
+    bench.ends()
+    assert bench.end == ("Error", 0x805D, True)
+
+
+def test_of_two_outputs_none_is_switched_by_another_block() -> None:
+    """Not the one that opens either. Source: guide 4.5.1; RCX_GRIPPER, OpenOutput."""
+    for words in ((0x301, 0, 0x1021, 1), (0x301, 0, 0x1020, 0)):
+        bench = PartBench(outputs=2)
+        _sent(bench, 6)
+        bench.foreign = True
+        bench.send(*words)
+        bench.ends()
+        assert bench.end[:2] == ("Error", 0x805D)
+
+
+def test_outputs_of_the_hand_are_known_however_they_are_written() -> None:
+    """Bit by bit or as a port. Source: guide 4.5.1."""
+    block = Alone("FB_RcxMayGoOn", {"Robot": "RCX_REF"}, "builtin")
+    block["Block.HasHand"] = True
+    block["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN"
+    for now, ((close, opens), code, place, expected) in enumerate(_PLACES):
+        block["Block.CloseOutput"], block["Block.OpenOutput"] = close, opens
+        block["Robot.Inner.Code"], block["Robot.Inner.Data[2]"] = code, place
+        block["Block.Begin"] = True
+        block.scan(now)
+        assert block["Block.Switches"] is expected, (close, opens, hex(code), hex(place))
 
 
 def test_a_second_block_of_several_commands_is_refused() -> None:
@@ -184,6 +297,43 @@ def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() 
             assert bench.work() == "Done"
         assert bench.work("Second", HandEmpty=empty) == "Done"
         assert bench.work("Second", HandEmpty=False) == "Done", "that was for one start"
+
+
+def test_of_a_start_that_is_refused_hand_empty_does_not_count() -> None:
+    """The other block works, and its part is in the hand.
+
+    Source: docs/scan-model.md, two blocks on one robot
+    """
+    bench = PartBench()
+    _sent(bench, 4)
+    bench.fault = "late"
+    assert bench.work("Second", HandEmpty=True) == "805D"
+    bench.fault = "refused"
+    bench.ends()
+    assert bench.work("Second", HandEmpty=False) == "805E"
+    assert bench.held
+
+
+def test_a_table_may_move_the_robot_with_a_part_in_the_hand() -> None:
+    """It opens no hand. Source: head of FB_RcxClaim."""
+    bench = PartBench()
+    _sent(bench, 4)
+    bench.fault = "refused"
+    bench.ends()
+    bench["Moves[1].Kind"], bench["Moves[1].Point"], bench["Table.Rows"] = "MOVE_PTP", AWAY, 1
+    assert bench.work("Table") == "Done"
+    assert (bench.place, bench.held) == (AWAY, True)
+    assert bench.work() == "Done"
+
+
+@pytest.mark.parametrize("number", [-1, 5, 17])
+def test_a_table_for_a_robot_that_there_is_not_is_refused_and_takes_none(number: int) -> None:
+    """Source: guide 3.1, robot designation: 1 to 4; docs/errors.md, 16#8040."""
+    bench = PartBench()
+    bench["Moves[1].Kind"], bench["Table.Rows"] = "MOVE_PTP", 1
+    assert bench.work("Table", RobotNumber=number) == "8040"
+    assert bench.told == []
+    assert bench.work() == "Done"
 
 
 def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:

@@ -530,14 +530,20 @@ def test_a_step_that_somebody_else_has_stopped_is_a_fault(stop: bool) -> None:
     assert (plc.message == 0x8020) is not stop
 
 
-@pytest.mark.parametrize("stepwise", [False, True])
-@pytest.mark.parametrize(("code", "harm"), [(0x038, True), (0x1038, True), (0x039, False)])
-def test_who_else_sets_the_speed_of_a_jog_before_it_moves_ends_the_press(
+@pytest.mark.parametrize(
+    ("code", "harm", "stepwise"),
+    [
+        *((code, True, stepwise) for code in (0x038, 0x1038) for stepwise in (False, True)),
+        *((0x039, False, stepwise) for stepwise in (False, True)),
+        (0x027, True, True),
+    ],
+)
+def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
     code: int, harm: bool, stepwise: bool
 ) -> None:
-    """It would move at a speed that nobody has selected at this panel.
+    """It would move at a speed, or so far, as nobody has selected at this panel.
 
-    Source: guide 4.2.14, manual movement speed; 4.2.15, automatic movement speed
+    Source: guide 4.2.14, manual movement speed; 4.2.15, automatic movement speed; 4.2.8
     """
     plc = OperatorBench()
     plc.set(Stepwise=stepwise)

@@ -1,0 +1,83 @@
+"""FB_Operator beside other blocks: what the panel has sent is its own, and nothing else is."""
+
+from __future__ import annotations
+
+import pytest
+
+from operator_bench import OperatorBench
+
+_LINE, _SPEED, _STEP, _MOVE, _READ = 0x0403, 0x0038, 0x0024, 0x0001, 0x0102
+_KEYS = {"StepLine": _LINE, "JogPlus": _STEP}
+
+
+def _stepwise() -> OperatorBench:
+    plc = OperatorBench()
+    plc.set(Stepwise=True)
+    return plc
+
+
+def _stopped_without_the_hmi(plc: OperatorBench) -> bool:
+    plc["Operator.HmiOk"] = False
+    plc.scan(2)
+    return "SI06" not in plc.inputs
+
+
+@pytest.mark.parametrize("key", _KEYS)
+def test_without_the_hmi_the_same_command_of_another_block_goes_on(key: str) -> None:
+    """Also after one of the panel's own. Source: head of FB_Operator, HmiOk."""
+    plc = _stepwise()
+    plc.press(key, scans=20)
+    assert _KEYS[key] in plc.codes
+    plc.hold = _KEYS[key]
+    plc["Other.Code"], plc["Other.Execute"] = _KEYS[key], True
+    plc.scan_until(lambda: plc.words[0] == _KEYS[key])
+    plc.scan(3)
+    assert not _stopped_without_the_hmi(plc)
+
+
+@pytest.mark.parametrize("then", [0, _MOVE])
+@pytest.mark.parametrize("key", _KEYS)
+def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
+    key: str, then: int
+) -> None:
+    """Nor is the movement of another block that follows it.
+
+    Source: docs/scan-model.md, a block that is skipped; head of FB_Operator, HmiOk
+    """
+    plc = _stepwise()
+    plc.hold = _KEYS[key]
+    plc.press(key, scans=20)
+    plc["Other.Code"], plc["Other.Execute"] = then, then > 0
+    plc["Call"] = False
+    plc.scan(3)
+    plc.hold = then
+    plc.scan(20)
+    assert plc.words[0] == then
+    plc["Call"] = True
+    plc.scan(2)
+    assert not _stopped_without_the_hmi(plc)
+
+
+def test_of_a_step_that_comes_too_late_only_that_is_told() -> None:
+    """Not that the speed is set by another block, as soon as the press does not count any more.
+
+    Source: docs/errors.md, 16#8076 and 16#805D
+    """
+    told = set()
+    for scans in range(95, 99):
+        plc = _stepwise()
+        plc.key("JogPlus")
+        plc.scan(3)
+        plc.hold = plc["Other.Code"] = _READ
+        plc["Third.Code"], plc["Other.Execute"] = _SPEED, True
+        plc.scan(20)
+        plc["Third.Execute"] = True
+        plc.scan(scans - 23)
+        plc.hold = 0
+        late = False
+        for _ in range(20):
+            plc.scan()
+            late = late or plc.message == 0x8076
+            assert plc.message == 0x8076 or not late
+        told.add(plc.message)
+    assert told == {0x8076, 0x805D}
