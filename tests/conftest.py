@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
+import os
 import random
 import signal
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +19,11 @@ from shown import hexadecimal_comparison
 from tiers import keep_samples
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+
+if "PYTEST_XDIST_WORKER" in os.environ:
+    # A worker has handed over its results when this runs, as the last of what runs at the exit.
+    # Taking its objects apart one by one would take up to ten seconds, and xdist waits for it.
+    atexit.register(os._exit, 0)
 
 
 _LEFT_OUT: pytest.StashKey[int] = pytest.StashKey()
@@ -85,16 +92,12 @@ def pytest_deselected(items: Sequence[pytest.Item]) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Hand the count of a worker process over to the process that reports.
-
-    A worker then ends without looking for garbage again: each look takes more than a second,
-    and xdist waits for the end.
-    """
+    """Hand the count of a worker process over to the process that reports."""
     output = getattr(session.config, "workeroutput", None)
     if output is not None:
         output["left_out"] = session.config.stash[_LEFT_OUT]
-        gc.disable()
-        gc.freeze()
+    gc.disable()
+    gc.freeze()  # each look for garbage at the exit would take more than a second
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -202,6 +202,7 @@ def test_without_pymodbus_it_says_what_to_install(
     assert error.strip() == "rcx: rcx bridge needs the library pymodbus; pip install pymodbus"
 
 
+@pytest.mark.exhaustive
 def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter) -> None:
     """Nothing has to be started again."""
     host, port = adapter.address

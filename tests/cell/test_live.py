@@ -213,6 +213,7 @@ def test_sizes_that_differ_make_no_connection(build_cell: Build, repository: Pat
     assert not cell.connected
 
 
+@pytest.mark.exhaustive(but=["adapter"])
 @pytest.mark.parametrize("part", ["adapter", "its cyclic part", "scanner"])
 def test_a_process_that_dies_ends_the_run_and_is_named(
     links: list[RealTimeLink], cell: Cell, part: str

@@ -55,7 +55,7 @@ def test_a_full_disk_is_one_line(
     assert capsys.readouterr().err == "rcx: /dev/full: cannot be written: No space left on device\n"
 
 
-@pytest.mark.exhaustive(but=["trace"])
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("kind", _KINDS)
 def test_a_disk_that_fills_up_leaves_the_old_file_and_nothing_else(
     repository: Path, tmp_path: Path, kind: str

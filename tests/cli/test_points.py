@@ -73,6 +73,7 @@ def test_a_file_that_is_there_is_never_written_over(
     assert file.read_text(encoding="utf-8") == "mine"
 
 
+@pytest.mark.exhaustive
 def test_a_file_that_appears_during_a_backup_is_not_written_over(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:

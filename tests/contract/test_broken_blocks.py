@@ -29,14 +29,11 @@ def _told(lib: Path, block: str) -> Iterator[str]:
 
 @pytest.mark.exhaustive(
     but=[
-        "a level block that is Valid without Enable",
-        "a falling Execute cancels the work",
         "Done without the answer",
-        "the end is not cleared",
         "Error without ErrorID",
+        "a falling Execute cancels the work",
         "a jog that is not stopped",
         "the data come with the code",
-        "the group is not that of the alarm",
     ]
 )
 @pytest.mark.parametrize(

@@ -96,7 +96,7 @@ def reset_the_session(client: socket.socket) -> None:
     client.close()
 
 
-@pytest.mark.exhaustive(but=["reset_the_session"])
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("end", [end_the_session, reset_the_session])
 def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
     master: LiveMaster, end: Callable[[socket.socket], None]

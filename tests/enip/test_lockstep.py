@@ -40,7 +40,7 @@ CALLS = st.tuples(
 )
 
 
-@pytest.mark.exhaustive(but=["256"])
+@pytest.mark.exhaustive
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(calls=st.lists(CALLS, max_size=40))
 def test_every_call_sees_what_it_would_see_without_a_network(

@@ -59,7 +59,7 @@ def test_it_compiles_and_is_portable(fault: Fault | None, tmp_path: Path, capsys
     assert main(["check", "--lint", plc]) == 0
 
 
-@pytest.mark.exhaustive(but=["latch", "lost part"])
+@pytest.mark.exhaustive(but=["latch"])
 @_six
 def test_the_good_run_is_good(fault: Fault | None, tmp_path: Path) -> None:
     """Source: tests/data/planted/cell/README.md: 11 parts, one change of the pallet, then Stop."""

@@ -97,7 +97,7 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
         cell.run_until(lambda: _placed(cell) == (2, 2), within="4s")
 
 
-@pytest.mark.exhaustive(but=["emergency_stop-12"])
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("name", "one", "other"), [_TWELVE, _FOURTEEN], ids=["12", "14"])
 @pytest.mark.parametrize("fault", ["emergency_stop", "auto_input_off", "power_off"])
 def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(

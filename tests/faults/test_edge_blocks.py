@@ -23,6 +23,20 @@ def test_every_edge_triggered_block_has_a_scenario() -> None:
 _BLOCKS = sorted(set(library().edge) & set(SCENARIOS))
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "FB_ReadPoint",
+        "FB_AlarmReset",
+        "FB_ProgramStop",
+        "FB_ReturnToOrigin",
+        "FB_AutoStart",
+        "FB_PointBackup",
+        "FB_ServoOn",
+        "FB_MovePtp",
+        "FB_EmergencyStop",
+        "FB_PickPlace",
+    ]
+)
 @pytest.mark.parametrize("block", _BLOCKS)
 def test_a_block_comes_back_from_each_fault_once(block: str) -> None:
     """Each fault comes in the middle of the work, each answer is missing, late or withdrawn once.

@@ -139,6 +139,14 @@ def test_with_write_it_is_the_master_and_writes_what_it_was_told(
     assert adapter.read_to_robot() == output_image(["SI00=1", "SIW(2)=5"], 48)
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "options0-0x0128, the size from the device does not fit the assembly",
+        "options2-0x0112, the packet interval is not acceptable",
+        "options11-an area of 64 bytes does not exist",
+        "options14-no connection to the EtherNet/IP adapter",
+    ]
+)
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -202,6 +210,12 @@ def test_a_refused_interval_comes_with_one_to_try(
     assert refused.value.hint == hint
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "256-its areas have another size: try --size 48-265",
+        "48-its areas have another size: try --size 256-295",
+    ]
+)
 @pytest.mark.parametrize("code", [0x109, 0x127, 0x128])
 @pytest.mark.parametrize(
     ("size", "hint"),
@@ -396,6 +410,7 @@ def test_changed_bytes_are_told_by_their_number() -> None:
     assert list(byte_change_lines(bytes(3), b"\x00\x0a\xff")) == ["byte 1 = 0x0A", "byte 2 = 0xFF"]
 
 
+@pytest.mark.exhaustive(but=["5", "none"])
 @pytest.mark.parametrize("instance", ["none", "None", "1", "5", "151"])
 def test_a_configuration_instance_may_be_named(scan: Run, instance: str) -> None:
     assert scan("--config-instance", instance) == 0

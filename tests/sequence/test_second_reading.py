@@ -241,6 +241,24 @@ def test_a_difference_is_told_by_block_pin_and_scan() -> None:
     )
 
 
+@pytest.mark.exhaustive(
+    but=[
+        "FB_AlarmReset-0",
+        "FB_AutoStart-0",
+        "FB_EmergencyStop-0",
+        "FB_PowerUp-0",
+        "FB_PowerUp-1",
+        "FB_PowerUp-2",
+        "FB_ProgramContinue-0",
+        "FB_ProgramContinue-1",
+        "FB_ProgramReset-0",
+        "FB_ProgramStop-0",
+        "FB_ReturnToOrigin-0",
+        "FB_ServoOn-0",
+        "FB_ServoOnFromEmergencyStop-0",
+        "FB_ServoOnFromEmergencyStop-1",
+    ]
+)
 @pytest.mark.parametrize(("block", "seed"), _CASES)
 def test_every_scan_is_the_one_that_the_rules_ask_for(block: str, seed: int) -> None:
     """Source: manual chapter 5, 2 and 3.1 to 3.3; design of the library, 2 and 3."""

@@ -400,7 +400,7 @@ def test_check_for_matiec_says_what_matiec_does(row: Row, tmp_path: Path) -> Non
     assert takes is (row.construct in tools()["matiec"].takes)
 
 
-@pytest.mark.exhaustive(but=["scl"])
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("target", sorted(TARGETS))
 def test_an_export_names_what_it_does_not_carry(
     target: str, written: Callable[[Row], Path]

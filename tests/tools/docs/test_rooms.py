@@ -36,6 +36,7 @@ def test_every_room_has_a_place_in_the_plan_and_no_import_goes_against_it() -> N
     assert rooms.against(rooms.arrows()) == []
 
 
+@pytest.mark.exhaustive
 def test_there_are_at_most_18_rooms_on_at_most_9_floors() -> None:
     arrows = rooms.arrows()
     assert len(arrows) <= 18

@@ -153,6 +153,7 @@ def test_a_worker_that_is_added_meanwhile_gets_work() -> None:
             assert next(worker for _, worker in running if worker != first)
 
 
+@pytest.mark.exhaustive
 def test_a_worker_does_one_item_at_a_time_and_the_user_is_told_that_its_threads_are_no_use(
     tmp_path: Path,
 ) -> None:
