@@ -113,4 +113,6 @@ $(READY): pyproject.toml requirements/build.txt requirements/dev.txt
 	@$(BIN)/python $(PIP) --require-hashes -r requirements/build.txt
 	@$(BIN)/python $(PIP) --require-hashes --no-build-isolation -r requirements/dev.txt
 	@$(BIN)/python $(PIP) --no-build-isolation --no-deps -e .
+	@# All modules are compiled here, not by each process that imports them.
+	@$(BIN)/python -m pytest --collect-only -qq > /dev/null 2>&1 || true
 	@touch $@

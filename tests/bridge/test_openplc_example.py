@@ -93,6 +93,7 @@ def test_the_button_switches_the_servos_on_and_no_rule_is_broken(
     assert not bench.controller.violations
 
 
+@pytest.mark.exhaustive
 def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:
@@ -148,6 +149,7 @@ def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
     assert bench.controller.machine.servo_on
 
 
+@pytest.mark.exhaustive
 def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) -> None:
     """Its Modbus server goes on answering with the last words."""
     power_up(bench, plc)
@@ -175,6 +177,7 @@ def test_it_runs_in_the_virtual_cell_as_behind_a_bridge(build_cell: Callable[...
     assert not cell.violations
 
 
+@pytest.mark.exhaustive
 def test_areas_of_256_bytes_pass_whole() -> None:
     """The first and the last word, in both directions.
 

@@ -180,6 +180,7 @@ def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) 
     until(lambda: link.read() == RobotSeen(bytes(range(48))))
 
 
+@pytest.mark.exhaustive
 def test_words_whose_time_is_over_are_not_sent_until_there_are_new_ones(
     adapter: Adapter, link: RobotLink
 ) -> None:

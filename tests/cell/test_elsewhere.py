@@ -111,6 +111,7 @@ def test_the_program_reads_and_writes_the_controllers_areas(
     assert scans[-1].so[45] == 0x5A
 
 
+@pytest.mark.exhaustive
 def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> None:
     """SI(00) and SI(06) at once, where 100 ms are needed between any two.
 
@@ -172,6 +173,7 @@ def test_another_size_is_refused_with_what_to_try(
     assert refused.value.hint == "its areas have another size: try --size 48"
 
 
+@pytest.mark.exhaustive
 def test_other_assemblies_are_asked_for(build_cell: Build, program: Path, adapter: Adapter) -> None:
     host, port = adapter.address
     for where, word in (
@@ -219,6 +221,7 @@ def test_what_only_a_virtual_controller_can_do_is_refused(far: Build, tmp_path: 
         assert (refused.value.file, refused.value.line) == (str(file), 1)
 
 
+@pytest.mark.exhaustive
 def test_its_properties_are_its_own(far: Build) -> None:
     with pytest.raises(InputError, match="a controller elsewhere is what it is"):
         far(robot=RobotConfig())

@@ -13,6 +13,7 @@ from rcx_harness.robot import Point, RobotProgram
 Build = Callable[..., Cell]
 
 
+@pytest.mark.exhaustive(but=["jitter"])
 @pytest.mark.parametrize(
     ("jitter", "phases"), [("0ms", "zero"), ("12ms", "random")], ids=["steady", "jitter"]
 )

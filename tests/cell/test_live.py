@@ -112,6 +112,7 @@ def cell(build_cell: Build, repository: Path) -> Cell:
     return cell
 
 
+@pytest.mark.exhaustive
 def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
     build_cell: Build, repository: Path, tmp_path: Path
 ) -> None:
@@ -204,6 +205,7 @@ def test_with_the_controllers_power_the_connection_goes_and_comes_again(cell: Ce
     cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
 
 
+@pytest.mark.exhaustive
 def test_sizes_that_differ_make_no_connection(build_cell: Build, repository: Path) -> None:
     """Source: manual chapter 3, 1."""
     demo = repository.joinpath(*DEMO)
@@ -232,6 +234,7 @@ def test_a_process_that_dies_ends_the_run_and_is_named(
         cell.run("20s")
 
 
+@pytest.mark.exhaustive
 def test_there_is_no_snapshot_of_a_real_network(cell: Cell) -> None:
     with pytest.raises(InputError, match="no snapshot"):
         cell.snapshot()

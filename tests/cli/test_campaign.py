@@ -273,6 +273,7 @@ def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
 # --- sweep ------------------------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive
 def test_a_sweep_names_the_moments_from_which_the_cell_does_not_recover(
     here: Path, capsys: Captured
 ) -> None:

@@ -79,6 +79,7 @@ sys.exit(main())
 """
 
 
+@pytest.mark.exhaustive
 @_NOT_ON_WINDOWS
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
 def test_sigterm_leaves_no_temporary_folder(repository: Path, tmp_path: Path) -> None:

@@ -52,6 +52,7 @@ def test_it_captures_both_ports_with_and_without_a_vlan_tag(
     assert capsys.readouterr().out.endswith(f"written: {file}, 9 bytes; next: rcx judge {file}\n")
 
 
+@pytest.mark.exhaustive(but=["INT"])
 @pytest.mark.parametrize("number", ["INT", "TERM", "HUP"])
 @pytest.mark.usefixtures("tools")
 def test_whatever_ends_it_ends_the_capture_which_is_kept(

@@ -149,6 +149,7 @@ def test_several_scanners_see_one_device() -> None:
         assert reader.get_assembly(150) == b"\x03" * 48, "a scanner's leave changes nothing"
 
 
+@pytest.mark.exhaustive
 def test_two_adapters_share_nothing() -> None:
     with (
         Adapter(48) as one,
@@ -205,6 +206,7 @@ def test_a_process_that_cannot_start_is_reported(
     assert is_gone(memories[0])
 
 
+@pytest.mark.exhaustive(but=["9-SIGKILL"])
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 @pytest.mark.parametrize(
     ("number", "how"), [(signal.SIGKILL, "SIGKILL"), (signal.SIGTERM, "SIGTERM")]

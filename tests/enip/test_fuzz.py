@@ -53,6 +53,7 @@ def test_hostile_input_is_answered_or_cut_off_and_nobody_else_notices(
     assert {0x00, 0x01, 0x04, 0x08, 0x0C, 0x0E} <= report.replies.keys()
 
 
+@pytest.mark.exhaustive
 def test_something_written_to_the_model_is_found(target: Bench) -> None:
     target.check()
     target.scanner.write(bytes(48))
@@ -76,6 +77,7 @@ def test_a_complaint_of_the_adapter_is_found(target: Bench) -> None:
         target.check()
 
 
+@pytest.mark.exhaustive
 def test_memory_that_grows_is_found(target: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     sizes = iter([10_000, 90_000])
     monkeypatch.setattr(enip_fuzz, "memory_kib", lambda _: next(sizes))
@@ -106,6 +108,7 @@ def test_the_frames_it_starts_from_are_right(target: Bench) -> None:
     assert answer[HEADER.size + 16 :] == b"\x8e\x00\x00\x00" + enip_fuzz.TO_MASTER
 
 
+@pytest.mark.exhaustive
 def test_make_fuzz_prints_its_seed_and_what_came_of_it(repository: Path) -> None:
     command = [sys.executable, str(repository / "tests/support/enip_fuzz.py")]
     done = subprocess.run(

@@ -117,6 +117,7 @@ def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
     assert master.adapter.shared.status().owner is OwnerState.CLOSED
 
 
+@pytest.mark.exhaustive
 def test_a_reader_comes_and_goes_without_the_controller_noticing(master: LiveMaster) -> None:
     """Only the exclusive owner's connection counts."""
     master.servo_on()

@@ -79,6 +79,7 @@ def test_an_adapter_that_has_died_is_named_not_the_address(call: str) -> None:
     assert died.value.exit_code == 1
 
 
+@pytest.mark.exhaustive
 def test_closing_twice_does_no_harm() -> None:
     link = LockstepLink()
     link.close()

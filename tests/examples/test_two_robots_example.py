@@ -140,7 +140,7 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
         assert emergency == [True, True]
 
 
-@pytest.mark.exhaustive(but=["power_cycle-14_one_table-Placer-Taker"])
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("name", "first", "second"), [_TWELVE, _FOURTEEN])
 @pytest.mark.parametrize("how", ["emergency_stop", "link_down", "power_cycle", "manual_mode"])
 def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_back(

@@ -359,6 +359,7 @@ def test_an_adapter_of_another_size_is_shown_as_bytes(other: Adapter, capsys: Ca
     assert "remote command" not in lines
 
 
+@pytest.mark.exhaustive
 def test_bytes_of_another_size_are_written_by_their_number(
     other: Adapter, capsys: Captured
 ) -> None:
@@ -371,6 +372,7 @@ def test_bytes_of_another_size_are_written_by_their_number(
     assert "600 is none of the 600 bytes; write 3=0x12" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_changes_of_an_adapter_of_another_size_are_told_by_their_bytes(other: Adapter) -> None:
     told: list[str] = []
 
@@ -416,6 +418,7 @@ def test_a_configuration_instance_may_be_named(scan: Run, instance: str) -> None
     assert scan("--config-instance", instance) == 0
 
 
+@pytest.mark.exhaustive
 def test_the_connection_points_can_be_named(scan: Run, adapter: Adapter, capsys: Captured) -> None:
     assert scan("--input-instance", "100", "--output-instance", "150", "--write", "SI00=1") == 0
     assert scan("--input-instance", "101") == 2
@@ -544,6 +547,7 @@ def test_what_cannot_be_written_is_bad_input(entry: str, message: str) -> None:
     assert "SOW" not in str(refused.value), "an output is no remedy"
 
 
+@pytest.mark.exhaustive
 def test_a_connection_that_is_lost_on_the_way_is_told() -> None:
     """The adapter goes while the scan looks."""
     told: list[str] = []

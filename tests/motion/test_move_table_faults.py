@@ -183,7 +183,7 @@ def test_undisturbed_every_row_is_done_once() -> None:
         assert watched.done == _ALL
 
 
-@pytest.mark.exhaustive(but=["link-1"])
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("lasts", [1, 15])
 @pytest.mark.parametrize("fault", _FAULTS)
 def test_the_row_that_is_shown_is_the_row_that_runs_and_goes_on(fault: str, lasts: int) -> None:

@@ -105,7 +105,6 @@ def test_the_readme_says_in_a_line_each_what_the_commands_find(tmp_path: Path) -
 
 @pytest.mark.exhaustive(
     but=[
-        "rcx prove plc",
         "rcx explore plc --properties campaign.toml --scan 1s --bound 2000",
         "rcx debug --vscode ~/.vscode/extensions/rcx-debug",
     ]

@@ -133,6 +133,7 @@ def test_what_two_controllers_see_is_written_and_can_be_judged(
     assert "SI(00) ON   Emergency stop input" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
 def test_a_trace_that_cannot_be_written_ends_it_with_a_reason() -> None:
     (address,) = own_addresses(1)

@@ -358,6 +358,7 @@ def test_check_ends_with_1_for_a_misuse_and_with_0_for_what_only_may_go_wrong(
     assert f"{file}:{FIRST + 1}:14: warning: Step1 is called only under" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 def test_the_shipped_examples_call_their_blocks_well() -> None:
     library = sorted(LIBRARY.rglob("*.st"))
     for folder in sorted((LIBRARY.parent / "examples").glob("*/")):

@@ -64,6 +64,7 @@ def test_a_long_number_has_the_value_of_its_parts(run: Run, expression: str, val
     assert run(variables, f"Y := {expression};", "Y", _F1) == value
 
 
+@pytest.mark.exhaustive
 def test_a_long_sum_of_reals_is_rounded_after_each_term_from_the_left(run: Run) -> None:
     value = 0.1
     for _ in range(_TERMS):
@@ -260,6 +261,7 @@ def test_so_many_declarations_may_use_each_other_in_a_row(tmp_path: Path, kind: 
             load([file])
 
 
+@pytest.mark.exhaustive
 def test_a_declaration_before_what_it_uses_is_no_deeper(tmp_path: Path) -> None:
     file = tmp_path / "row.st"
     types = [f"TYPE B{k} : ARRAY [0..0] OF B{k - 1}; END_TYPE\n" for k in range(3_000, 0, -1)]

@@ -140,6 +140,7 @@ def test_what_the_portable_subset_has_is_not_noted(tmp_path: Path, statement: st
     assert _noted(tmp_path, statement) == []
 
 
+@pytest.mark.exhaustive
 def test_the_library_has_nothing_that_is_not_portable() -> None:
     plc = Path(__file__).parents[3] / "plc"
     program = plc / "examples"

@@ -27,6 +27,7 @@ def test_each_program_runs_and_its_handshakes_too() -> None:
     assert scan.paid("builtin", rounds=1, scans=200).area > 0
 
 
+@pytest.mark.exhaustive
 def test_a_handshake_that_does_not_run_gives_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its commands are counted: ten robots, 200 scans, at most eight for each command."""
     stands = scan.RUNNING.replace("NOT Move{k}.Done", "FALSE")

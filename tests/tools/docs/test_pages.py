@@ -108,6 +108,7 @@ def test_every_link_to_a_chart_leads_to_a_heading() -> None:
     assert set(linked) == anchors
 
 
+@pytest.mark.exhaustive
 def test_a_process_shows_its_chart_its_steps_its_block_its_tests_and_the_manual() -> None:
     page = docs.pages()["docs/processes.md"]()
     part = page.partition("## Servo ON from emergency stop\n")[2].partition("\n## ")[0]

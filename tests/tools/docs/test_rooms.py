@@ -43,6 +43,7 @@ def test_there_are_at_most_18_rooms_on_at_most_9_floors() -> None:
     assert max(_floor(room, arrows) for room in arrows) <= 9
 
 
+@pytest.mark.exhaustive
 def test_engine_robot_and_enip_do_not_know_each_other() -> None:
     arrows = rooms.arrows()
     assert not arrows["robot"] & {"engine", "enip"}

@@ -80,6 +80,7 @@ def test_a_header_without_end_is_not_read_on() -> None:
     assert stream.tell() < 10_000
 
 
+@pytest.mark.exhaustive
 def test_what_is_no_message_ends_it_with_one_line() -> None:
     data = b"Content-Length: 4\r\n\r\nhaha"
     ended = subprocess.run(_RCX, input=data, capture_output=True, timeout=_LONGEST)
@@ -109,6 +110,7 @@ def _messages(data: bytes) -> list[dict[str, Any]]:
     return found
 
 
+@pytest.mark.exhaustive
 def test_on_standard_output_there_is_nothing_but_messages(lamps: Path) -> None:
     given = _requests(lamps, stopOnEntry=True)
     ended = subprocess.run(_RCX, input=given, capture_output=True, timeout=_LONGEST)

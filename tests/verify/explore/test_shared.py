@@ -72,6 +72,7 @@ def test_a_worker_that_is_killed_changes_nothing(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.exhaustive
 def test_a_state_that_no_worker_gets_through_is_named_by_its_number(tmp_path: Path) -> None:
     for number in range(4):
         (tmp_path / str(number)).touch()

@@ -135,6 +135,7 @@ def test_a_program_is_explored_there_from_its_first_state_on(
     assert "explored to the end: 7 states, 14 scans judged" in there
 
 
+@pytest.mark.exhaustive
 def test_a_users_error_arrives_as_it_was_raised(farm: Farm) -> None:
     running = farm.run(refuse, range(8))
     assert [next(running) for _ in range(2)] == [(0, 0), (1, 1)]

@@ -68,6 +68,7 @@ def test_an_error_is_not_kept_and_the_results_before_it_are(file: Path) -> None:
     assert [json.loads(line)["key"] for line in file.read_text().splitlines()] == ["", "0", "1"]
 
 
+@pytest.mark.exhaustive
 def test_what_is_lost_is_tried_again_another_time(tmp_path: Path, file: Path) -> None:
     folder = tmp_path / "deaths"
     folder.mkdir()

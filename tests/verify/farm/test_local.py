@@ -102,6 +102,7 @@ def test_an_item_that_kills_three_workers_is_named_after_the_results_before_it(
     assert len(list(tmp_path.iterdir())) == 1
 
 
+@pytest.mark.exhaustive
 def test_what_is_lost_can_be_a_result(tmp_path: Path) -> None:
     for number in range(4):
         (tmp_path / str(number)).touch()
@@ -161,6 +162,7 @@ class _Releasing(Kept[int, int]):
                 pass
 
 
+@pytest.mark.exhaustive
 def test_while_an_item_takes_long_the_others_do_not_run_far_ahead(tmp_path: Path) -> None:
     """One of them may stand behind it, at its worker."""
     os.mkfifo(tmp_path / "fifo")

@@ -158,6 +158,7 @@ def test_durations_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
     _agrees(tmp_path, _block(variables, body), 200)
 
 
+@pytest.mark.exhaustive
 def test_texts_are_cut_joined_and_compared_as_on_the_engine(tmp_path: Path) -> None:
     """Also by counts that 16 bits do not hold; below 0 stops both."""
     variables = """

@@ -246,6 +246,7 @@ def test_what_breaks_a_goal_is_tried_at_the_pins(tmp_path: Path) -> None:
     assert 'Torque" = 777' in (tmp_path / "stimulus.toml").read_text()
 
 
+@pytest.mark.exhaustive
 def test_a_broken_goal_names_the_pins_that_break_it() -> None:
     step = Library(_LIBRARY).step("FB_SETMAXTORQUE")
     torque = step.was((*BLOCK, "TORQUE"))

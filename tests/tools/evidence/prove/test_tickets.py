@@ -62,6 +62,7 @@ def test_the_turns_are_proved_and_not_with_a_seeded_bug(
     assert REFUTED in _answers(_library(tmp_path / "wrong", bug), name, part, of)
 
 
+@pytest.mark.exhaustive
 def test_a_command_whose_block_has_gone_comes_to_its_end(tmp_path: Path) -> None:
     """Source: guide chapter 2, command is held until 16#0200 or 16#4000."""
     assert _answers(_library(tmp_path), "turn-free", "COMMAND ORPHAN", "") == {PROVED}
