@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
-__all__ = ["InputError", "OutputError", "refused"]
+__all__ = ["InputError", "OutputError", "did_you_mean", "refused"]
 
 
 class InputError(Exception):
@@ -50,6 +51,11 @@ class InputError(Exception):
 
 class OutputError(OSError):
     """Standard output cannot be written; any other OSError is about something else."""
+
+
+def did_you_mean(names: Sequence[str]) -> str:
+    """A hint that names what was perhaps meant; empty without any."""
+    return f"did you mean {' or '.join(names)}" if names else ""
 
 
 def refused(error: OSError) -> InputError:
