@@ -10,7 +10,7 @@ from bridge_bench import BridgeBench
 from plc_bench import ROOT
 from rcx_harness.bridge.core import Registers, State
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from chapter_cell import ChapterCell
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
 from rcx_harness.robot import RobotConfig

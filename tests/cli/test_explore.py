@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
 from rcx_harness.cli.start import INTERRUPTED

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.cli.start import INTERRUPTED
 from rcx_harness.verify.kept import Results

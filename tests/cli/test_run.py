@@ -15,10 +15,10 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell import EVENTS, Cell
-from rcx_harness.cell.build import st_files
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cli.app import main
 from rcx_harness.cli.run import RunOptions
+from rcx_harness.engine.projects.sources import st_files
 from rcx_harness.enip import Adapter
 from rcx_harness.errors import InputError
 from rcx_harness.trace import read_trace

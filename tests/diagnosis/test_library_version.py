@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 from plc_bench import LIBRARY
+from rcx_harness.cell.exports import export
 from rcx_harness.engine import build
 from rcx_harness.engine.needed import needed
 from rcx_harness.errors import InputError
-from rcx_harness.export import TARGETS, export
+from rcx_harness.export import TARGETS
 from rcx_tools.library.version import version, version_number
 
 _PROGRAM = """PROGRAM Versions

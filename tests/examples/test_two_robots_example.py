@@ -8,7 +8,8 @@ from example_runs import finished
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
 from rcx_harness.cli.app import main
-from rcx_harness.spec import folder, load_toml
+from rcx_harness.output.toml_files import load_toml
+from rcx_harness.spec import folder
 from rcx_tools.docs.examples import examples
 
 _PLACE = (150_000, 0), (-120_000, 30_000)

@@ -14,12 +14,13 @@ from exported_dialect import library as all_sources
 from l5x_reader import read_l5x
 from l5x_structure import faults
 from plc_bench import ROOT
+from rcx_harness.cell.exports import export
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.frontend.load import check
 from rcx_harness.engine.load import build
 from rcx_harness.engine.types import BlockType
 from rcx_harness.errors import InputError
-from rcx_harness.export import TARGETS, export
+from rcx_harness.export import TARGETS
 from rcx_harness.export.output import Output, write
 from rcx_tools.docs.examples import Example
 

@@ -8,11 +8,11 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from l5x_reader import read_l5x
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.exports import export
+from rcx_harness.cell.sources import source_files
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
-from rcx_harness.export import export
 from rcx_harness.export.l5x import body as l5x_body
 from rcx_harness.export.output import Output, write
 

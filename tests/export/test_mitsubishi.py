@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from exported_dialect import SOME_BLOCKS, declared, differing, library, untyped
+from rcx_harness.cell.exports import export
 from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.export import TARGETS, export
+from rcx_harness.export import TARGETS
 from rcx_harness.export.expressions import init_text
 from rcx_harness.export.output import Output
 from rcx_harness.export.parts import Sources

@@ -11,10 +11,11 @@ import pytest
 from example_runs import EXAMPLES
 from exported import recorded, trace_of
 from exported_dialect import WITH_INITIAL_VALUES, declared, library_and_example, untyped
+from rcx_harness.cell.exports import export
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.load import check
 from rcx_harness.engine.load import build
-from rcx_harness.export import TARGETS, export
+from rcx_harness.export import TARGETS
 from rcx_harness.export.expressions import init_text
 from rcx_harness.export.parts import Sources
 

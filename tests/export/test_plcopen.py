@@ -13,9 +13,9 @@ from example_runs import EXAMPLES
 from exported import EXPORTED, by_position, comments, recorded, shapes, trace_of
 from plc_bench import ROOT
 from plcopen_reader import read_plcopen
+from rcx_harness.cell.exports import export
 from rcx_harness.cli.app import main
 from rcx_harness.errors import InputError
-from rcx_harness.export import export
 from rcx_harness.export.output import write
 from rcx_tools.docs.examples import Example
 

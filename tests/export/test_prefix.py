@@ -13,10 +13,11 @@ from exported import recorded, shapes, trace_of
 from l5x_reader import read_l5x
 from plc_bench import ROOT
 from plcopen_reader import read_plcopen
+from rcx_harness.cell.exports import export
 from rcx_harness.cli.app import main
 from rcx_harness.engine.frontend.load import check
 from rcx_harness.engine.load import build, find_c_compiler, find_matiec
-from rcx_harness.export import TARGETS, export
+from rcx_harness.export import TARGETS
 from rcx_harness.export.output import write
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))

@@ -14,7 +14,7 @@ from rcx_harness.engine.frontend.syntax import Position
 from rcx_harness.engine.load import find_matiec
 from rcx_harness.export.refused import CONSTRUCTS_FILE, tools
 from rcx_harness.export.targets import TARGETS
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 
 Captured = pytest.CaptureFixture[str]
 _TOOLS = (

@@ -11,9 +11,10 @@ import pytest
 from example_runs import EXAMPLES
 from exported import shape
 from exported_dialect import SOME_BLOCKS, library_and_example
+from rcx_harness.cell.exports import export
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse_text
-from rcx_harness.export import TARGETS, export
+from rcx_harness.export import TARGETS
 from rcx_harness.export.body import Scope
 from rcx_harness.export.parts import Part, Sources
 from rcx_harness.export.scl import Names, scl_body

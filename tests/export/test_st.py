@@ -10,13 +10,12 @@ import pytest
 from example_runs import EXAMPLES
 from exported import EXPORTED, comments, recorded, shapes, trace_of
 from plc_bench import ROOT
+from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
 from rcx_harness.engine.frontend.load import check, load
 from rcx_harness.engine.load import build, find_c_compiler, find_matiec
 from rcx_harness.errors import InputError
-from rcx_harness.export import export
 from rcx_harness.export.output import Output, write
-from rcx_harness.export.parts import sources_of
 from rcx_tools.docs.examples import Example
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))

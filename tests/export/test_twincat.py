@@ -12,8 +12,8 @@ from blark.parse import parse
 from example_runs import EXAMPLES
 from exported import by_position, shapes
 from plc_bench import ROOT
+from rcx_harness.cell.exports import export
 from rcx_harness.engine.needed import needed as engine_needed
-from rcx_harness.export import export
 from rcx_harness.export.output import write
 from rcx_harness.output.exported import RECORD
 

@@ -14,13 +14,13 @@ import pytest
 
 from example_runs import EXAMPLES
 from exported_dialect import library
+from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.frontend import standard
 from rcx_harness.engine.frontend.scalars import ELEMENTARY
 from rcx_harness.engine.load import build
 from rcx_harness.errors import InputError
-from rcx_harness.export import TARGETS, export
-from rcx_harness.export.parts import sources_of
+from rcx_harness.export import TARGETS
 from rcx_harness.export.words import FOLDER, unwritten, words
 from rcx_tools.docs.examples import Example
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.cell.build import st_files
 from rcx_harness.cli.app import main
+from rcx_harness.engine.projects.sources import st_files
 
 Captured = pytest.CaptureFixture[str]
 

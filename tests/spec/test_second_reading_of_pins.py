@@ -17,7 +17,7 @@ from plc_bench import LIBRARY
 from rcx_harness import spec
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.spec.telegram import WORDS, Command, Field
 from rcx_tools.library.tables import library
 from second_reading import FOLDER, every_reading

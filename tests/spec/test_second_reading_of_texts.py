@@ -10,7 +10,7 @@ import pytest
 
 from pin_reading import every_block, refused_with
 from rcx_harness import spec
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_tools.library.tables import library
 from second_reading import FOLDER
 

@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any
 
 from rcx_harness.engine.base import Value
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.spec.telegram import WORDS
 from second_reading import FOLDER, Place, place
 

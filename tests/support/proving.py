@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.engine.needed import needed
-from rcx_harness.spec.tables import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.prove.solve import ask
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property

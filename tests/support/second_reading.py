@@ -15,7 +15,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.spec.telegram import WORDS
 
 __all__ = [

@@ -94,7 +94,7 @@ def test_without_the_repository_a_new_project_is_written_and_its_test_passes(
     cell = tmp_path / "cell"
     (cell / "tests" / "test_from.py").write_text(
         "import rcx_harness\n"
-        "from rcx_harness.cell.build import default_lib\n"
+        "from rcx_harness.cell.sources import default_lib\n"
         "def test_library_comes_from_the_wheel():\n"
         f"    assert str(default_lib()).startswith({str(site)!r})\n"
         f"    assert rcx_harness.__file__.startswith({str(site)!r})\n"

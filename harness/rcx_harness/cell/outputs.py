@@ -13,7 +13,7 @@ from rcx_harness.trace import FORMAT
 from rcx_harness.trace.view import BEGINNING
 
 if TYPE_CHECKING:
-    from rcx_harness.cell.sources import SourceFiles
+    from rcx_harness.engine.projects.sources import SourceFiles
 
 __all__ = ["check_outputs"]
 

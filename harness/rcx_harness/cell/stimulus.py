@@ -20,8 +20,8 @@ from rcx_harness.cell.surroundings import check, opposite
 from rcx_harness.engine.conditions import Condition, conditions
 from rcx_harness.engine.types import ArrayType, ElementaryType, StructType, Type
 from rcx_harness.errors import InputError
+from rcx_harness.output.toml_files import load_toml, toml_text
 from rcx_harness.robot import Violation
-from rcx_harness.spec import load_toml, toml_text
 from rcx_harness.units import parse_us
 
 __all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text", "typed"]

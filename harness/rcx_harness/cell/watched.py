@@ -10,9 +10,8 @@ from itertools import islice, product
 
 from rcx_harness.engine.base import Program, Value
 from rcx_harness.engine.types import ArrayType, BlockType, Type
-from rcx_harness.errors import InputError
+from rcx_harness.errors import InputError, did_you_mean
 from rcx_harness.output.limits import MOST_WATCHED
-from rcx_harness.spec.telegram import did_you_mean
 from rcx_harness.trace.values import check_watched, is_long, members, parts, value_text
 
 __all__ = ["Watched", "is_like"]

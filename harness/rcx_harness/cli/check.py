@@ -8,11 +8,12 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.sources import SourceFiles, blame_lib, source_files
+from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
 from rcx_harness.engine.checked import analysed, load
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.portability import LintFinding, lint, unportable
+from rcx_harness.engine.projects.sources import SourceFiles
 from rcx_harness.errors import InputError
 from rcx_harness.export.refused import Tool, refused, tools
 from rcx_harness.watch.calls_source import call_findings

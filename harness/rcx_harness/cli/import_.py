@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.sources import named_files
 from rcx_harness.cli.options import counted
 from rcx_harness.engine.projects.formats import is_project
 from rcx_harness.engine.projects.open import read_project
+from rcx_harness.engine.projects.sources import named_files
 from rcx_harness.engine.projects.texts import st_texts
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files

@@ -19,8 +19,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from rcx_harness.cell import EVENTS, Cell
-from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
-from rcx_harness.cell.sources import SourceFiles
+from rcx_harness.cell.build import check_outputs, several
+from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, no_connection
@@ -36,6 +36,7 @@ from rcx_harness.cli.options import (
     with_options,
 )
 from rcx_harness.engine.builtin.collector import Collector, counting
+from rcx_harness.engine.projects.sources import SourceFiles
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import draws
 from rcx_harness.output.files import replace_files

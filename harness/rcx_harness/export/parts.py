@@ -9,7 +9,6 @@ from pathlib import Path
 
 from lark import Token
 
-from rcx_harness.cell.sources import SourceFiles, default_lib, not_declared, source_files
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.constructs import refuse
 from rcx_harness.engine.frontend.lexer import tokens
@@ -17,6 +16,7 @@ from rcx_harness.engine.frontend.load import checked
 from rcx_harness.engine.frontend.parser import parse, parse_text
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.registry import Registry
+from rcx_harness.engine.projects.sources import SourceFiles, not_declared, source_files
 from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
 from rcx_harness.export.prefix import Renaming, renaming
@@ -90,7 +90,7 @@ class Sources:
 
 
 def sources_of(
-    lib: Path | None = None,
+    lib: Path,
     program: Sequence[Path] = (),
     *,
     only_needed: bool = False,
@@ -99,7 +99,7 @@ def sources_of(
     """Read and check the library, and a user's files with it.
 
     Args:
-        lib: Folder of the library; None for the one of this package.
+        lib: Folder of the library.
         program: The user's files or folders.
         only_needed: Leave out what the program does not need.
         prefix: What the names of the library get; None to leave them.
@@ -142,14 +142,13 @@ def comment(text: str) -> str:
     return f"(*\n{lines}\n *)"
 
 
-def _files(lib: Path | None, program: Sequence[Path], only_needed: bool) -> SourceFiles:
+def _files(lib: Path, program: Sequence[Path], only_needed: bool) -> SourceFiles:
     if only_needed:
         return source_files(list(program), lib)
-    folder = default_lib() if lib is None else lib
-    whole = source_files([folder], folder).own
+    whole = source_files([lib], lib).own
     if not program:
-        return SourceFiles((), whole, folder)
-    own = source_files(list(program), folder)
+        return SourceFiles((), whole, lib)
+    own = source_files(list(program), lib)
     taken = {real(file) for file in own.own}
     others = [file for file in whole if real(file) not in taken]
     return replace(own, lib=tuple(not_declared(others, own.declared)))

@@ -9,11 +9,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.cell.sources import SourceFiles, st_files
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.lexer import tokens
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.registry import parts_of
+from rcx_harness.engine.projects.sources import SourceFiles, st_files
 from rcx_harness.engine.source import source_text
 from rcx_harness.errors import InputError
 from rcx_harness.output.paths import real

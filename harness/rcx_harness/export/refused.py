@@ -12,14 +12,14 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.engine.frontend import syntax as s
 from rcx_harness.engine.frontend.constructs import Use
 from rcx_harness.engine.frontend.parser import parse
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.portability import reserved_names
+from rcx_harness.engine.projects.sources import SourceFiles
 from rcx_harness.export.words import words
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 
 __all__ = ["CONSTRUCTS_FILE", "Refusal", "Tool", "refused", "tools"]
 

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rcx_harness.cell.sources import source_files
 from rcx_harness.engine.compiling import deeply
 from rcx_harness.engine.frontend.load import too_deep
+from rcx_harness.engine.projects.sources import source_files
 from rcx_harness.errors import InputError
 from rcx_harness.export.keyence import to_keyence
 from rcx_harness.export.l5x.project import to_l5x
@@ -71,7 +71,7 @@ TARGETS = {
 
 def export(
     target: str,
-    lib: Path | None = None,
+    lib: Path,
     program: Sequence[Path] = (),
     *,
     only_needed: bool = False,
@@ -81,7 +81,7 @@ def export(
 
     Args:
         target: A key of `TARGETS`.
-        lib: Folder of the library; None for the one of this package.
+        lib: Folder of the library.
         program: The user's files or folders.
         only_needed: Leave out what the program does not need.
         prefix: What the names of the library get; None to leave them.

@@ -17,7 +17,7 @@ from rcx_harness.engine.frontend.standard import BLOCKS, FUNCTIONS, conversion, 
 from rcx_harness.export.losses import missing
 from rcx_harness.export.output import Missing
 from rcx_harness.export.parts import Part
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 
 __all__ = ["FOLDER", "Form", "Words", "blocks_of", "mentioned", "unwritten", "words"]
 

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.errors import InputError
-from rcx_harness.spec.tables import folder, load_toml
+from rcx_harness.output.toml_files import load_toml
+from rcx_harness.spec.tables import folder
 
 __all__ = ["Joint", "Law", "RobotModel", "law", "robot_models"]
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from rcx_harness.errors import InputError
-from rcx_harness.spec.tables import folder, load_toml
+from rcx_harness.output.toml_files import load_toml
+from rcx_harness.spec.tables import folder
 
 __all__ = ["BASES", "Rule", "rules"]
 

@@ -18,9 +18,10 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.cell import sources
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.engine.builtin.collector import Collector, counting
 from rcx_harness.engine.frontend.parser import parse
+from rcx_harness.engine.projects.sources import INSTEAD
 from rcx_harness.output.system import copied, copy_ended
 from rcx_harness.testing.tracing import PerTest
 from rcx_harness.verify.coverage.listing import Text, listing
@@ -47,7 +48,7 @@ def start(config: pytest.Config, order_file: Path) -> None:
     elif order.tests is None:
         config.pluginmanager.register(_Original(config, order))
     else:
-        sources.INSTEAD.update(order.instead)
+        INSTEAD.update(order.instead)
         config.option.maxfail = 1
         config.pluginmanager.register(_Mutant(order))
 
@@ -78,7 +79,7 @@ class _Original(PerTest):
         super().__init__()
         self._order, self._root = order, config.rootpath
         self._collector = Collector(library=False)
-        self._collector.leave_out(sources.default_lib())
+        self._collector.leave_out(default_lib())
         self._why: list[str] = []
         stack = ExitStack()
         stack.enter_context(counting(self._collector))
@@ -210,7 +211,7 @@ def _in_copy(session: pytest.Session, order: Order) -> None:
     if factory is not None:
         factory._basetemp = order.folder / "tests"  # noqa: SLF001 - pytest has no other way
         factory._basetemp.mkdir()  # noqa: SLF001
-    sources.INSTEAD.update(order.instead)
+    INSTEAD.update(order.instead)
     mutant = _Mutant(order)
     config.pluginmanager.register(mutant)
     items = wanted(order, session.items)

@@ -14,9 +14,8 @@ import pytest
 
 from rcx_harness.cell import Cell
 from rcx_harness.engine.load import why_not
-from rcx_harness.errors import InputError
+from rcx_harness.errors import InputError, did_you_mean
 from rcx_harness.robot import RobotConfig
-from rcx_harness.spec.telegram import did_you_mean
 from rcx_harness.testing import OPTIONS, VALUES
 from rcx_harness.units import parse_us
 

@@ -11,7 +11,8 @@ from functools import lru_cache
 
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.types import BlockType, ElementaryType
-from rcx_harness.spec import folder, load_toml
+from rcx_harness.output.toml_files import load_toml
+from rcx_harness.spec import folder
 
 __all__ = ["named", "of_alarms", "of_errors", "shown_errors", "unanswered"]
 

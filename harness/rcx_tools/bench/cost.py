@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 
 from rcx_harness import Cell
-from rcx_harness.cell.build import default_lib
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.load import MISSING, Matiec, find_c_compiler, find_matiec

@@ -18,9 +18,9 @@ from random import Random
 from typing import NamedTuple
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import default_lib, source_files
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
+from rcx_harness.cell.sources import default_lib, source_files
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend.load import load
 from rcx_harness.errors import InputError

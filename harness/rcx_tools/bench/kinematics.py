@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from rcx_harness.cell.build import default_lib
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.engine import build
 from rcx_harness.engine.needed import needed
 from rcx_harness.robot.config.models import axis_keys

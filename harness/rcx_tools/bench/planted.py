@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.system import processors
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.storm.replay import MARK
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
 

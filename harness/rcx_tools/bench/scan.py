@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from rcx_harness.cell.build import default_lib
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.load import build, why_not
 from rcx_harness.engine.needed import needed

@@ -11,7 +11,7 @@ from pathlib import Path
 from statistics import median
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import default_lib, source_files
+from rcx_harness.cell.sources import default_lib, source_files
 from rcx_harness.engine.load import build, find_c_compiler, find_matiec
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.watch.calls_source import steady_instances

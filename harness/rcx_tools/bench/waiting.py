@@ -19,7 +19,7 @@ from pathlib import Path
 from statistics import median
 
 from rcx_harness import Cell
-from rcx_harness.cell.build import default_lib
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.engine.load import why_not
 from rcx_harness.new import new_project
 from rcx_tools.bench.figure import Figure, Options, at_most, missing

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_tools.docs.blocks.source import ROOT, Kind, kinds, pous
 from rcx_tools.library.version import version, version_number
 

@@ -17,7 +17,8 @@ from typing import Any
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.errors import InputError
-from rcx_harness.spec import command_name, load_toml, signals
+from rcx_harness.output.toml_files import load_toml
+from rcx_harness.spec import command_name, signals
 from rcx_harness.trace import Cycle, Record, Scan
 from rcx_harness.trace.chart import Lane, time_labels
 from rcx_harness.units import parse_us

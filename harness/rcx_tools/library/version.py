@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 
 __all__ = ["version", "version_files", "version_number"]
 

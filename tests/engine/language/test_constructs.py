@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from matiec_habits import iec2c_takes
+from rcx_harness.cell.exports import export
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.frontend.constructs import CONSTRUCTS, TRANSLATED, refuse
 from rcx_harness.engine.frontend.load import load
@@ -21,7 +22,7 @@ from rcx_harness.engine.load import find_matiec
 from rcx_harness.engine.portability import lint
 from rcx_harness.errors import InputError
 from rcx_harness.export.refused import tools
-from rcx_harness.export.targets import TARGETS, export
+from rcx_harness.export.targets import TARGETS
 
 
 class Row(NamedTuple):

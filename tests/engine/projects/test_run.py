@@ -11,11 +11,11 @@ import pytest
 from example_runs import changes, recorded_trace
 from exported import EXPORTED
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.exports import export
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.engine.load import build
 from rcx_harness.engine.projects.open import project_sources
-from rcx_harness.export import export
 from rcx_harness.export.output import write
 from rcx_tools.docs.examples import Example
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from example_states import found, in_state
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from robot_master import NORMAL_END, Master, abnormal_end
 
 _FILE = Path(__file__).resolve().parents[2] / "data" / "worked_examples.toml"

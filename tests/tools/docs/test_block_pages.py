@@ -12,7 +12,7 @@ from rcx_harness import spec
 from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.engine.portability import lint
 from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_tools.docs import blocks as docs_blocks
 from rcx_tools.docs import pages as docs
 from rcx_tools.docs.blocks import examples, ranges

@@ -11,8 +11,8 @@ from typing import Any
 
 from rcx_harness.errors import InputError
 from rcx_harness.look.compare.fit import Fit
+from rcx_harness.output.toml_files import toml_text
 from rcx_harness.robot import RobotConfig
-from rcx_harness.spec import toml_text
 
 __all__ = ["robot_file"]
 

@@ -14,8 +14,7 @@ from typing import Any
 
 from rcx_harness.engine.base import Program
 from rcx_harness.engine.types import BlockType, EnumType, StructType
-from rcx_harness.errors import InputError
-from rcx_harness.spec.telegram import did_you_mean
+from rcx_harness.errors import InputError, did_you_mean
 
 __all__ = ["HOLD_S", "Plate", "plates_of"]
 

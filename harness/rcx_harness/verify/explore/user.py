@@ -15,13 +15,14 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from rcx_harness.cell.build import SourceFiles, blame_lib
 from rcx_harness.cell.image import find_image
 from rcx_harness.cell.node import status_path
+from rcx_harness.cell.sources import blame_lib
 from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.engine.builtin.storage import is_scalar
 from rcx_harness.engine.frontend.load import load
 from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.projects.sources import SourceFiles
 from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import SIZE

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from rcx_harness.errors import InputError
 from rcx_harness.output.files import replace_files
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.mutants.mutant import Mutant
 
 __all__ = ["Judged", "Reasons", "figures", "print_report", "write_rows"]

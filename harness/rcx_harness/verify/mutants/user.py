@@ -10,8 +10,8 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from rcx_harness.cell.sources import SourceFiles
 from rcx_harness.engine.cache import sources_key
+from rcx_harness.engine.projects.sources import SourceFiles
 from rcx_harness.errors import InputError
 from rcx_harness.output.paths import real
 from rcx_harness.verify.farm import Farm

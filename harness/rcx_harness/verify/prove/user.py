@@ -11,10 +11,11 @@ from typing import Any
 
 import z3
 
-from rcx_harness.cell.sources import SourceFiles, blame_lib, source_files
+from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.engine.frontend.constructs import TRANSLATED, refuse
 from rcx_harness.engine.frontend.load import load, too_deep
 from rcx_harness.engine.frontend.project import Project
+from rcx_harness.engine.projects.sources import SourceFiles
 from rcx_harness.errors import InputError
 from rcx_harness.output.console import quoted
 from rcx_harness.spec.wire import SIZE

@@ -10,17 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import (
-    blame_lib,
-    make_robot,
-    named_files,
-    several,
-    source_files,
-    st_files,
-)
+from rcx_harness.cell.build import make_robot, several
 from rcx_harness.cell.compiled import Compiled
-from rcx_harness.cell.sources import library_folder
+from rcx_harness.cell.sources import blame_lib, library_folder, source_files
 from rcx_harness.engine.needed import declared_names
+from rcx_harness.engine.projects.sources import named_files, st_files
 from rcx_harness.errors import InputError
 from rcx_harness.verify.farm import Parcel
 from rcx_harness.verify.storm.demands import Demands

@@ -13,10 +13,9 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Entry, Stimulus, typed
 from rcx_harness.cell.surroundings import OPPOSITES
 from rcx_harness.engine.types import ElementaryType
-from rcx_harness.errors import InputError
+from rcx_harness.errors import InputError, did_you_mean
 from rcx_harness.output.reading import check_file
-from rcx_harness.spec import load_toml
-from rcx_harness.spec.telegram import did_you_mean
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.units import parse_us
 from rcx_harness.verify.properties import Declared, declared_in, from_python
 from rcx_harness.verify.recovery import Recovery, recovery_of

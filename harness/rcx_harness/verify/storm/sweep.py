@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 from rcx_harness.cell import EVENTS
 from rcx_harness.cell.stimulus import Entry
 from rcx_harness.cell.surroundings import check, opposite
-from rcx_harness.errors import InputError
-from rcx_harness.spec.telegram import did_you_mean
+from rcx_harness.errors import InputError, did_you_mean
 from rcx_harness.units import format_us
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import RECOVERY, Course

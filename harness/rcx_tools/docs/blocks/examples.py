@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_tools.docs.blocks.source import ROOT, Pin, Pou, kinds, pous
 from rcx_tools.library import library
 

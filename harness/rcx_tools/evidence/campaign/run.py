@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rcx_harness.cell.build import source_files
 from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.link import PacketNetwork
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Entry
 from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import SIZE

@@ -14,7 +14,7 @@ from rich.console import Console
 from rcx_harness.engine.builtin.collector import Collector
 from rcx_harness.engine.builtin.coverage import Plan
 from rcx_harness.engine.frontend.load import checked
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.coverage.measure import FileResult, Share, measure
 from rcx_harness.verify.coverage.output import write_report
 from rcx_harness.verify.coverage.parts import Part, merge, part_of

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.mutants.mutant import Mutant, mutant_of
 from rcx_harness.verify.mutants.text import Edit, Span
 from rcx_tools.evidence.mutants.python import function_at

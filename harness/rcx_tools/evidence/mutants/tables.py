@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from rcx_harness.spec import parse_toml
+from rcx_harness.output.toml_files import parse_toml
 from rcx_harness.verify.mutants.text import Edit, Span
 from rcx_tools.evidence.mutants.sample import Change
 

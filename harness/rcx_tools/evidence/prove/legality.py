@@ -11,7 +11,7 @@ from typing import Any
 
 import z3
 
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_tools.evidence.results import ROOT
 
 __all__ = ["CODE_BITS", "legal"]

@@ -16,7 +16,7 @@ import z3
 
 from rcx_harness.engine.frontend.standard import BLOCKS
 from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.prove.logic import both
 from rcx_harness.verify.prove.machine import Alternatives, Machine, Path
 from rcx_harness.verify.prove.overflow import Operation, Span

@@ -13,7 +13,7 @@ from typing import Any
 import z3
 
 from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.kept import digest
 from rcx_harness.verify.prove.solve import PROVED
 from rcx_tools.evidence.prove.claims import CLAIMS

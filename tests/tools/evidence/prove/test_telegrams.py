@@ -17,7 +17,7 @@ from example_pins import EXAMPLE_BLOCKS, given_pins
 from pin_reading import Pins, every_block
 from plc_bench import ROOT
 from rcx_harness.engine.base import Value
-from rcx_harness.spec import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.prove.solve import PROVED, ask
 from rcx_harness.verify.prove.texts import Text
 from rcx_tools.evidence.prove import telegrams

@@ -8,7 +8,7 @@ import pytest
 import z3
 
 from rcx_harness.engine.needed import needed
-from rcx_harness.spec.tables import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.prove.solve import PROVED, REFUTED, ask
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.tickets import PROPERTIES, turns

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.engine.needed import needed
-from rcx_harness.spec.tables import load_toml
+from rcx_harness.output.toml_files import load_toml
 from rcx_harness.verify.prove.solve import PROVED, REFUTED, ask
 from rcx_tools.evidence.prove.jobs import PROPERTIES
 from rcx_tools.evidence.prove.library import Library
