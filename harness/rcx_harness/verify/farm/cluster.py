@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import socket
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import urlsplit
 
 from rcx_harness.errors import InputError
+from rcx_harness.verify.farm.fingerprint import Fingerprint, fingerprint
 
 __all__ = ["Cluster", "is_here"]
 
@@ -26,6 +28,7 @@ class Cluster:
         plain: Connections to other computers may be without TLS: who can reach them can run
             anything on each of the computers.
         patience_s: How long a scheduler, or a first worker, is waited for [s].
+        fingerprint: What has to be the same on each of its computers.
     """
 
     address: str
@@ -34,6 +37,7 @@ class Cluster:
     key: Path | None = None
     plain: bool = False
     patience_s: float = 30.0
+    fingerprint: Callable[[], Fingerprint] = fingerprint
 
     def check(self) -> None:
         """Without asking anybody.

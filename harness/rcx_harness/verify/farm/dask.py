@@ -23,7 +23,7 @@ from distributed.comm import connect, get_address_host
 
 from rcx_harness.errors import InputError
 from rcx_harness.verify.farm.cluster import Cluster
-from rcx_harness.verify.farm.fingerprint import differences, fingerprint
+from rcx_harness.verify.farm.fingerprint import Fingerprint, differences
 from rcx_harness.verify.farm.work import Died, Done, Ended, NotBegun, Work, attempt, doer
 
 __all__ = ["ClusterCrew"]
@@ -34,8 +34,6 @@ _DEPTH = 2
 _LOOK_S = 1.0
 #: What says itself that something is amiss; here that is a message to the user.
 _LOGS = ("distributed", "distributed.client")
-
-_Of = tuple[tuple[str, str], ...]
 
 
 class _Bench:
@@ -73,11 +71,11 @@ class _Carrier(WorkerPlugin):  # type: ignore[misc]
         _BENCHES.pop(self._run, None)
 
 
-def _one(run: str, of: _Of, item: bytes) -> bytes:
+def _one(run: str, here: Callable[[], Fingerprint], of: Fingerprint, item: bytes) -> bytes:
     """What a worker does with an item."""
 
     def one() -> Any:
-        if differ := differences(of, fingerprint()):
+        if differ := differences(of, here()):
             raise _other(f"a worker on {socket.gethostname()}", differ)
         return _BENCHES[run].one(item)
 
@@ -103,7 +101,7 @@ class ClusterCrew:
     ) -> None:
         self._cluster, self._say = cluster, say
         self._carrier = _Carrier(uuid.uuid4().hex, pickle.dumps(work))
-        self._of = fingerprint()
+        self._of = cluster.fingerprint()
         self._ended: Queue[tuple[int, Future]] = Queue()
         self._futures: dict[int, Future] = {}
         self._workers: dict[str, Any] = {}
@@ -136,7 +134,8 @@ class ClusterCrew:
         assert self._client is not None
         run = self._carrier.name
         key = f"{run}-{uuid.uuid4().hex}"
-        arguments = (run.removeprefix("rcx-"), self._of, pickle.dumps(item))
+        of = (self._cluster.fingerprint, self._of)
+        arguments = (run.removeprefix("rcx-"), *of, pickle.dumps(item))
         try:
             future = self._client.submit(_one, *arguments, key=key, pure=False)
         except ClosedClientError:
@@ -182,7 +181,7 @@ class ClusterCrew:
             hint = f"start some: dask worker {self._cluster.address} --nthreads 1"
             raise _failed(self._cluster, "has no workers", hint) from None
         self._look()
-        for address, one in client.run(fingerprint, on_error="return").items():
+        for address, one in client.run(self._cluster.fingerprint, on_error="return").items():
             if isinstance(one, Exception):
                 raise _other(f"the worker {address}", f"it has no such rcx-harness ({one})")
             if differ := differences(self._of, one):

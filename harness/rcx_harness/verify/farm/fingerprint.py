@@ -2,35 +2,45 @@
 
 from __future__ import annotations
 
+import hashlib
 import sys
+from collections.abc import Sequence
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
+from typing import TypeAlias
 
-from rcx_harness.cell.sources import default_lib
-from rcx_harness.spec import folder as spec_folder
 from rcx_harness.verify.kept import digest
 
-__all__ = ["differences", "fingerprint"]
+__all__ = ["PACKAGES", "Fingerprint", "differences", "digest_of", "fingerprint"]
 
-_PACKAGE = Path(__file__).parents[2]
+#: Name and value of each thing, for people.
+Fingerprint: TypeAlias = tuple[tuple[str, str], ...]
+
+#: The toolkit itself.
+PACKAGES = (Path(__file__).parents[1],)
 
 
 @cache
-def fingerprint() -> tuple[tuple[str, str], ...]:
-    """Name and value of each thing, for people."""
+def fingerprint(packages: tuple[Path, ...] = PACKAGES) -> Fingerprint:
+    """Return name and value of what verdicts of these packages rest on."""
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
-    found = [("rcx-harness", version("rcx-harness")), ("Python", python)]
-    folders = {"its sources": _PACKAGE, "its tables": spec_folder(), "its library": default_lib()}
-    for name, folder in folders.items():
+    return (("Python", python), ("its sources", digest_of(packages)))
+
+
+def digest_of(folders: Sequence[Path]) -> str:
+    """Return a hash of the files in folders, without compiled ones and installed data."""
+    found = []
+    for folder in folders:
         files = [file for file in folder.rglob("*") if file.is_file()]
         others = {"__pycache__", "_data"}
         own = [file for file in files if not others & set(file.relative_to(folder).parts)]
-        found.append((name, digest(folder, own)))
-    return tuple(found)
+        found.append(digest(folder, own))
+    if len(found) == 1:
+        return found[0]
+    return hashlib.sha256("".join(found).encode()).hexdigest()[:16]
 
 
-def differences(here: tuple[tuple[str, str], ...], there: tuple[tuple[str, str], ...]) -> str:
+def differences(here: Fingerprint, there: Fingerprint) -> str:
     """What is not the same, in words; empty: nothing."""
     other = dict(there)
     return ", ".join(
