@@ -7,8 +7,8 @@ import struct
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from rcx_harness.engine.base import Located, Program
-from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type
+from rcx_harness.engine.base import Program
+from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Located, Type
 from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import check_size
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rcx_harness.engine.base import Located, Program, Value
+    from rcx_harness.engine.base import Program, Value
     from rcx_harness.engine.load import ENGINES, Built, build
 
-__all__ = ["ENGINES", "Built", "Located", "Program", "Value", "build"]
+__all__ = ["ENGINES", "Built", "Program", "Value", "build"]
 
 
 def __getattr__(name: str) -> Any:

@@ -3,30 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from rcx_harness.engine.types import Type
+from rcx_harness.engine.types import Located, Type
 
-__all__ = ["CallLog", "Located", "Program", "Value"]
+__all__ = ["CallLog", "Program", "Value"]
 
 #: BOOL is bool, integers and bit strings int, REAL and LREAL float, STRING str,
 #: TIME datetime.timedelta, an enumeration its member's name; arrays are lists (nested
 #: for several dimensions), structures dicts by field name.
 Value = Any
-
-
-@dataclass(frozen=True)
-class Located:
-    """A directly represented variable: its address (`%QW3`), path and type.
-
-    `start` is its first byte where the address does not say so: within an array or a structure.
-    """
-
-    address: str
-    path: str
-    type: Type
-    start: int | None = None
 
 
 class CallLog(Protocol):

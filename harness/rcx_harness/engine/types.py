@@ -11,6 +11,7 @@ __all__ = [
     "ElementaryType",
     "EnumType",
     "InterfaceType",
+    "Located",
     "ReferenceType",
     "StructType",
     "Type",
@@ -149,6 +150,19 @@ def _form(kind: Type | None) -> str:
 Type: TypeAlias = (
     ElementaryType | EnumType | ArrayType | StructType | BlockType | InterfaceType | ReferenceType
 )
+
+
+@dataclass(frozen=True)
+class Located:
+    """A directly represented variable: its address (`%QW3`), path and type.
+
+    `start` is its first byte where the address does not say so: within an array or a structure.
+    """
+
+    address: str
+    path: str
+    type: Type
+    start: int | None = None
 
 
 def has_block(kind: Type) -> bool:

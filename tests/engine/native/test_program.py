@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.base import Located, Program
+from rcx_harness.engine.base import Program
 from rcx_harness.engine.native.program import NativeProgram
-from rcx_harness.engine.types import ElementaryType
+from rcx_harness.engine.types import ElementaryType, Located
 from rcx_harness.errors import InputError
 
 Compile = Callable[..., NativeProgram]

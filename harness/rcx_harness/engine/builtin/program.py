@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-from rcx_harness.engine.base import CallLog, Located, Value
+from rcx_harness.engine.base import CallLog, Value
 from rcx_harness.engine.builtin.collector import Collector
 from rcx_harness.engine.builtin.module import Module, module_of
 from rcx_harness.engine.builtin.objects import holds_pointers
@@ -23,6 +23,7 @@ from rcx_harness.engine.types import (
     BlockType,
     ElementaryType,
     InterfaceType,
+    Located,
     ReferenceType,
     StructType,
     Type,

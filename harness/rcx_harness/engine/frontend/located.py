@@ -12,11 +12,10 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 from typing import NamedTuple
 
-from rcx_harness.engine.base import Located
 from rcx_harness.engine.frontend.declare import Declarations
 from rcx_harness.engine.frontend.sizes import places_of, size_of
 from rcx_harness.engine.frontend.tree import Symbol
-from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Located, StructType, Type
 
 __all__ = ["located"]
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.base import Located
 from rcx_harness.engine.frontend.constructs import Use
 from rcx_harness.engine.frontend.objects import Objects
 from rcx_harness.engine.frontend.tree import Pou, Symbol
-from rcx_harness.engine.types import BlockType, Type, Variable
+from rcx_harness.engine.types import BlockType, Located, Type, Variable
 from rcx_harness.errors import InputError
 
 __all__ = ["Project", "Run", "Task", "Unit", "runnable"]

@@ -17,12 +17,12 @@ from itertools import chain, groupby
 from operator import itemgetter
 from typing import Any, Literal, TypeVar
 
-from rcx_harness.engine.base import Located, Value
+from rcx_harness.engine.base import Value
 from rcx_harness.engine.frontend.paths import resolve, walk
 from rcx_harness.engine.frontend.project import Project
 from rcx_harness.engine.frontend.values import array_length, describe, from_python
 from rcx_harness.engine.native.memory import Codec, Dialect, Layout, layout_expressions, memory_at
-from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Located, StructType, Type
 from rcx_harness.errors import InputError
 from rcx_harness.output import system
 
