@@ -24,6 +24,9 @@ READY := .venv/.ready
 # Modules are compiled once, not by each process that imports them.
 export PYTHONDONTWRITEBYTECODE :=
 
+# The packages of the wheel.
+PACKAGES := harness/rcx_harness harness/structured_text
+
 CHECKS := prove contract coverage mutants explore campaign metamorphic
 
 PIP := -m pip install --quiet --disable-pip-version-check
@@ -54,8 +57,8 @@ lint: $(READY)
 	$(BIN)/ruff check harness tests
 	$(BIN)/ruff format --check harness tests
 	$(BIN)/mypy
-	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 harness/rcx_harness
-	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin harness/rcx_harness
+	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 $(PACKAGES)
+	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin $(PACKAGES)
 	$(BIN)/rcx check --lint plc
 	$(BIN)/python -m rcx_tools.docs.pages --check
 	@$(BIN)/python -m rcx_tools.evidence.report --remind

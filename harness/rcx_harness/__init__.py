@@ -7,9 +7,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from rcx_harness.cell import Cell, CellTimeout
-    from rcx_harness.errors import InputError
     from rcx_harness.robot import RobotConfig
     from rcx_harness.verify.properties import always, eventually
+    from structured_text.errors import InputError
 
 __all__ = ["Cell", "CellTimeout", "InputError", "RobotConfig", "always", "eventually"]
 

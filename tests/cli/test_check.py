@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.engine.portability import lint
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.language.portability import lint
 
 Captured = pytest.CaptureFixture[str]
 

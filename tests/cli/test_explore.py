@@ -19,7 +19,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
 from rcx_harness.verify.explore import user
 from rcx_harness.verify.explore.controller import FAULTS, Small, Wire
 from rcx_harness.verify.explore.user import Settings, explore
-from rcx_harness.verify.farm.local import LocalCrew
+from structured_text.farm.local import LocalCrew
 
 Captured = pytest.CaptureFixture[str]
 

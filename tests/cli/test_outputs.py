@@ -15,9 +15,9 @@ import pytest
 
 from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import NewFiles, OutputFile, replace_files
 from serve_process import own_addresses
+from structured_text.errors import InputError
+from structured_text.output.files import NewFiles, OutputFile, replace_files
 
 _FULL = Path("/dev/full")
 _KINDS = ("trace", "vcd", "chart")
@@ -290,7 +290,7 @@ sys.exit(main())
         "typer",
         "rcx_harness.cli.app",
         "rcx_harness.cell.cell",
-        "rcx_harness.engine.builtin.compile",
+        "structured_text.engines.builtin.compile",
         "lark",
         "source_files",
         "parse_text",

@@ -12,9 +12,9 @@ from probed_robot import StationLine
 from rcx_harness.cli import probe as cli
 from rcx_harness.cli.app import main
 from rcx_harness.look.probe.catalogue import questions
-from rcx_harness.output.toml_files import load_toml
 from rcx_harness.robot import RobotConfig
 from serve_process import ServeProcess, own_addresses
+from structured_text.output.toml_files import load_toml
 
 Captured = pytest.CaptureFixture[str]
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import COMMANDS, app, main
-from rcx_harness.engine.load import find_matiec
+from structured_text.engines.load import find_matiec
 
 #: Runs commands one after the other; after each: its exit code, and which modules are new.
 _RUN = """
@@ -69,10 +69,12 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
         ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"],
     )
     assert not _below(version, "rich", "lark", *_HEAVY)
-    own = {"rcx_harness", "rcx_harness.cli", "rcx_harness.cli.app", "rcx_harness.errors"}
+    own = {"rcx_harness", "rcx_harness.cli", "rcx_harness.cli.app", "structured_text.errors"}
     assert _below(version, "rcx_harness") == own
     assert not _below(helped, "rich", "rcx_harness", "lark", *_HEAVY)
-    assert not _below(codec, "rcx_harness.engine", "rcx_harness.robot", "rcx_harness.cell", "lark")
+    assert not _below(
+        codec, "structured_text.engines", "rcx_harness.robot", "rcx_harness.cell", "lark"
+    )
     rooms = ("robot", "enip", "trace", "look", "serve", "verify", "bridge", "new", "testing")
     engines = ["engine.load", "engine.builtin", "engine.strucpp"]
     if find_matiec() is None:  # which checks, too, where it is there
@@ -95,9 +97,9 @@ def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_
     _imported(words, **kept)
     (again,) = _imported(words, **kept)
     front = ("parser", "lexer", "load", "bodies", "declare")
-    assert not _below(again, "lark", *(f"rcx_harness.engine.frontend.{one}" for one in front))
+    assert not _below(again, "lark", *(f"structured_text.language.{one}" for one in front))
     others = ("projects.open", "builtin.compile", "builtin.statements", "strucpp.program")
-    assert not _below(again, *(f"rcx_harness.engine.{one}" for one in others))
+    assert not _below(again, *(f"structured_text.engines.{one}" for one in others))
 
 
 def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:

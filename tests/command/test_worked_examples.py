@@ -19,7 +19,7 @@ from command_bench import BLOCKS, CommandBench, bench_of
 from example_pins import EXAMPLE_BLOCKS, answer_pins, given_pins
 from plc_bench import ROOT
 from rcx_harness import spec
-from rcx_harness.engine.base import Value
+from structured_text.engines.base import Value
 
 _EXAMPLES: dict[int, dict[str, Any]] = {
     one["number"]: one

@@ -11,11 +11,11 @@ import pytest
 from both_engines import ENGINES
 from plc_bench import LIBRARY, ROOT
 from rcx_harness import spec
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
-from rcx_harness.errors import InputError
 from rcx_tools.library.alarm_texts import literal, text_files, wrapped
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.errors import InputError
+from structured_text.projects.needed import needed
 
 _PROGRAM = """\
 PROGRAM Texts

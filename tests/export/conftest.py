@@ -8,7 +8,7 @@ import pytest
 
 from example_runs import EXAMPLES
 from plc_bench import ROOT
-from rcx_harness.engine.needed import needed as needed_files
+from structured_text.projects.needed import needed as needed_files
 
 
 @pytest.fixture(

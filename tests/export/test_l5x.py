@@ -15,14 +15,14 @@ from l5x_reader import read_l5x
 from l5x_structure import faults
 from plc_bench import ROOT
 from rcx_harness.cell.exports import export
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.frontend.load import check
-from rcx_harness.engine.load import build
-from rcx_harness.engine.types import BlockType
-from rcx_harness.errors import InputError
-from rcx_harness.export import TARGETS
-from rcx_harness.export.output import Output, write
 from rcx_tools.docs.examples import Example
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.errors import InputError
+from structured_text.export import TARGETS
+from structured_text.export.output import Output, write
+from structured_text.language.load import check
+from structured_text.language.types import BlockType
 
 #: What is read back: 01, and 06 with texts, arrays of structures and a table of the user's.
 _CARRIED = [one for one in EXAMPLES if one.name[:2] != "09"]

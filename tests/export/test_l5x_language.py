@@ -10,11 +10,11 @@ import pytest
 from l5x_reader import read_l5x
 from rcx_harness.cell.exports import export
 from rcx_harness.cell.sources import source_files
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
-from rcx_harness.export.l5x import body as l5x_body
-from rcx_harness.export.output import Output, write
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.errors import InputError
+from structured_text.export.l5x import body as l5x_body
+from structured_text.export.output import Output, write
 
 
 def _exported(folder: Path, text: str) -> Output:

@@ -10,9 +10,9 @@ from exported_dialect import WITH_INITIAL_VALUES, library
 from l5x_reader import read_l5x
 from rcx_harness.cell.exports import export
 from rcx_harness.cli.app import main
-from rcx_harness.engine.load import build
-from rcx_harness.export import TARGETS
-from rcx_harness.export.output import write
+from structured_text.engines.load import build
+from structured_text.export import TARGETS
+from structured_text.export.output import write
 
 Captured = pytest.CaptureFixture[str]
 

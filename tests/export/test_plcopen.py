@@ -15,9 +15,9 @@ from plc_bench import ROOT
 from plcopen_reader import read_plcopen
 from rcx_harness.cell.exports import export
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
-from rcx_harness.export.output import write
 from rcx_tools.docs.examples import Example
+from structured_text.errors import InputError
+from structured_text.export.output import write
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 CELL = sorted(EXAMPLES[0].folder.glob("*.st"))

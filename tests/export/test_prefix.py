@@ -15,10 +15,10 @@ from plc_bench import ROOT
 from plcopen_reader import read_plcopen
 from rcx_harness.cell.exports import export
 from rcx_harness.cli.app import main
-from rcx_harness.engine.frontend.load import check
-from rcx_harness.engine.load import build, find_c_compiler, find_matiec
-from rcx_harness.export import TARGETS
-from rcx_harness.export.output import write
+from structured_text.engines.load import build, find_c_compiler, find_matiec
+from structured_text.export import TARGETS
+from structured_text.export.output import write
+from structured_text.language.load import check
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 Captured = pytest.CaptureFixture[str]

@@ -12,12 +12,12 @@ from example_runs import EXAMPLES
 from exported import shape
 from exported_dialect import SOME_BLOCKS, library_and_example
 from rcx_harness.cell.exports import export
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse_text
-from rcx_harness.export import TARGETS
-from rcx_harness.export.body import Scope
-from rcx_harness.export.parts import Part, Sources
-from rcx_harness.export.scl import Names, scl_body
+from structured_text.export import TARGETS
+from structured_text.export.body import Scope
+from structured_text.export.parts import Part, Sources
+from structured_text.export.scl import Names, scl_body
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse_text
 
 _PIECE = re.compile(
     r"""(?P<kept>'(?:\$.|[^$'\n])*'|\(\*.*?\*\))|(?<!\w)\#"?(?P<local>\w+)"?(?!\w)|"(?P<quoted>\w+)\"""",

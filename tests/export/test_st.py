@@ -12,11 +12,11 @@ from exported import EXPORTED, comments, recorded, shapes, trace_of
 from plc_bench import ROOT
 from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
-from rcx_harness.engine.frontend.load import check, load
-from rcx_harness.engine.load import build, find_c_compiler, find_matiec
-from rcx_harness.errors import InputError
-from rcx_harness.export.output import Output, write
 from rcx_tools.docs.examples import Example
+from structured_text.engines.load import build, find_c_compiler, find_matiec
+from structured_text.errors import InputError
+from structured_text.export.output import Output, write
+from structured_text.language.load import check, load
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 CELL = sorted(EXAMPLES[0].folder.glob("*.st"))

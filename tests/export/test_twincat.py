@@ -13,9 +13,9 @@ from example_runs import EXAMPLES
 from exported import by_position, shapes
 from plc_bench import ROOT
 from rcx_harness.cell.exports import export
-from rcx_harness.engine.needed import needed as engine_needed
-from rcx_harness.export.output import write
-from rcx_harness.output.exported import RECORD
+from structured_text.export.output import write
+from structured_text.output.exported import RECORD
+from structured_text.projects.needed import needed as engine_needed
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 CELL = sorted(EXAMPLES[0].folder.glob("*.st"))

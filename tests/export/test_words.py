@@ -15,14 +15,14 @@ import pytest
 from example_runs import EXAMPLES
 from exported_dialect import library
 from rcx_harness.cell.exports import export, sources_of
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.frontend import standard
-from rcx_harness.engine.frontend.scalars import ELEMENTARY
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
-from rcx_harness.export import TARGETS
-from rcx_harness.export.words import FOLDER, unwritten, words
 from rcx_tools.docs.examples import Example
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.errors import InputError
+from structured_text.export import TARGETS
+from structured_text.export.words import FOLDER, unwritten, words
+from structured_text.language import standard
+from structured_text.language.scalars import ELEMENTARY
 
 #: Those of the second edition; what came later is refused as no part of the portable subset.
 FUNCTIONS, BLOCKS = (

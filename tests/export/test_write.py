@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.engine.projects.sources import st_files
+from structured_text.projects.sources import st_files
 
 Captured = pytest.CaptureFixture[str]
 

@@ -14,7 +14,7 @@ from typing import IO
 import pytest
 
 from imports import modules
-from rcx_harness.output.programs import Program, run
+from structured_text.output.programs import Program, run
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the programs are shell scripts")
 
@@ -58,7 +58,7 @@ def test_what_it_has_started_is_killed_with_it() -> None:
 _PARENT = f"""
 import subprocess, sys
 import select
-from rcx_harness.output.programs import Program
+from structured_text.output.programs import Program
 Program(["sh", "-c", {_ENDLESS!r}])
 # A signal just before a blocking read would be seen only after it.
 while not select.select([sys.stdin], [], [], 0.1)[0]:

@@ -18,10 +18,10 @@ from pathlib import Path
 import pytest
 
 from imports import modules
-from rcx_harness.output import system
+from structured_text.output import system
 from system_names import SYSTEMS, names_of, used
 
-SYSTEM, GUARD = "rcx_harness.output.system", "rcx_harness.output.guard"
+SYSTEM, GUARD = "structured_text.output.system", "structured_text.output.guard"
 
 
 @pytest.mark.exhaustive
@@ -205,7 +205,9 @@ copies = pytest.mark.skipif(not system.COPIES, reason="this system has no copies
 
 def _in_new_python(code: str) -> tuple[int, str, str]:
     """Exit code and what is said: a copy of the tests' process would have their threads' locks."""
-    given = "import os, signal, subprocess, sys\nfrom rcx_harness.output.system import PipedCopy\n"
+    given = (
+        "import os, signal, subprocess, sys\nfrom structured_text.output.system import PipedCopy\n"
+    )
     done = subprocess.run(
         [sys.executable, "-c", given + textwrap.dedent(code)],
         capture_output=True,

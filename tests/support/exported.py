@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from example_runs import EXAMPLES, changes, recorded_trace
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.engine.frontend.standard import FUNCTIONS
 from rcx_tools.docs.examples import Example
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse
+from structured_text.language.standard import FUNCTIONS
 
 __all__ = ["EXPORTED", "by_position", "comments", "recorded", "shape", "shapes", "trace_of"]
 

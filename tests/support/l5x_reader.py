@@ -18,10 +18,10 @@ from l5x_reader_body import (
     single,
 )
 from l5x_structure import faults
-from rcx_harness.errors import InputError
-from rcx_harness.export.l5x.blocks import FBD_TIMER
-from rcx_harness.export.l5x.model import Data
-from rcx_harness.export.output import Output
+from structured_text.errors import InputError
+from structured_text.export.l5x.blocks import FBD_TIMER
+from structured_text.export.l5x.model import Data
+from structured_text.export.output import Output
 
 __all__ = ["read_l5x"]
 

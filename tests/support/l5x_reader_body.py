@@ -8,12 +8,12 @@ from ctypes import c_float
 from dataclasses import dataclass
 from pathlib import Path
 
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse_text
-from rcx_harness.engine.frontend.scalars import number
-from rcx_harness.errors import InputError
-from rcx_harness.export.l5x.model import Data
-from rcx_harness.export.words import words
+from structured_text.errors import InputError
+from structured_text.export.l5x.model import Data
+from structured_text.export.words import words
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse_text
+from structured_text.language.scalars import number
 
 __all__ = ["Scope", "iec_statements", "iec_type", "single"]
 

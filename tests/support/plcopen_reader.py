@@ -6,10 +6,10 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from plcopen_structure import check_structure
-from rcx_harness.engine.projects.open import read_project
-from rcx_harness.engine.projects.texts import st_texts
-from rcx_harness.errors import InputError
-from rcx_harness.export.output import Output
+from structured_text.errors import InputError
+from structured_text.export.output import Output
+from structured_text.projects.open import read_project
+from structured_text.projects.texts import st_texts
 
 __all__ = ["read_plcopen"]
 

@@ -15,7 +15,7 @@ from zipfile import ZipFile
 
 import pytest
 
-from rcx_harness.export import TARGETS
+from structured_text.export import TARGETS
 
 _FULL = pytest.mark.external(reason="needs a package index: pytest -m external tests/wheel")
 

@@ -20,17 +20,17 @@ from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import befall, check
 from rcx_harness.cell.watched import Watched
-from rcx_harness.engine.base import Program, Value
-from rcx_harness.engine.projects.sources import Files
-from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller, Violation
 from rcx_harness.robot.positions import axes_of
 from rcx_harness.robot.shape import shapes
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import KEPT, Trace
-from rcx_harness.units import format_us, parse_us, whole
 from rcx_harness.watch.calls_source import CallPlan
+from structured_text.engines.base import Program, Value
+from structured_text.errors import InputError
+from structured_text.projects.sources import Files
+from structured_text.units import format_us, parse_us, whole
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere

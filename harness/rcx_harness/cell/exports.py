@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rcx_harness.cell.sources import default_lib
-from rcx_harness.export import parts, targets
-from rcx_harness.export.output import Output
+from structured_text.export import parts, targets
+from structured_text.export.output import Output
 
 __all__ = ["export", "sources_of"]
 

@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from rcx_harness.engine.projects import sources
-from rcx_harness.engine.projects.sources import Files, SourceFiles
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.projects import sources
+from structured_text.projects.sources import Files, SourceFiles
 
 __all__ = ["blame_lib", "default_lib", "library_folder", "source_files"]
 
@@ -23,7 +23,7 @@ def source_files(
     """Find the files of a program, and those of the library that it needs.
 
     Args:
-        program: As for `sources.source_files` of `engine.projects`.
+        program: As for `source_files` of `structured_text.projects.sources`.
         lib: Folder of the library, searched with its subfolders; None for the one of this
             package.
         replace: Files with Structured Text for POUs of a project, by name.

@@ -9,7 +9,7 @@ import typer
 
 from rcx_harness.cell.sources import default_lib
 from rcx_harness.cli.run import run
-from rcx_harness.engine.projects.sources import st_files
+from structured_text.projects.sources import st_files
 
 __all__ = ["demo"]
 

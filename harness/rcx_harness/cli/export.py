@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.exports import export as make
-from rcx_harness.export import TARGETS
-from rcx_harness.export.output import write_export
+from structured_text.export import TARGETS
+from structured_text.export.output import write_export
 
 __all__ = ["EPILOG", "export"]
 

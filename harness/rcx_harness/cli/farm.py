@@ -9,9 +9,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Cluster, Farm
 from rcx_harness.verify.fingerprint import fingerprint
+from structured_text.errors import InputError
+from structured_text.farm import Cluster, Farm
 
 __all__ = ["MOST", "FarmOptions"]
 

@@ -19,10 +19,10 @@ from rcx_harness.enip.originator.client import PORT
 from rcx_harness.look.judge.judge import Judgement, JudgeOptions
 from rcx_harness.look.judge.judge import judge as judge_file
 from rcx_harness.look.judge.text import as_json, summary
-from rcx_harness.output.files import replace_files
 from rcx_harness.spec.wire import AREA_SIZES, check_size
 from rcx_harness.trace.chart import text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from structured_text.output.files import replace_files
 
 __all__ = ["judge"]
 

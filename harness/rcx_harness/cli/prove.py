@@ -15,7 +15,7 @@ from rich.table import Table
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 if TYPE_CHECKING:
     from rcx_harness.verify.prove.user import Result

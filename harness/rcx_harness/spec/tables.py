@@ -13,9 +13,9 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from rcx_harness.errors import InputError, did_you_mean
-from rcx_harness.output.toml_files import load_toml
 from rcx_harness.spec.telegram import Command, Field, FieldValue, Product
+from structured_text.errors import InputError, did_you_mean
+from structured_text.output.toml_files import load_toml
 
 __all__ = [
     "Alarm",

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, cast
 
-from rcx_harness.errors import InputError
-from rcx_harness.units import format_word
+from structured_text.errors import InputError, did_you_mean
+from structured_text.units import format_word
 
 __all__ = ["WORDS", "Command", "Field", "FieldValue", "Product", "intervals"]
 

@@ -14,8 +14,6 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell import Cell, CellTimeout
-from rcx_harness.engine.base import Program
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
 from rcx_harness.testing.evidence import (
     broken_rules,
@@ -25,8 +23,10 @@ from rcx_harness.testing.evidence import (
     write_files,
 )
 from rcx_harness.testing.settings import artifacts, project, settings_of
-from rcx_harness.units import format_us
 from rcx_harness.verify.debug.recording import Recorded, write_recording
+from structured_text.engines.base import Program
+from structured_text.errors import InputError
+from structured_text.units import format_us
 
 __all__ = ["Build", "Cells", "folder_of", "shorten"]
 

@@ -10,14 +10,14 @@ from pathlib import Path
 
 from rcx_harness import spec
 from rcx_harness.cell import Cell
-from rcx_harness.engine.types import BlockType, ElementaryType, EnumType
-from rcx_harness.output.console import draws
-from rcx_harness.output.files import replace_files
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.explaining import shown_errors
 from rcx_harness.trace.view.page import View
-from rcx_harness.units import format_us
+from structured_text.language.types import BlockType, ElementaryType, EnumType
+from structured_text.output.console import draws
+from structured_text.output.files import replace_files
+from structured_text.units import format_us
 
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
 

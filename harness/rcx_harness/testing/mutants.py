@@ -19,13 +19,13 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell.sources import default_lib
-from rcx_harness.engine.builtin.collector import Collector, counting
-from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.engine.projects.sources import INSTEAD
-from rcx_harness.output.system import copied, copy_ended
 from rcx_harness.testing.tracing import PerTest
-from rcx_harness.verify.coverage.listing import Text, listing
-from rcx_harness.verify.mutants.order import Order
+from structured_text.coverage.listing import Text, listing
+from structured_text.engines.builtin.collector import Collector, counting
+from structured_text.language.parser import parse
+from structured_text.mutants.order import Order
+from structured_text.output.system import copied, copy_ended
+from structured_text.projects.sources import INSTEAD
 
 __all__ = ["start"]
 
@@ -40,7 +40,7 @@ def start(config: pytest.Config, order_file: Path) -> None:
     if hasattr(config.option, "numprocesses"):  # xdist: one process, and no other
         config.option.numprocesses, config.option.dist, config.option.tx = None, "no", []
     # By name: the package has a function of the same name.
-    chooser: Any = import_module("rcx_harness.engine.load")
+    chooser: Any = import_module("structured_text.engines.load")
     chooser.find_matiec = lambda *_: None
     _settle_hypothesis()
     if order.port:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rcx_harness.cell.sources import default_lib
 from rcx_harness.spec import folder as spec_folder
-from rcx_harness.verify.farm import fingerprint as toolkit
+from structured_text.farm import fingerprint as toolkit
 
 __all__ = ["fingerprint"]
 

@@ -248,7 +248,9 @@ def pages() -> dict[str, Callable[[], str]]:
         "docs/diagnosis.md": diagnosis_page,
         "docs/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
         "docs/export-words.md": lambda: _page(
-            "What each tool's Structured Text has", "harness/rcx_harness/export/words", words_page()
+            "What each tool's Structured Text has",
+            "harness/structured_text/export/words",
+            words_page(),
         ),
         "docs/first.svg": moving_svg,
         "docs/fidelity.md": fidelity.fidelity_page,

@@ -17,7 +17,7 @@ from itertools import groupby
 from typing import Any
 
 from rcx_harness import spec
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 __all__ = ["LANGUAGES", "literal", "text_files", "wrapped"]
 

@@ -9,8 +9,8 @@ from functools import lru_cache
 from typing import Any
 
 from rcx_harness import spec
-from rcx_harness.errors import InputError, did_you_mean
 from rcx_harness.spec.telegram import Command, Field
+from structured_text.errors import InputError, did_you_mean
 
 __all__ = [
     "CATEGORIES",

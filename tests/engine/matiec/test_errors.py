@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.matiec.build import Matiec, Message, TranslationError
-from rcx_harness.engine.matiec.program import MatiecProgram
-from rcx_harness.engine.matiec.source import SourceText, explain, join_sources
-from rcx_harness.errors import InputError
+from structured_text.engines.matiec.build import Matiec, Message, TranslationError
+from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.engines.matiec.source import SourceText, explain, join_sources
+from structured_text.errors import InputError
+from structured_text.language.load import load
+from structured_text.language.project import Project
 
 Compile = Callable[..., MatiecProgram]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.native.toolchain import compile_shared, find_c_compiler
+from structured_text.engines.native.toolchain import compile_shared, find_c_compiler
 
 _UNIT = """#include "faults.h"
 static const char *scan(void) { return "scanned"; }

@@ -14,10 +14,10 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.exports import export
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
-from rcx_harness.engine.load import build
-from rcx_harness.engine.projects.open import project_sources
-from rcx_harness.export.output import write
 from rcx_tools.docs.examples import Example
+from structured_text.engines.load import build
+from structured_text.export.output import write
+from structured_text.projects.open import project_sources
 
 _DATA = Path(__file__).parent / "data"
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.load import build, why_not
-from rcx_harness.engine.strucpp.build import Strucpp, find_strucpp
-from rcx_harness.errors import InputError
+from structured_text.engines.load import build, why_not
+from structured_text.engines.strucpp.build import Strucpp, find_strucpp
+from structured_text.errors import InputError
 
 
 def _executable(path: Path, body: str = "exit 0") -> Path:

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.verify.mutants.judging import Task
-from rcx_harness.verify.mutants.text import edited
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.mutants import __main__ as command
 from rcx_tools.evidence.mutants.copies import Copies
@@ -33,6 +31,8 @@ from rcx_tools.evidence.mutants.tables import (
     table_changes,
     table_meaning,
 )
+from structured_text.mutants.judging import Task
+from structured_text.mutants.text import edited
 
 _MODULE = '''"""A robot that has it all."""
 

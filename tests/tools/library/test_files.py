@@ -9,10 +9,10 @@ import pytest
 
 from plc_bench import LIBRARY, ROOT
 from rcx_harness import spec
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.types import BlockType, StructType
 from rcx_tools.docs.pages import headers
 from rcx_tools.library import library
+from structured_text.language.load import load
+from structured_text.language.types import BlockType, StructType
 
 _POU = re.compile(r"^(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE\s+)\s*(\w+)", re.MULTILINE)
 

@@ -8,8 +8,8 @@ import pytest
 
 from plc_bench import ROOT
 from rcx_harness import spec
-from rcx_harness.errors import InputError
 from rcx_tools.library import files, library
+from structured_text.errors import InputError
 
 BLOCKS = [name for name, block in library().blocks.items() if not block.handwritten]
 

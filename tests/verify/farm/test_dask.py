@@ -19,8 +19,8 @@ import pytest
 
 from farm_work import Counted, Killed, process_number, refuse
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Cluster, Farm, Lost
+from structured_text.errors import InputError
+from structured_text.farm import Cluster, Farm, Lost
 
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster")
 
@@ -114,7 +114,7 @@ def test_a_program_is_explored_there_from_its_first_state_on(
     cluster: Any, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By hand: the state before the first scan, and each of Button with 0, 1, 2 after one."""
-    from rcx_harness.verify.farm.dask import ClusterCrew
+    from structured_text.farm.dask import ClusterCrew
 
     file, given, give = tmp_path / "Count.st", [], ClusterCrew.give
     file.write_text(_COUNT)
@@ -192,7 +192,7 @@ def other_package(folder: Path, repository: Path) -> Path:
     """A copy of this package with another line; the folder to import it from."""
     harness = folder / "harness"
     shutil.copytree(repository / "harness/rcx_harness", harness / "rcx_harness")
-    with (harness / "rcx_harness/units.py").open("a") as stream:
+    with (harness / "structured_text/units.py").open("a") as stream:
         stream.write("# another line\n")
     for name in ("spec", "plc"):
         (folder / name).symlink_to(repository / name)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 import z3
 
-from rcx_harness.engine.frontend.load import load
 from rcx_harness.verify.prove.naming import Names
-from rcx_harness.verify.prove.program import ProgramMachine
 from rcx_harness.verify.prove.surroundings import Surroundings
+from structured_text.language.load import load
+from structured_text.prove.program import ProgramMachine
 
 PROGRAM = """TYPE CELL_STEP : (CELL_WAITS, CELL_MOVES); END_TYPE
 TYPE WAITS : ARRAY [1..2] OF TIME; END_TYPE

@@ -17,8 +17,6 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.toml_files import toml_text
 from rcx_harness.robot.config.checks import (
     AREA_HINT,
     STORED,
@@ -30,6 +28,8 @@ from rcx_harness.robot.config.checks import (
     shown,
 )
 from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point
+from structured_text.errors import InputError
+from structured_text.output.toml_files import toml_text
 
 __all__ = ["line_of", "read_value"]
 

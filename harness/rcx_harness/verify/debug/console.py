@@ -6,17 +6,17 @@ import re
 from itertools import zip_longest
 from typing import Any
 
-from rcx_harness.engine.builtin.storage import is_scalar
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.paths import resolve
-from rcx_harness.engine.types import ArrayType
-from rcx_harness.errors import InputError
-from rcx_harness.trace.values import value_text
-from rcx_harness.verify.debug.breakpoints import DataWatch
 from rcx_harness.verify.debug.debugger import Back, Debugger, Forward, Order
-from rcx_harness.verify.debug.expressions import Expressions
 from rcx_harness.verify.debug.scopes import Frame
-from rcx_harness.verify.debug.values import Held, Memory, local, refuse_set
+from structured_text.debug.breakpoints import DataWatch
+from structured_text.debug.expressions import Expressions
+from structured_text.debug.values import Held, Memory, local, refuse_set
+from structured_text.engines.builtin.storage import is_scalar
+from structured_text.errors import InputError
+from structured_text.language import tree as t
+from structured_text.language.displayed import value_text
+from structured_text.language.paths import resolve
+from structured_text.language.types import ArrayType
 
 __all__ = ["Console"]
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import Any, Protocol
 
-from rcx_harness.errors import InputError
-from rcx_harness.units import format_us
-from rcx_harness.verify.debug.breakpoints import Breakpoint, DataWatch
-from rcx_harness.verify.debug.places import Code
 from rcx_harness.verify.debug.player import Moment, Player
-from rcx_harness.verify.debug.values import Memory
+from structured_text.debug.breakpoints import Breakpoint, DataWatch
+from structured_text.debug.places import Code
+from structured_text.debug.values import Memory
+from structured_text.errors import InputError
+from structured_text.units import format_us
 
 __all__ = ["Back", "Debugger", "Forward", "Order", "Quit", "Stop"]
 

@@ -7,12 +7,12 @@ from typing import Any, Protocol
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.image import Image
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.builtin.program import BuiltinProgram
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
 from rcx_harness.trace import Record, Scan
 from rcx_harness.verify.debug.telegrams import Telegrams
+from structured_text.engines.base import Program
+from structured_text.engines.builtin.program import BuiltinProgram
+from structured_text.errors import InputError
 
 __all__ = ["CellMachine", "Machine", "builtin_of", "live_input"]
 

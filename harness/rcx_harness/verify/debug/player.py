@@ -12,8 +12,8 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 from rcx_harness.verify.debug.machine import Machine
-from rcx_harness.verify.debug.places import Code, Places
-from rcx_harness.verify.debug.tracer import Lines, Tracer
+from structured_text.debug.places import Code, Places
+from structured_text.debug.tracer import Lines, Tracer
 
 __all__ = ["Edit", "Moment", "Player"]
 

@@ -18,17 +18,17 @@ from typing import Any, NamedTuple
 from rcx_harness.cell import Cell
 from rcx_harness.cell.image import Image, find_image
 from rcx_harness.cell.sources import source_files
-from rcx_harness.engine.base import Program, Value
-from rcx_harness.engine.load import build
-from rcx_harness.engine.source import source_text
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
-from rcx_harness.output.limits import OTHER
-from rcx_harness.output.reading import file_bytes, open_file
 from rcx_harness.robot import Violation
 from rcx_harness.verify.debug.machine import builtin_of, live_input
 from rcx_harness.verify.debug.telegrams import Telegrams
 from rcx_harness.watch.image_source import reads_located
+from structured_text.engines.base import Program, Value
+from structured_text.engines.load import build
+from structured_text.errors import InputError
+from structured_text.language.source import source_text
+from structured_text.output.files import replace_files
+from structured_text.output.limits import OTHER
+from structured_text.output.reading import file_bytes, open_file
 
 __all__ = ["FORMAT", "Recorded", "Tape", "is_recording", "opened", "write_recording"]
 
@@ -75,18 +75,18 @@ class Recorded:
         return getattr(self.program, name)
 
     def scan(self, now_us: int) -> None:
-        """See `engine.base.Program`."""
+        """See `engines.base.Program`."""
         self._last = _Scan(self._last, now_us, tuple(self._done))
         self._done.clear()
         self.program.scan(now_us)
 
     def write(self, path: str, value: Value) -> None:
-        """See `engine.base.Program`."""
+        """See `engines.base.Program`."""
         self.program.write(path, value)
         self._note(("set", path, type(value), _key(value)), "set", path, value)
 
     def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
-        """See `engine.base.Program`."""
+        """See `engines.base.Program`."""
         self.program.write_bytes(path, data, start)
         self._note(("bytes", path, start, data), "bytes", path, data, start)
 
@@ -98,11 +98,11 @@ class Recorded:
         self._done.append(number)
 
     def snapshot(self) -> object:
-        """See `engine.base.Program`."""
+        """See `engines.base.Program`."""
         return _Marked(self.program.snapshot(), self._last, tuple(self._done))
 
     def restore(self, snapshot: object) -> None:
-        """See `engine.base.Program`."""
+        """See `engines.base.Program`."""
         assert isinstance(snapshot, _Marked), "not a snapshot of this program"
         self.program.restore(snapshot.snapshot)
         self._last, self._done = snapshot.last, list(snapshot.done)

@@ -10,15 +10,15 @@ from types import FrameType
 from typing import Any
 
 from rcx_harness import spec
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.values import describe
 from rcx_harness.spec.wire import DEDICATED_AT, STATUS_NAMES
-from rcx_harness.units import format_us, format_word
 from rcx_harness.verify.debug.machine import Machine, live_input
-from rcx_harness.verify.debug.places import Places
 from rcx_harness.verify.debug.telegrams import Telegram
-from rcx_harness.verify.debug.tracer import Tracer
-from rcx_harness.verify.debug.values import Held, Memory, local
+from structured_text.debug.places import Places
+from structured_text.debug.tracer import Tracer
+from structured_text.debug.values import Held, Memory, local
+from structured_text.language import tree as t
+from structured_text.language.values import describe
+from structured_text.units import format_us, format_word
 
 __all__ = ["Frame", "Item", "Scopes", "Text"]
 

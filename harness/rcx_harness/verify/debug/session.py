@@ -11,17 +11,17 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.debug.breakpoints import Breakpoint, Counting, DataWatch, message_of
 from rcx_harness.verify.debug.console import Console
 from rcx_harness.verify.debug.debugger import Back, Debugger, Forward, Order, Quit, Stop
-from rcx_harness.verify.debug.expressions import Expressions
 from rcx_harness.verify.debug.machine import Machine
-from rcx_harness.verify.debug.places import Places
 from rcx_harness.verify.debug.player import Player
-from rcx_harness.verify.debug.protocol import Client, Message
 from rcx_harness.verify.debug.scopes import Frame, Item, Scopes, Text
-from rcx_harness.verify.debug.values import Held, Memory
+from structured_text.debug.breakpoints import Breakpoint, Counting, DataWatch, message_of
+from structured_text.debug.expressions import Expressions
+from structured_text.debug.places import Places
+from structured_text.debug.protocol import Client, Message
+from structured_text.debug.values import Held, Memory
+from structured_text.errors import InputError
 
 __all__ = ["Launched", "Session"]
 

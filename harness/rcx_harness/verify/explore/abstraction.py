@@ -30,12 +30,14 @@ from random import Random
 from struct import Struct
 from typing import Any, NamedTuple
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.blocks import CLASSES
-from rcx_harness.engine.builtin.storage import address_slot, is_scalar
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.values import describe
-from rcx_harness.engine.types import (
+from rcx_harness.verify.explore.kept import TYPES, Kept
+from structured_text.coverage.listing import text_of
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.blocks import CLASSES
+from structured_text.engines.builtin.storage import address_slot, is_scalar
+from structured_text.errors import InputError
+from structured_text.language import tree as t
+from structured_text.language.types import (
     ArrayType,
     BlockType,
     ElementaryType,
@@ -45,10 +47,8 @@ from rcx_harness.engine.types import (
     StructType,
     Type,
 )
-from rcx_harness.errors import InputError
-from rcx_harness.verify.coverage.listing import text_of
-from rcx_harness.verify.explore.kept import TYPES, Kept
-from rcx_harness.verify.prove.tree import calls_of
+from structured_text.language.values import describe
+from structured_text.prove.tree import calls_of
 
 __all__ = ["NOW_US", "Abstraction", "Part"]
 

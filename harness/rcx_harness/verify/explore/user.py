@@ -18,28 +18,28 @@ from typing import Any, NamedTuple
 from rcx_harness.cell.image import find_image
 from rcx_harness.cell.node import status_path
 from rcx_harness.cell.sources import blame_lib
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.storage import is_scalar
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.projects.sources import SourceFiles
-from rcx_harness.engine.types import ElementaryType, EnumType, Type
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import SIZE
-from rcx_harness.units import parse_us
 from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
-from rcx_harness.verify.explore.always import with_always
 from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
 from rcx_harness.verify.explore.demanded import Demanded
 from rcx_harness.verify.explore.monitors import Monitors
-from rcx_harness.verify.explore.search import Result, Search, World
-from rcx_harness.verify.explore.shared import Stepping, shared
-from rcx_harness.verify.farm import Farm
 from rcx_harness.verify.properties import Declared
-from rcx_harness.verify.prove.assertions import Copies
-from rcx_harness.verify.prove.tree import written
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.image_source import reads_located
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.storage import is_scalar
+from structured_text.errors import InputError
+from structured_text.explore.always import with_always
+from structured_text.explore.search import Result, Search, World
+from structured_text.explore.shared import Stepping, shared
+from structured_text.farm import Farm
+from structured_text.language.load import load
+from structured_text.language.project import Project
+from structured_text.language.types import ElementaryType, EnumType, Type
+from structured_text.projects.sources import SourceFiles
+from structured_text.prove.assertions import Copies
+from structured_text.prove.tree import written
+from structured_text.units import parse_us
 
 __all__ = ["Choice", "Explored", "Settings", "explore"]
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.frontend.values import scalar_to_python
-from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, StructType, Type
-from rcx_harness.trace.values import value_text
-from rcx_harness.verify.prove.machine import Path
-from rcx_harness.verify.prove.memory import Memory
 from rcx_harness.verify.prove.search import value_of
 from rcx_harness.verify.prove.surroundings import Surroundings
+from structured_text.language.displayed import value_text
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from structured_text.language.values import scalar_to_python
+from structured_text.prove.machine import Path
+from structured_text.prove.memory import Memory
 
 __all__ = ["Names"]
 

@@ -8,15 +8,15 @@ from functools import cached_property
 from math import prod
 from typing import Any
 
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.standard import BLOCKS
-from rcx_harness.engine.types import ArrayType, BlockType, Type
-from rcx_harness.verify.prove.assertions import STOPS, Copies
-from rcx_harness.verify.prove.logic import Bool, both, either, negated
-from rcx_harness.verify.prove.machine import Obligation, Path
-from rcx_harness.verify.prove.program import ProgramMachine
-from rcx_harness.verify.prove.tree import calls_of, root_of, statements, targets, text_of
 from rcx_harness.watch.calls_source import AREAS
+from structured_text.language.project import Project
+from structured_text.language.standard import BLOCKS
+from structured_text.language.types import ArrayType, BlockType, Type
+from structured_text.prove.assertions import STOPS, Copies
+from structured_text.prove.logic import Bool, both, either, negated
+from structured_text.prove.machine import Obligation, Path
+from structured_text.prove.program import ProgramMachine
+from structured_text.prove.tree import calls_of, root_of, statements, targets, text_of
 
 __all__ = ["ONCE", "STEADY", "Key", "Watch", "inner_written", "title"]
 

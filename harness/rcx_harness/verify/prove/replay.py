@@ -9,18 +9,18 @@ from typing import Any
 
 from rcx_harness.cell.cell import Cell
 from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
-from rcx_harness.engine.frontend.values import scalar_to_python
-from rcx_harness.engine.types import ArrayType, BlockType, EnumType, StructType
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
 from rcx_harness.robot import RobotConfig, Violation
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_harness.verify.prove import values
-from rcx_harness.verify.prove.machine import Path as Place
 from rcx_harness.verify.prove.search import Run
 from rcx_harness.verify.prove.surroundings import Surroundings, path_of
-from rcx_harness.verify.replays import MARK, check
+from structured_text.errors import InputError
+from structured_text.language.types import ArrayType, BlockType, EnumType, StructType
+from structured_text.language.values import scalar_to_python
+from structured_text.output.files import replace_files
+from structured_text.output.replays import MARK, check
+from structured_text.prove import values
+from structured_text.prove.machine import Path as Place
 
 __all__ = ["Replayed", "entries", "replay"]
 

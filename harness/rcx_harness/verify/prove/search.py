@@ -9,14 +9,14 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.types import ElementaryType, EnumType, Type
-from rcx_harness.verify.prove import values
-from rcx_harness.verify.prove.logic import Bool
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.program import ProgramMachine
-from rcx_harness.verify.prove.summaries import literals, one_of
 from rcx_harness.verify.prove.surroundings import Given, Surroundings
+from structured_text.language.project import Project
+from structured_text.language.types import ElementaryType, EnumType, Type
+from structured_text.prove import values
+from structured_text.prove.logic import Bool
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.program import ProgramMachine
+from structured_text.prove.summaries import literals, one_of
 
 __all__ = ["Run", "Search", "Step", "search"]
 

@@ -9,20 +9,20 @@ from typing import Any
 import z3
 
 from rcx_harness.cell.image import Image, Slot, find_image
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.storage import address_slot, is_scalar, stored
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.paths import resolve
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.scalars import ANY_DURATION, WIDTH
-from rcx_harness.engine.types import BlockType, ElementaryType, EnumType, Type
 from rcx_harness.spec.wire import SIZE
-from rcx_harness.verify.prove import reals, values
-from rcx_harness.verify.prove.logic import UnsupportedError
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.program import ProgramMachine
-from rcx_harness.verify.prove.tree import calls_of, written
 from rcx_harness.watch.image_source import reads_located
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.storage import address_slot, is_scalar, stored
+from structured_text.language import tree as t
+from structured_text.language.paths import resolve
+from structured_text.language.project import Project
+from structured_text.language.scalars import ANY_DURATION, WIDTH
+from structured_text.language.types import BlockType, ElementaryType, EnumType, Type
+from structured_text.prove import reals, values
+from structured_text.prove.logic import UnsupportedError
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.program import ProgramMachine
+from structured_text.prove.tree import calls_of, written
 
 __all__ = ["Area", "Given", "Input", "Surroundings", "path_of"]
 

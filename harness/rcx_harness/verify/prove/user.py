@@ -12,25 +12,25 @@ from typing import Any
 import z3
 
 from rcx_harness.cell.sources import blame_lib, source_files
-from rcx_harness.engine.frontend.constructs import TRANSLATED, refuse
-from rcx_harness.engine.frontend.load import load, too_deep
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.projects.sources import SourceFiles
-from rcx_harness.errors import InputError
-from rcx_harness.output.console import quoted
 from rcx_harness.spec.wire import SIZE
-from rcx_harness.verify.prove.assertions import Copies, with_assertions
-from rcx_harness.verify.prove.invariants import Candidate, candidates, kept
-from rcx_harness.verify.prove.logic import Bool, UnsupportedError
-from rcx_harness.verify.prove.machine import Path as Place
 from rcx_harness.verify.prove.naming import Names
-from rcx_harness.verify.prove.program import ProgramMachine
 from rcx_harness.verify.prove.properties import Key, Watch, inner_written, title
 from rcx_harness.verify.prove.replay import Replayed, replay
 from rcx_harness.verify.prove.search import Run, Search, SearchEndedError
-from rcx_harness.verify.prove.solve import PROVED, REFUTED, UNKNOWN
 from rcx_harness.verify.prove.surroundings import Surroundings
-from rcx_harness.verify.prove.values import TIME_BITS
+from structured_text.errors import InputError
+from structured_text.language.constructs import TRANSLATED, refuse
+from structured_text.language.load import load, too_deep
+from structured_text.language.project import Project
+from structured_text.output.console import quoted
+from structured_text.projects.sources import SourceFiles
+from structured_text.prove.assertions import Copies, with_assertions
+from structured_text.prove.invariants import Candidate, candidates, kept
+from structured_text.prove.logic import Bool, UnsupportedError
+from structured_text.prove.machine import Path as Place
+from structured_text.prove.program import ProgramMachine
+from structured_text.prove.solve import PROVED, REFUTED, UNKNOWN
+from structured_text.prove.values import TIME_BITS
 
 __all__ = ["NOTED", "Result", "Settings", "prove"]
 

@@ -1,0 +1,5 @@
+"""Structured Text on a PC: reads, runs, measures, proves, debugs and exports any program.
+
+What surrounds a program (a process image, a machine, a stimulus) is given by whoever uses this
+package; it imports nothing of them.
+"""
