@@ -276,7 +276,8 @@ def called(frame, event, _):
     if event == "call" and frame.f_code.co_qualname == where:
         sys.setprofile(None)
         os.kill(os.getpid(), signal.SIGINT)
-if where[0].isupper() or not where.startswith(("rcx_harness", "typer", "lark", "vcd")):
+modules = ("rcx_harness", "structured_text", "typer", "lark", "vcd")
+if where[0].isupper() or not where.startswith(modules):
     sys.setprofile(called)
 from rcx_harness.cli.start import main
 sys.exit(main())

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from imports import modules
+from imports import shipped
 from structured_text.output import system
 from system_names import SYSTEMS, names_of, used
 
@@ -28,8 +28,7 @@ SYSTEM, GUARD = "structured_text.output.system", "structured_text.output.guard"
 def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
     """Source: docs/architecture.md, the rooms."""
     found = {
-        name: used(file.read_text(encoding="utf-8"))
-        for name, file in modules(repository / "harness" / "rcx_harness").items()
+        name: used(file.read_text(encoding="utf-8")) for name, file in shipped(repository).items()
     }
     assert found.pop(GUARD) > {"os.killpg", "signal.SIGCHLD"}, "a script that Windows does not run"
     assert found.pop(SYSTEM) > {"os.sched_setscheduler", "fcntl", "_ctypes.dlclose"}
@@ -41,7 +40,7 @@ def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
     """Source: docs/architecture.md, the rooms."""
     asks = {
         name
-        for name, file in modules(repository / "harness" / "rcx_harness").items()
+        for name, file in shipped(repository).items()
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
         if isinstance(node, ast.Attribute) and ast.unparse(node) in ("sys.platform", "os.name")
     }

@@ -78,7 +78,10 @@ def test_of_the_packages_only_what_users_need_is_in_it(wheel: Path) -> None:
     with ZipFile(wheel) as archive:
         tops = {name.partition("/")[0] for name in archive.namelist()}
         told = archive.read(next(n for n in archive.namelist() if n.endswith("entry_points.txt")))
-    assert {top for top in tops if not top.endswith(".dist-info")} == {"rcx_harness"}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {
+        "rcx_harness",
+        "structured_text",
+    }
     assert b"rcx_tools" not in told
 
 

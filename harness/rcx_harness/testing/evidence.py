@@ -17,6 +17,7 @@ from rcx_harness.trace.view.page import View
 from structured_text.language.types import BlockType, ElementaryType, EnumType
 from structured_text.output.console import draws
 from structured_text.output.files import replace_files
+from structured_text.output.toml_files import load_toml
 from structured_text.units import format_us
 
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
@@ -138,5 +139,5 @@ def _shown(cell: Cell, path: str, kind: ElementaryType | EnumType) -> str:
 
 @lru_cache(maxsize=1)
 def _errors() -> dict[int, str]:
-    table = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    table = load_toml(spec.folder() / "errors.toml")["error"]
     return {entry["id"]: entry["name"] for entry in table}

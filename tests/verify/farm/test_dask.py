@@ -191,11 +191,9 @@ def test_a_cluster_without_workers_is_told() -> None:
 def other_package(folder: Path, repository: Path) -> Path:
     """A copy of this package with another line; the folder to import it from."""
     harness = folder / "harness"
-    shutil.copytree(repository / "harness/rcx_harness", harness / "rcx_harness")
+    shutil.copytree(repository / "harness/structured_text", harness / "structured_text")
     with (harness / "structured_text/units.py").open("a") as stream:
         stream.write("# another line\n")
-    for name in ("spec", "plc"):
-        (folder / name).symlink_to(repository / name)
     return harness
 
 
@@ -234,8 +232,8 @@ def test_a_worker_with_other_sources_is_refused_with_both_named(
 
 @pytest.mark.exhaustive
 def test_a_worker_without_us_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "rcx_harness").mkdir()
-    (tmp_path / "rcx_harness/__init__.py").touch()
+    (tmp_path / "structured_text").mkdir()
+    (tmp_path / "structured_text/__init__.py").touch()
     with distributed.LocalCluster(n_workers=0, **_ALONE) as cluster:
         address = cluster.scheduler_address
         told = pytest.raises(InputError, match=r"the worker tcp.* it has no such rcx-harness \(")
