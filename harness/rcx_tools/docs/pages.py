@@ -258,7 +258,8 @@ def pages() -> dict[str, Callable[[], str]]:
         "docs/panel.html": panel_page,
         "docs/probes.md": probes_page,
         "docs/robots.md": robots_page,
-        "docs/rooms.svg": rooms_svg,
+        "docs/rooms.svg": partial(rooms_svg, "rcx_harness"),
+        "docs/rooms_toolkit.svg": partial(rooms_svg, "structured_text"),
         "docs/processes.md": lambda: _page(
             "Processes and their timing charts", "docs/charts", _processes()
         ),
