@@ -13,9 +13,10 @@ import z3
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.language.project import Project
 from structured_text.language.standard import BLOCKS
-from structured_text.prove import summaries, values
+from structured_text.prove import values
 from structured_text.prove.logic import Bool, UnsupportedError, both
 from structured_text.prove.machine import Alternatives, Call, Machine, Path
+from structured_text.prove.summaries import summaries
 
 __all__ = ["ProgramMachine"]
 
@@ -29,6 +30,7 @@ class ProgramMachine(Machine):
         exact: For runs: nothing is taken for more than it is. Else for proofs.
         outline: A block or function of the library may do anything to what it is connected to,
             as long as its outputs keep the contract.
+        milliseconds: A function of the library that counts those of a duration in a long loop.
 
     Attributes:
         own: The calls of blocks of the library in the user's own code; `calls` are all.
@@ -42,8 +44,9 @@ class ProgramMachine(Machine):
         *,
         exact: bool = True,
         outline: bool = False,
+        milliseconds: str = "",
     ) -> None:
-        super().__init__(project, summaries.EXACT if exact else summaries.ANY)
+        super().__init__(project, summaries(milliseconds, exact=exact))
         self._library, self._outline = library, outline
         self.own: list[Call] = []
         self.until = math.inf

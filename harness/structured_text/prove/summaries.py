@@ -1,53 +1,69 @@
-"""What stands for a function with long loops, so that a whole program can be run on terms."""
+"""What stands for a function that counts in a long loop, so that a program can be run on terms."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from functools import partial
+from typing import Any, TypeAlias
 
 import z3
 
 from structured_text.prove.machine import Machine
 from structured_text.prove.values import TIME_BITS
 
-__all__ = ["ANY", "EXACT", "literals", "one_of"]
+__all__ = ["Summaries", "literals", "one_of", "summaries"]
 
-_MILLISECONDS = "FC_RCXMILLISECONDS"
 #: 20 days.
 _LONGEST_MS = 1_728_000_000
 #: More durations than these are not tried one by one.
 _MOST = 32
 
 
-def _each_duration(machine: Machine, arguments: list[Any]) -> Any:
+#: What stands for functions, by upper-case names: takes the machine and the arguments.
+Summaries: TypeAlias = dict[str, Callable[[Machine, list[Any]], Any]]
+
+
+def summaries(milliseconds: str, *, exact: bool) -> Summaries:
+    """Return what stands for a function that counts the milliseconds of a duration.
+
+    Args:
+        milliseconds: Its name; empty: there is none.
+        exact: The result is exactly that of its body: for runs. Else it is anything in its range:
+            for proofs.
+    """
+    name = milliseconds.upper()
+    return {name: partial(_each_duration if exact else _any_count, name)} if name else {}
+
+
+def _each_duration(name: str, machine: Machine, arguments: list[Any]) -> Any:
     """The function itself, of each literal that its argument may be; else of any duration."""
     (given,) = arguments
     tried = None if isinstance(given, int) else literals(given)
     if tried is None:
-        return _body(machine, arguments)
+        return _body(name, machine, arguments)
     first, *rest = sorted(tried)
-    result = z3.BitVecVal(_body(machine, [first]), 32)
+    result = z3.BitVecVal(_body(name, machine, [first]), 32)
     for literal in rest:
-        here = z3.BitVecVal(_body(machine, [literal]), 32)
+        here = z3.BitVecVal(_body(name, machine, [literal]), 32)
         result = z3.If(given == z3.BitVecVal(literal, TIME_BITS), here, result)
     return result
 
 
-def _any_count(machine: Machine, arguments: list[Any]) -> Any:
-    """Any number that the function can give: `make prove` proves that there is no other."""
+def _any_count(name: str, machine: Machine, arguments: list[Any]) -> Any:
+    """Any number that the function can give: who names it proves that there is no other."""
     if isinstance(arguments[0], int):
-        return _body(machine, arguments)
+        return _body(name, machine, arguments)
     result = z3.BitVec(machine.fresh("milliseconds"), 32)
     machine.assume(z3.And(result >= 0, result <= _LONGEST_MS))
     return result
 
 
-def _body(machine: Machine, arguments: list[Any]) -> Any:
-    summary = machine.summaries.pop(_MILLISECONDS)
+def _body(name: str, machine: Machine, arguments: list[Any]) -> Any:
+    summary = machine.summaries.pop(name)
     try:
-        return machine.call_function(_MILLISECONDS, arguments)
+        return machine.call_function(name, arguments)
     finally:
-        machine.summaries[_MILLISECONDS] = summary
+        machine.summaries[name] = summary
 
 
 def literals(term: Any) -> set[int] | None:
@@ -79,9 +95,3 @@ def one_of(term: Any, numbers: set[int]) -> Any:
         literal = z3.BitVecVal(number, term.size())
         result = z3.If(term == literal, literal, result)
     return result
-
-
-#: The result is exactly that of the function's body.
-EXACT: dict[str, Callable[[Machine, list[Any]], Any]] = {_MILLISECONDS: _each_duration}
-#: The result is anything in its range: for proofs, not for runs.
-ANY: dict[str, Callable[[Machine, list[Any]], Any]] = {_MILLISECONDS: _any_count}

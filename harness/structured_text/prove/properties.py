@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import prod
 from typing import Any
 
-from rcx_harness.watch.calls_source import AREAS
 from structured_text.language.project import Project
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, BlockType, Type
@@ -18,7 +17,7 @@ from structured_text.prove.machine import Obligation, Path
 from structured_text.prove.program import ProgramMachine
 from structured_text.prove.tree import calls_of, root_of, statements, targets, text_of
 
-__all__ = ["ONCE", "STEADY", "Key", "Watch", "inner_written", "title"]
+__all__ = ["ONCE", "STEADY", "Key", "Library", "Watch", "inner_written", "title"]
 
 #: What a property is about: its kind, and a file and line where it has a place.
 Key = tuple[str, str, int]
@@ -29,7 +28,6 @@ STEADY: Key = ("steady", "", 0)
 _TITLES = {
     "once": "no block of the library is called twice in a scan",
     "steady": "no block of the library is left out while it is Busy",
-    "inner": "nothing is written into an RCX_REF",
     "index": "the index is inside of the array",
     "division": "nothing is divided by 0",
     "conversion": "the value fits what it is converted to",
@@ -50,16 +48,38 @@ def title(key: Key, copies: Copies) -> str:
 
 
 @dataclass(frozen=True)
+class Library:
+    """What a library demands of the programs that call it, and what is known of its functions.
+
+    Attributes:
+        areas: Blocks that begin (`read`) and end (`write`) the scan of its user, by upper-case
+            names: each is called once in a scan, and no busy block is left out of a scan that ends.
+        reference: A structure into which nobody but the library writes; empty: there is none.
+        milliseconds: A function that counts the milliseconds of a duration in a long loop.
+        counts: What that function gives, for people.
+        calls: What a call of the library may do, for people.
+    """
+
+    areas: Mapping[str, str] = field(default_factory=dict)
+    reference: str = ""
+    milliseconds: str = ""
+    counts: str = ""
+    calls: str = "A call of the library's blocks may do anything to what it is given."
+
+
+@dataclass(frozen=True)
 class Watch:
     """Says, scan by scan, when each property is broken.
 
     Args:
         project: The checked copies, with the library.
         copies: The user's files.
+        library: What the library demands.
     """
 
     project: Project
     copies: Copies
+    library: Library = field(default_factory=Library)
 
     @cached_property
     def _asserted(self) -> set[tuple[str, int]]:
@@ -91,7 +111,7 @@ class Watch:
     def broken(self, machine: ProgramMachine, before: Mapping[Path, Any]) -> dict[Key, Bool]:
         """Of the scan that has just run, from this memory on."""
         found: dict[Key, Bool] = dict.fromkeys(self.always, False)
-        found |= {ONCE: _twice(machine), STEADY: self._left_out(machine, before)}
+        found |= {ONCE: self._twice(machine), STEADY: self._left_out(machine, before)}
         for one in machine.obligations:
             if one.file in self.copies.originals:
                 key = self._key(one)
@@ -137,10 +157,25 @@ class Watch:
         for call in machine.own:
             pin = (*call.instance, "BUSY")
             called[pin] = either(called.get(pin, False), call.when)
-            if AREAS.get(call.block.upper()) == "write":
+            if self.library.areas.get(call.block.upper()) == "write":
                 writes = either(writes, call.when)
         return either(
             *(both(writes, before[pin], negated(called.get(pin, False))) for pin in self._busy)
+        )
+
+    def _twice(self, machine: ProgramMachine) -> Bool:
+        times: dict[Path, list[Bool]] = {}
+        for call in machine.own:
+            busy = (*call.instance, "BUSY") in machine
+            if busy or call.block.upper() in self.library.areas:
+                times.setdefault(call.instance, []).append(call.when)
+        return either(
+            *(
+                both(one, other)
+                for calls in times.values()
+                for number, one in enumerate(calls)
+                for other in calls[:number]
+            )
         )
 
 
@@ -154,40 +189,35 @@ def _blocks(path: Path, kind: Type) -> Iterator[tuple[Path, BlockType]]:
             yield from _blocks((*path, place), kind.element)
 
 
-def _twice(machine: ProgramMachine) -> Bool:
-    times: dict[Path, list[Bool]] = {}
-    for call in machine.own:
-        busy = (*call.instance, "BUSY") in machine
-        if busy or call.block.upper() in AREAS:
-            times.setdefault(call.instance, []).append(call.when)
-    return either(
-        *(
-            both(one, other)
-            for calls in times.values()
-            for number, one in enumerate(calls)
-            for other in calls[:number]
-        )
-    )
+def inner_written(
+    project: Project, copies: Copies, reference: str
+) -> Iterator[tuple[str, int, str]]:
+    """Yield where the program's own code writes into a structure that is the library's alone.
 
+    Args:
+        project: The checked copies, with the library.
+        copies: The user's files.
+        reference: The type of that structure.
 
-def inner_written(project: Project, copies: Copies) -> Iterator[tuple[str, int, str]]:
-    """Where the program's own code writes into an RCX_REF: file, line and what is written."""
+    Yields:
+        File, line and what is written.
+    """
     for pou in project.pous.values():
         if pou.file not in copies.originals:
             continue
         for one in statements(pou.body):
             for variable in targets(one):
-                if (found := _into_reference(variable, project, one)) is not None:
+                if (found := _into_reference(variable, reference, one)) is not None:
                     yield pou.file, one.at.line, found
 
 
-def _into_reference(variable: Any, project: Project, statement: Any) -> str | None:
+def _into_reference(variable: Any, reference: str, statement: Any) -> str | None:
     """The reference that an access writes into; passing one on whole as VAR_IN_OUT is no write."""
     kind = getattr(variable.type, "name", "")
     passed = any(variable is given for _, given in getattr(statement, "in_outs", ()))
     node = variable
     while node is not None:
-        if getattr(node.type, "name", "").upper() == "RCX_REF":
+        if getattr(node.type, "name", "").upper() == reference.upper():
             whole = node is variable
             if whole and passed and isinstance(statement.block, BlockType):
                 return None

@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.surroundings import Given, Surroundings
 from structured_text.language.project import Project
 from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.prove import values
 from structured_text.prove.logic import Bool
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Path
 from structured_text.prove.program import ProgramMachine
 from structured_text.prove.summaries import literals, one_of
+from structured_text.prove.surroundings import Given, Surroundings
 
-__all__ = ["Run", "Search", "Step", "search"]
-
-#: What has to hold after a scan: of the machine, and the number of the scan.
-Claim = Callable[[Machine, int], Bool]
+__all__ = ["Run", "Search", "SearchEndedError", "Step", "value_of"]
 
 
 @dataclass(frozen=True)
 class Step:
-    """What happens before a scan: bytes and status of each area, and the inputs by path."""
+    """What happens before a scan: bytes and status of each device, and the inputs by path."""
 
     t_us: int
     areas: dict[int, tuple[bytes, bool]]
@@ -61,6 +56,7 @@ class Search:
         scan_us: The period of the scans; the first is at 0.
         around: Its surroundings, where they are known already.
         library: The files of the library: then `machine.own` are the calls in all others.
+        milliseconds: See `ProgramMachine`.
 
     Attributes:
         given: What the surroundings do before each scan.
@@ -72,13 +68,14 @@ class Search:
     scan_us: int
     around: Surroundings | None = None
     library: frozenset[str] = frozenset()
+    milliseconds: str = ""
     given: list[Given] = field(default_factory=list)
     states: list[dict[Path, Any]] = field(default_factory=list)
     names: list[Any] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.around = self.around or Surroundings(self.project)
-        self.machine = ProgramMachine(self.project, self.library)
+        self.machine = ProgramMachine(self.project, self.library, milliseconds=self.milliseconds)
         self.around.start(self.machine)
 
     @property
@@ -168,37 +165,6 @@ class Search:
                 known[path] = signed(self.machine.type_of(path), raw)
                 number >>= part.size()
         return known
-
-
-def search(
-    project: Project, claim_at: Claim, scans: int, scan_us: int, limit_s: float
-) -> Run | None:
-    """Look for a run of at most so many scans, from the start, after which a claim is broken.
-
-    Args:
-        project: The sources, with the programs that run.
-        claim_at: What has to hold after each scan: a term, of the machine and the scan's number.
-            The machine's `calls` and `obligations` are those of that scan.
-        scans: How many at most.
-        scan_us: The period of the scans; the first is at 0.
-        limit_s: Seconds of all in all.
-
-    Returns:
-        The run; None where none was found, be it that there is none or that time was out.
-    """
-    end = time.monotonic() + limit_s
-    going = Search(project, scan_us)
-    for number in range(scans):
-        going.scan()
-        claim = claim_at(going.machine, number)
-        broken = (not claim) if isinstance(claim, bool) else z3.Not(claim)
-        try:
-            found = going.find(broken, end - time.monotonic())
-        except SearchEndedError:
-            return None
-        if found is not None or time.monotonic() > end:
-            return found
-    return None
 
 
 def is_temporary(path: Path) -> bool:

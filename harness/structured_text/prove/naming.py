@@ -8,13 +8,13 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.search import value_of
-from rcx_harness.verify.prove.surroundings import Surroundings
 from structured_text.language.displayed import value_text
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import scalar_to_python
 from structured_text.prove.machine import Path
 from structured_text.prove.memory import Memory
+from structured_text.prove.search import value_of
+from structured_text.prove.surroundings import Surroundings
 
 __all__ = ["Names"]
 
@@ -38,7 +38,7 @@ class Names:
             text = f"{owner}.{symbol.name}" if owner else symbol.name
             self._roots[path] = text, symbol.type
         self._inputs = {one.name: one.type for one in around.inputs}
-        self._linked = {one.controller: one.status for one in around.areas if one.status}
+        self._around = around
 
     def told(self, model: Any, variable: Any) -> str:
         """Return `Main.Stage = CELL_IDLE` for a variable of the solver.
@@ -55,12 +55,13 @@ class Names:
             return f"{whole} = {_value(model, variable, self._inputs[whole])}"
         kind, _, rest = name.partition(".")
         if kind == "connected":
-            status = self._linked.get(int(rest.partition(".")[0]))
+            status = self._around.linked.get(int(rest.partition(".")[0]))
             found = self.declared(status) if status is not None else None
             text = found[0] if found else "the connection"
             return f"{text} = {_value(model, variable, ElementaryType('BOOL'))}"
         if kind == "area":
-            return f"byte m+{number} = {_value(model, variable, ElementaryType('BYTE'))}"
+            value = _value(model, variable, ElementaryType("BYTE"))
+            return f"{self._around.byte_name(number)} = {value}"
         return ""
 
     def declared(self, place: Path) -> tuple[str, Type] | None:
