@@ -23,7 +23,8 @@ from rcx_harness.testing.evidence import (
     write_files,
 )
 from rcx_harness.testing.settings import artifacts, project, settings_of
-from rcx_harness.verify.debug.recording import Recorded, write_recording
+from rcx_harness.verify.debug.recording import write_recording
+from structured_text.debug.recording import Recorded
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.units import format_us

@@ -1,5 +1,5 @@
 """A debugger over the built-in engine: the Debug Adapter Protocol, forwards and backwards.
 
-`places` knows which lines have statements, `tracer` stops at them, `values` shows and sets
-variables, `expressions` evaluates, `protocol` talks to an editor.
+`places` knows which lines have statements, `tracer` stops at them, `machine` is what runs,
+`player` goes back in it, `debugger` steps, `session` talks to the client.
 """

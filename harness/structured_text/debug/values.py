@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, TypeAlias
 
 from structured_text.engines.builtin.program import BuiltinProgram
 from structured_text.engines.builtin.references import Holders
@@ -30,7 +30,7 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import array_length, describe, scalar_to_python
 
-__all__ = ["Held", "Memory", "Shown", "local", "refuse_set"]
+__all__ = ["Held", "Item", "Memory", "Shown", "Text", "local", "refuse_set"]
 
 #: Elements of an array in a line of text.
 _FEW = 8
@@ -53,6 +53,19 @@ class Held:
     get: Callable[[], Any]
     set: Callable[[Any], None] | None = None
     path: str = ""
+
+
+@dataclass(frozen=True)
+class Text:
+    """Something that is no variable of the program: a name, its text, and what is below it."""
+
+    name: str
+    text: str
+    type: str = ""
+    below: Callable[[], list[Item]] | None = None
+
+
+Item: TypeAlias = Held | Text
 
 
 @dataclass(frozen=True)

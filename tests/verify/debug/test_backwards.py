@@ -9,8 +9,8 @@ import pytest
 
 from editor import Editor, RefusedError
 from rcx_harness.cli.debug import launched
-from rcx_harness.verify.debug.player import Player
 from structured_text.debug.places import Places
+from structured_text.debug.player import Player
 
 Start = Callable[..., Editor]
 

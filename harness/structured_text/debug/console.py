@@ -6,10 +6,10 @@ import re
 from itertools import zip_longest
 from typing import Any
 
-from rcx_harness.verify.debug.debugger import Back, Debugger, Forward, Order
-from rcx_harness.verify.debug.scopes import Frame
 from structured_text.debug.breakpoints import DataWatch
+from structured_text.debug.debugger import Back, Debugger, Forward, Order
 from structured_text.debug.expressions import Expressions
+from structured_text.debug.scopes import Frame
 from structured_text.debug.values import Held, Memory, local, refuse_set
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.errors import InputError
@@ -213,8 +213,8 @@ class Console:
 
     def _inject(self, argument: str) -> str:
         event, *which = argument.split()
-        controller = _number(which[0], ".inject link_down 2") if which else 1
-        said = self._changed(lambda: self._machine.inject(event, controller))
+        device = _number(which[0], ".inject link_down 2") if which else 1
+        said = self._changed(lambda: self._machine.inject(event, device))
         return f"{event} at {self._debugger.where()}" + (f"; {said}" if said else "")
 
     # --- completing ---

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import Any, Protocol
 
-from rcx_harness.verify.debug.player import Moment, Player
 from structured_text.debug.breakpoints import Breakpoint, DataWatch
 from structured_text.debug.places import Code
+from structured_text.debug.player import Moment, Player
 from structured_text.debug.values import Memory
 from structured_text.errors import InputError
 from structured_text.units import format_us

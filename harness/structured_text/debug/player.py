@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any, NamedTuple
 
-from rcx_harness.verify.debug.machine import Machine
+from structured_text.debug.machine import Machine
 from structured_text.debug.places import Code, Places
 from structured_text.debug.tracer import Lines, Tracer
 

@@ -9,31 +9,15 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any
 
-from rcx_harness import spec
-from rcx_harness.spec.wire import DEDICATED_AT, STATUS_NAMES
-from rcx_harness.verify.debug.machine import Machine, live_input
-from rcx_harness.verify.debug.telegrams import Telegram
+from structured_text.debug.machine import Machine
 from structured_text.debug.places import Places
 from structured_text.debug.tracer import Tracer
-from structured_text.debug.values import Held, Memory, local
+from structured_text.debug.values import Held, Item, Memory, Text, local
 from structured_text.language import tree as t
 from structured_text.language.values import describe
-from structured_text.units import format_us, format_word
+from structured_text.units import format_us
 
-__all__ = ["Frame", "Item", "Scopes", "Text"]
-
-
-@dataclass(frozen=True)
-class Text:
-    """Something that is no variable of the program: a name, its text, and what is below it."""
-
-    name: str
-    text: str
-    type: str = ""
-    below: Callable[[], list[Item]] | None = None
-
-
-Item = Held | Text
+__all__ = ["Frame", "Scopes"]
 
 
 @dataclass
@@ -149,29 +133,6 @@ class Scopes:
             return local(frame.variables, symbol, frame.store)
         return self._memory.of_symbol(symbol, frame.instance)
 
-    # --- what is around the program ---
-
-    def areas(self) -> list[Item]:
-        """The areas of each controller as they stand in the process image, and the moment."""
-        found: list[Item] = []
-        several = len(self._machine.images) > 1
-        for number, image in enumerate(self._machine.images, 1):
-            of = f" {number}" if several else ""
-            si = image.get()
-            so = live_input(image, self._machine.program, len(si))
-            found.append(_area(f"From robot{of}", so, spec.signals().output, "status"))
-            found.append(_area(f"To robot{of}", si, spec.signals().input, "command"))
-        return found
-
-    def telegrams(self) -> list[Item]:
-        """The last telegrams of each controller, the newest first."""
-        found: list[Item] = []
-        several = len(self._machine.telegrams) > 1
-        for number, of in enumerate(self._machine.telegrams, 1):
-            prefix = f"robot {number}, " if several else ""
-            found += [_telegram(prefix, one) for one in of.last]
-        return found or [Text("none", "no remote command has gone out yet")]
-
     def moment(self, step: int) -> list[Item]:
         """Where the run is."""
         machine = self._machine
@@ -206,55 +167,3 @@ def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[
             variables[name] = value
 
     return store
-
-
-def _area(name: str, area: bytes, signals: Sequence[spec.Signal], word: str) -> Text:
-    first = int.from_bytes(area[:2], "little")
-    if word == "status":
-        shown = STATUS_NAMES.get(first, "unknown status")
-    else:
-        shown = spec.command_name(first) if first else "no command"
-    on = [one.short for one in signals if area[one.byte] >> one.bit & 1]
-    text = f"{format_word(first)} {shown}; {', '.join(on) or 'no dedicated bit'}"
-
-    def below() -> list[Item]:
-        items: list[Item] = [Text(word, f"{format_word(first)} {shown}", "WORD")]
-        for one in signals:
-            value = "TRUE" if area[one.byte] >> one.bit & 1 else "FALSE"
-            items.append(Text(f"{one.short} {one.title}", value, "BOOL"))
-        items.append(Text("data words", "", "", lambda: _words(area, 2, DEDICATED_AT)))
-        items.append(Text("bytes", "", "", lambda: _bytes(area)))
-        return items
-
-    return Text(name, text, "", below)
-
-
-def _words(area: bytes, first: int, end: int) -> list[Item]:
-    words = range(first, end, 2)
-    return [
-        Text(f"+{k}", format_word(int.from_bytes(area[k : k + 2], "little")), "WORD") for k in words
-    ]
-
-
-def _bytes(area: bytes) -> list[Item]:
-    return [Text(f"+{k}", f"16#{one:02X}", "BYTE") for k, one in enumerate(area)]
-
-
-def _telegram(prefix: str, one: Telegram) -> Text:
-    end = f", {format_us(one.ended_us - one.t_us)}" if one.ended_us >= 0 else ""
-
-    def below() -> list[Item]:
-        return [
-            Text("request", one.request_text, "", lambda: _shown(one.request)),
-            Text("answer", one.answer_text, "", lambda: _shown(one.answer)),
-            Text("sent at", format_us(one.t_us)),
-            Text("ended at", format_us(one.ended_us) if one.ended_us >= 0 else "not yet"),
-        ]
-
-    return Text(
-        f"{prefix}{format_us(one.t_us)}", f"{one.request_text}: {one.answer_text}{end}", "", below
-    )
-
-
-def _shown(words: Sequence[int]) -> list[Item]:
-    return [Text(f"word {k}", format_word(one), "WORD") for k, one in enumerate(words)]

@@ -11,16 +11,16 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from rcx_harness.verify.debug.console import Console
-from rcx_harness.verify.debug.debugger import Back, Debugger, Forward, Order, Quit, Stop
-from rcx_harness.verify.debug.machine import Machine
-from rcx_harness.verify.debug.player import Player
-from rcx_harness.verify.debug.scopes import Frame, Item, Scopes, Text
 from structured_text.debug.breakpoints import Breakpoint, Counting, DataWatch, message_of
+from structured_text.debug.console import Console
+from structured_text.debug.debugger import Back, Debugger, Forward, Order, Quit, Stop
 from structured_text.debug.expressions import Expressions
+from structured_text.debug.machine import Machine
 from structured_text.debug.places import Places
+from structured_text.debug.player import Player
 from structured_text.debug.protocol import Client, Message
-from structured_text.debug.values import Held, Memory
+from structured_text.debug.scopes import Frame, Scopes
+from structured_text.debug.values import Held, Item, Memory, Text
 from structured_text.errors import InputError
 
 __all__ = ["Launched", "Session"]
@@ -460,8 +460,7 @@ class Session:
             ("Inputs, outputs", lambda: scopes.pins(frame), "arguments"),
             ("Variables", lambda: scopes.locals(frame), "locals"),
             ("Globals", scopes.globals, ""),
-            ("Areas", scopes.areas, ""),
-            ("Telegrams", scopes.telegrams, ""),
+            *((name, items, "") for name, items in self._player.machine.around),
             ("Run", lambda: scopes.moment(self._player.tracer.step), ""),
         ]
         shown = []
