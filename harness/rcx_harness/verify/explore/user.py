@@ -19,9 +19,9 @@ from rcx_harness.cell.image import find_image
 from rcx_harness.cell.node import status_path
 from rcx_harness.cell.sources import blame_lib
 from rcx_harness.spec.wire import SIZE
-from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
 from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
 from rcx_harness.verify.explore.demanded import Demanded
+from rcx_harness.verify.explore.kept import TABLES
 from rcx_harness.verify.explore.monitors import Monitors
 from rcx_harness.verify.properties import Declared
 from rcx_harness.watch.calls_source import steady_instances
@@ -29,6 +29,7 @@ from rcx_harness.watch.image_source import reads_located
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.errors import InputError
+from structured_text.explore.abstraction import NOW_US, Abstraction
 from structured_text.explore.always import with_always
 from structured_text.explore.search import Result, Search, World
 from structured_text.explore.shared import Stepping, shared
@@ -179,7 +180,7 @@ class _Program(World[Choice]):
         self.inputs = {
             path: list(_values(program, path, texts)) for path, texts in settings.inputs.items()
         }
-        self._state = Abstraction(program, settings.scan_us, 0, set(), exact=True)
+        self._state = Abstraction(program, settings.scan_us, 0, set(), exact=True, tables=TABLES)
         self._monitors = Monitors(program, settings.size, settings.scan_us, steady)
         self._demanded = Demanded(program, settings.properties, settings.scan_us)
         sets = [("", "", None)]

@@ -30,7 +30,8 @@ _KINDS = ("*.py", "*.lark")
 #: The modules beside this one that decide what is found, and those of all explorations.
 OWN = ("model", "contract", "oracle", "search", "stages", "models")
 _SHARED = (
-    "rcx_harness/verify/explore/abstraction.py",
+    "structured_text/explore/abstraction.py",
+    "structured_text/explore/kept.py",
     "rcx_harness/verify/explore/kept.py",
     "structured_text/explore/search.py",
 )

@@ -3,7 +3,7 @@
 * Time: all scans of a model have the same interval, or a few that the environment chooses. A TON
   compares the time since its start with PT and does nothing else with the time, so the ticks since
   its start are all that counts, and of those that are more than the longest PT of the model none
-  differs from another. ET is read by FB_RcxScanTime only, which starts its TON anew in every scan:
+  differs from another. ET is read by `Tables.clock` only, which starts its TON anew in every scan:
   there it is 0 before the first scan, and then the time since the last one. Waits that are counted
   in milliseconds are numbers like others; none outlasts its limit.
 * Tickets: blocks compare tickets with the channel's Serving, by differences modulo 65536, and
@@ -30,12 +30,12 @@ from random import Random
 from struct import Struct
 from typing import Any, NamedTuple
 
-from rcx_harness.verify.explore.kept import TYPES, Kept
 from structured_text.coverage.listing import text_of
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.blocks import CLASSES
 from structured_text.engines.builtin.storage import address_slot, is_scalar
 from structured_text.errors import InputError
+from structured_text.explore.kept import Kept, Tables
 from structured_text.language import tree as t
 from structured_text.language.types import (
     ArrayType,
@@ -55,14 +55,15 @@ __all__ = ["NOW_US", "Abstraction", "Part"]
 #: PLC time of every scan; what differs are the starts of the timers.
 NOW_US = 1_000_000_000
 
-_PASSED, _EXPIRED = 255, 255
-_OWNERS = dict.fromkeys(("FB_REMOTECOMMAND", "FB_JOG", "FB_CONTINUOUSPOSITION"), "command")
-_OWN = ("FB_EMERGENCYSTOP", "FB_POWERUP", "FB_PROGRAMSTOP", "FB_SERVOONFROMEMERGENCYSTOP")
+_EXPIRED = 255
+#: What counts of a channel.
+_TURNS = ("SERVING", "NEXTTICKET", "LOWEST")
+#: Nothing is known of a library.
+_NONE = Tables()
 _TIMERS = tuple(name for name in CLASSES if "start" in CLASSES[name].__slots__)
 _MEMORY = {"phase": ElementaryType("USINT")}
 #: Pins that the monitor of the contract looks at, of whatever block.
 _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERRORID"}
-_CORE = ("FB_RCX", "RCX_")
 _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
 #: The size of a slot that has none; and the version of `marshal` in which what is equal is the same
 #: bytes, whether or not it is one object.
@@ -92,7 +93,7 @@ class Part(NamedTuple):
     """What a state says of some variables of the program; see `Abstraction.parts`."""
 
     robot: tuple[str, ...]
-    """What else it looks at: of the program's RCX_ARBITRATION."""
+    """What else it looks at: of what the library's blocks share."""
     freeze: Callable[[], bytes]
     """Its bytes of the state after a scan at `NOW_US`."""
     thaw: Callable[[bytes, int], None]
@@ -108,6 +109,7 @@ class Abstraction:
         ticks: The longest time of any timer of the program, in ticks.
         free: Variables of the program itself that are written before each scan.
         exact: Keep all variables, of whatever program: `ticks` is then of no account.
+        tables: What is known of the library.
 
     Raises:
         InputError: a variable of a type that states cannot hold, or more than one robot.
@@ -121,9 +123,10 @@ class Abstraction:
         free: set[str],
         *,
         exact: bool = False,
+        tables: Tables = _NONE,
     ) -> None:
         assert ticks < _EXPIRED - 1
-        self._exact = exact
+        self._exact, self._tables = exact, tables
         self._project = program.module.project
         self.root: Any = program.holder(next(iter(program.instances())))
         self._now = NOW_US * 1000
@@ -141,24 +144,24 @@ class Abstraction:
                 self._walk(kind, program.holder(name), Kept(), "", "")
             self._globals(program)
         else:
-            self._robot = self.root.ROBOT.INNER
+            self._robot = getattr(getattr(self.root, tables.variable), tables.member)
             kind = next(iter(program.instances().values()))
             assert isinstance(kind, BlockType)
             self._walk(kind, self.root, Kept(dropped=" ".join(free)), "", "")
         self._compile()
 
-    @staticmethod
-    def _only_robot(program: BuiltinProgram) -> Any:
-        """The inner part of the program's RCX_REF; None where it has none."""
+    def _only_robot(self, program: BuiltinProgram) -> Any:
+        """What the library's blocks share in this program; None where they share nothing."""
+        tables = self._tables
         found = [
             path
             for path, kind in program.walk()
-            if isinstance(kind, StructType) and kind.name.upper() == "RCX_REF"
+            if isinstance(kind, StructType) and kind.name.upper() == tables.reference
         ]
         if len(found) > 1:
-            told = f"the program has {len(found)} robots: {', '.join(found)}"
+            told = f"the program has {len(found)} {tables.devices}: {', '.join(found)}"
             raise InputError(told, hint="explored are programs with one")
-        return program.holder(found[0]).INNER if found else None
+        return getattr(program.holder(found[0]), tables.member) if found else None
 
     def _globals(self, program: BuiltinProgram) -> None:
         """Plan the variables that are no program's own."""
@@ -279,6 +282,7 @@ class Abstraction:
 
     def _walk(self, kind: Type, held: Any, kept: Kept, owner: str, channel: str) -> None:
         """Plan all variables of a structure or block."""
+        tables = self._tables
         name = f"o{len(self._objects)}"
         self._objects[name] = held
         type_name = kind.name.upper() if not isinstance(kind, ElementaryType) else ""
@@ -288,26 +292,25 @@ class Abstraction:
             own = {one.name.upper() for one in kind.variables if one.section == "VAR"}
             dropped = set(kept.dropped.upper().split()) - _JUDGED
             dropped &= own | self._passed(owner, kind.name)
-        elif self._exact and type_name == "RCX_ARBITRATION":
+        elif self._exact and type_name == tables.shared:
             dropped = set(kept.dropped.upper().split())  # no program looks into it
-            if "FB_RCXPICKMEMORY" in self._project.pous:
-                dropped.discard("LOSSES")
+            dropped -= {one for one, pou in tables.unless.items() if pou in self._project.pous}
         conditional = kept.while_true
-        if self._exact and not type_name.startswith(_CORE):
+        if self._exact and not type_name.startswith(tables.core):
             conditional = {}  # what is not read yet is passed on
         conditions = {
             variable: condition.replace("o.", f"{name}.")
             for condition, variables in conditional.items()
             for variable in variables.upper().split()
         }
-        if type_name in _OWN:
+        if type_name in tables.own:
             channel = "own"
             self._objects[f"own_{name}"] = held.OWN
         jobs = self._jobs(type_name) if self._exact else {}
         for slot, part in _parts(kind):
             code = f"{name}.{slot}"
             ticket = {key.upper(): to for key, to in kept.tickets.items()}.get(slot)
-            if slot in fixed and not (type_name == "RCX_CHANNEL" and channel == "own"):
+            if slot in fixed and not (type_name == tables.channel and channel == "own"):
                 self._fixed.append((held, slot, repr(_held(getattr(held, slot)))))
             elif slot in dropped or slot in fixed:
                 self._junk += _spoiling(code, part)
@@ -315,7 +318,7 @@ class Abstraction:
                 self._ticket(
                     code, self._channel(ticket, type_name, owner, channel), conditions[slot]
                 )
-            elif type_name == "RCX_CHANNEL" and slot in ("SERVING", "NEXTTICKET", "LOWEST"):
+            elif type_name == tables.channel and slot in _TURNS:
                 self._turn(code, name, slot, own=channel == "own")
             elif slot in kept.scans.upper().split():
                 self._number(code, conditions.get(slot, ""))
@@ -324,10 +327,10 @@ class Abstraction:
             elif self._exact and type_name in _TIMERS and slot == "start":
                 self._elapsed(name)
             elif isinstance(part, BlockType) and part.name == "TON" and not self._exact:
-                self._timer(code, conditions.get(slot, ""), reads_et=type_name == "FB_RCXSCANTIME")
+                self._timer(code, conditions.get(slot, ""), reads_et=type_name == tables.clock)
             elif isinstance(part, (BlockType, StructType)):
                 assert self._exact or slot not in conditions
-                inner = TYPES.get(part.name.upper(), Kept())
+                inner = tables.types.get(part.name.upper(), Kept())
                 below = jobs.get(slot) or self._below(slot, channel, name)
                 self._walk(part, getattr(held, slot), inner, type_name, below)
             elif self._exact and slot not in conditions:
@@ -344,7 +347,7 @@ class Abstraction:
             told = f"a variable of type {describe(kind)} cannot be told apart"
             raise InputError(told, hint="explored are programs without pointers and references")
         if isinstance(kind, (BlockType, StructType)):
-            self._walk(kind, held, TYPES.get(kind.name.upper(), Kept()), "", "")
+            self._walk(kind, held, self._tables.types.get(kind.name.upper(), Kept()), "", "")
         elif isinstance(kind, ArrayType) and not is_scalar(kind.element):
             for place, one in enumerate(held):
                 self._part(f"{code}[{place}]", kind.element, one)
@@ -354,7 +357,7 @@ class Abstraction:
     def _passed(self, owner: str, name: str) -> set[str]:
         """Pins of a block that no user calls which each of its calls in a block writes."""
         pou = self._project.pous.get(owner)
-        if pou is None or not name.upper().startswith(_CORE):
+        if pou is None or not name.upper().startswith(self._tables.core):
             return set()
         calls = [one for one in calls_of(pou.body) if one.block.name.upper() == name.upper()]
         pins = [{pin.upper() for pin, _ in one.inputs} for one in calls]
@@ -365,7 +368,7 @@ class Abstraction:
         pou = self._project.pous.get(type_name)
         found = {}
         for call in calls_of(pou.body) if pou else ():
-            if call.block.name.upper() == "FB_RCXJOB" and isinstance(call.instance, t.Use):
+            if call.block.name.upper() == self._tables.job and isinstance(call.instance, t.Use):
                 pins = {pin.upper(): value for pin, value in call.in_outs}
                 channel = text_of(pins["CHANNEL"]).upper()
                 if channel.endswith((".COMMAND", ".SEQUENCE")):
@@ -383,8 +386,8 @@ class Abstraction:
             return channel
         if channel in ("command", "sequence"):
             return f"robot.{channel.upper()}"
-        if type_name == "FB_RCXJOB":
-            return f"robot.{_OWNERS.get(owner, 'sequence').upper()}"
+        if type_name == self._tables.job:
+            return f"robot.{self._tables.owners.get(owner, 'sequence').upper()}"
         return f"robot.{ticket.upper()}"
 
     def _ticket(self, code: str, channel: str, condition: str) -> None:
@@ -421,7 +424,7 @@ class Abstraction:
             get = f"min({code} - {name}.SERVING & 65535, 255)"
             self._slots.append(_Slot(get, f"{code} = shift + {{v}} & 65535"))
         elif slot == "LOWEST":
-            # FB_WriteArea leaves it so; nothing has been seen since
+            # The library leaves it so at the end of a scan; nothing has been seen since
             self._slots.append(_Slot(f"{code} != {name}.NEXTTICKET", f"{code} = {name}.NEXTTICKET"))
         else:
             get = f"min({code} - {name}.SERVING & 65535, 255)"
