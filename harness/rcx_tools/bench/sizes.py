@@ -127,7 +127,7 @@ def strucpp_sizes(strucpp: Strucpp, compiler: str) -> list[Size]:
         project = load(_sources(folder))
         shared = folder / "sizes.so"
         shared.write_bytes(compile_project(project, wanted, strucpp, compiler))
-        found = (ctypes.c_size_t * len(wanted)).in_dll(ctypes.CDLL(str(shared)), "rcx_layout")
+        found = (ctypes.c_size_t * len(wanted)).in_dll(ctypes.CDLL(str(shared)), "shim_layout")
         return _sorted(places, found)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from structured_text import COMMAND, DISTRIBUTION
 from structured_text.coverage.measure import DecisionResult, FileResult, Item, Share
 from structured_text.coverage.report import totals
 from structured_text.output.paths import real
@@ -41,7 +42,12 @@ def tracefile(
     lines = []
     for result in results:
         path = str(folder / result.path) if folder else result.path
-        lines += ["TN:rcx_coverage", f"SF:{path}", *_records(result, mcdc=mcdc), "end_of_record"]
+        lines += [
+            f"TN:{COMMAND}_coverage",
+            f"SF:{path}",
+            *_records(result, mcdc=mcdc),
+            "end_of_record",
+        ]
     return "\n".join(lines) + "\n"
 
 
@@ -99,7 +105,7 @@ def cobertura(results: Sequence[FileResult], home: Path) -> bytes:
     for name, share in (("lines", lines), ("branches", branches)):
         root.attrib |= {f"{name}-covered": str(share.covered), f"{name}-valid": str(share.total)}
     # No time of day: the same results give the same file.
-    root.attrib |= {"complexity": "0", "version": "rcx-harness", "timestamp": "0"}
+    root.attrib |= {"complexity": "0", "version": DISTRIBUTION, "timestamp": "0"}
     ET.SubElement(ET.SubElement(root, "sources"), "source").text = str(real(home))
     packages = ET.SubElement(root, "packages")
     folders: dict[str, list[FileResult]] = {}
@@ -111,7 +117,7 @@ def cobertura(results: Sequence[FileResult], home: Path) -> bytes:
         for result in files:
             _class(ET.SubElement(classes, "class"), result)
     ET.indent(root)
-    head = '<?xml version="1.0" ?>\n<!-- rcx coverage -->\n<!DOCTYPE coverage SYSTEM '
+    head = f'<?xml version="1.0" ?>\n<!-- {COMMAND} coverage -->\n<!DOCTYPE coverage SYSTEM '
     dtd = "http://cobertura.sourceforge.net/xml/coverage-04.dtd"
     return f'{head}"{dtd}">\n{ET.tostring(root, encoding="unicode")}\n'.encode(
         "utf-8", "backslashreplace"

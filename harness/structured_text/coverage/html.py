@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 
+from structured_text import COMMAND
 from structured_text.coverage.measure import Condition, DecisionResult, FileResult, Item, Share
 from structured_text.coverage.report import Gap, conditions, gaps, totals
 
@@ -55,7 +56,7 @@ def _page(title: str, back: str, body: Iterator[str]) -> str:
     )
     lines = [
         "<!doctype html>",
-        "<!-- rcx coverage -->",
+        f"<!-- {COMMAND} coverage -->",
         '<html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         f"<title>{escape(title)}</title><style>{style}</style></head><body>",

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from structured_text import COMMAND
 from structured_text.coverage.formats import cobertura, tracefile
 from structured_text.coverage.html import pages
 from structured_text.coverage.measure import FileResult, measure
@@ -22,7 +23,7 @@ __all__ = ["ENGINE", "Outcome", "check_fail_under", "check_folder", "conclude", 
 ENGINE = "coverage is counted by the built-in engine"
 
 #: Stands at the head of each file.
-_MARKS = (b"rcx coverage", b"TN:rcx_coverage")
+_MARKS = (f"{COMMAND} coverage".encode(), f"TN:{COMMAND}_coverage".encode())
 _HEAD = 200
 
 

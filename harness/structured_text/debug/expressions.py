@@ -29,7 +29,7 @@ from structured_text.language.types import Type
 __all__ = ["Compiled", "Expressions"]
 
 _HERE = Path("expression")
-_HEAD = "FUNCTION RcxHere : BOOL\n"
+_HEAD = "FUNCTION HarnessHere : BOOL\n"
 _FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError, TypeError, AttributeError)
 
 
@@ -152,7 +152,7 @@ def syntax_of(text: str) -> s.Expression:
         InputError: it is none.
     """
     wrong = InputError(f"{text!r} is no expression of Structured Text", hint="as Count + 1 > 3")
-    source = read_text(f"{_HEAD}RcxHere := (\n{text}\n);\nEND_FUNCTION\n", _HERE)
+    source = read_text(f"{_HEAD}HarnessHere := (\n{text}\n);\nEND_FUNCTION\n", _HERE)
     if source.errors:
         raise InputError(f"{text}: {source.errors[0].message}", hint=source.errors[0].hint)
     first = source.declarations[0] if len(source.declarations) == 1 else None

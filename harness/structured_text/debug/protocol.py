@@ -13,6 +13,7 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import Any, BinaryIO
 
+from structured_text import COMMAND
 from structured_text.errors import InputError
 
 __all__ = ["Client", "Message", "encoded", "read_message"]
@@ -27,7 +28,7 @@ _LONGEST = 1024 * 1024
 _MOST_WAITING = 1000
 #: A field of the header. The first line of HTTP or TLS is not a field.
 _FIELD = re.compile(rb"([A-Za-z-]+)[ \t]*:[ \t]*(.*)", re.DOTALL)
-_HINT = "rcx debug talks to editors: see docs/debug.md"
+_HINT = f"{COMMAND} debug talks to editors: see docs/debug.md"
 
 
 def encoded(message: Mapping[str, Any]) -> bytes:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from structured_text import COMMAND
 from structured_text.debug.breakpoints import Breakpoint, Counting, DataWatch, message_of
 from structured_text.debug.console import Console
 from structured_text.debug.debugger import Back, Debugger, Forward, Order, Quit, Stop
@@ -204,10 +205,12 @@ class Session:
         if not isinstance(command, str):
             self._client.refuse(message, "the command of a request is not a text")
             return None
-        name = command.removeprefix("rcx/")
+        name = command.removeprefix(f"{COMMAND}/")
         handler = getattr(self, f"_on_{name}", None) if name.isidentifier() else None
         if handler is None:
-            self._client.refuse(message, f"rcx debug does not know the request {command[:60]!r}")
+            self._client.refuse(
+                message, f"{COMMAND} debug does not know the request {command[:60]!r}"
+            )
             return None
         arguments = message.get("arguments") or {}
         if not isinstance(arguments, dict):
@@ -570,7 +573,7 @@ class Session:
 
     def _on_exceptionInfo(self, _: Message) -> Message:  # noqa: N802
         text = self._stopped.text if self._stopped is not None else ""
-        return {"exceptionId": "rcx", "description": text, "breakMode": "always"}
+        return {"exceptionId": COMMAND, "description": text, "breakMode": "always"}
 
     def _on_source(self, _: Message) -> Message:
         raise InputError("the sources are files", hint="open them in the editor")

@@ -29,7 +29,7 @@ _TOKEN = re.compile(
     | (?P<path>[A-Za-z_]\w*(?:\s*\[[^\[\]]*\]|\.[A-Za-z_]\w*)*)""",
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
-_OURS = re.compile(r"\bRcx(?:Value|Before)(\d+)\b", re.IGNORECASE)
+_OURS = re.compile(r"\bHarness(?:Value|Before)(\d+)\b", re.IGNORECASE)
 _REMEMBERED = 10_000
 
 
@@ -94,12 +94,12 @@ class Condition:
         assert program is not None
         for name, value in zip(self._names, values, strict=True):
             program.write(f"Main.{name}", value)
-        program.write("Main.RcxWhich", self._number)
+        program.write("Main.HarnessWhich", self._number)
         try:
             program.scan(0)
         except InputError as error:
             raise InputError(f"{self.text}: {error.message}", hint=error.hint) from None
-        return bool(program.read("Main.RcxHolds"))
+        return bool(program.read("Main.HarnessHolds"))
 
     def fixed(self, literals: Sequence[str]) -> str:
         """Its text with literals, in the order of `before_paths`, in place of `BEFORE(...)`."""
@@ -135,8 +135,8 @@ def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
         made.append(Condition(text, number, program, paths, then))
         places = list(kinds)
         names.append(
-            [f"RcxValue{places.index(path)}" for path in paths]
-            + [f"RcxBefore{places.index(path)}" for path in then]
+            [f"HarnessValue{places.index(path)}" for path in paths]
+            + [f"HarnessBefore{places.index(path)}" for path in then]
         )
         bodies.append(body)
         _compiled([body], [number], kinds, text)  # each alone, so that an error is its own
@@ -158,14 +158,14 @@ def _with_names(
         if one["before"]:
             kinds.setdefault(one["then"], _kind(program, one["then"]))
             then.append(one["then"])
-            return f"RcxBefore{list(kinds).index(one['then'])}"
+            return f"HarnessBefore{list(kinds).index(one['then'])}"
         path = one["path"]
         if path is None or not _is_path(program, path):
             return one[0]
         kinds.setdefault(path, _kind(program, path))
         if path not in paths:
             paths.append(path)
-        return f"RcxValue{list(kinds).index(path)}"
+        return f"HarnessValue{list(kinds).index(path)}"
 
     if not text.strip():
         raise InputError("the condition is empty", hint='write it as "Main.State = CELL_READY"')
@@ -192,12 +192,18 @@ def _kind(program: Program, path: str) -> Type:
 def _compiled(
     bodies: Sequence[str], numbers: Sequence[int], kinds: dict[str, Type], text: str
 ) -> BuiltinProgram:
-    lines = [*_types(kinds), "PROGRAM RcxConditions", "VAR", "RcxWhich : INT;", "RcxHolds : BOOL;"]
+    lines = [
+        *_types(kinds),
+        "PROGRAM HarnessConditions",
+        "VAR",
+        "HarnessWhich : INT;",
+        "HarnessHolds : BOOL;",
+    ]
     for number, kind in enumerate(kinds.values()):
-        lines += [f"RcxValue{number} : {kind.name};", f"RcxBefore{number} : {kind.name};"]
+        lines += [f"HarnessValue{number} : {kind.name};", f"HarnessBefore{number} : {kind.name};"]
     lines.append("END_VAR")
     for number, body in zip(numbers, bodies, strict=True):
-        lines.append(f"IF RcxWhich = {number} THEN RcxHolds := ({body}); END_IF;")
+        lines.append(f"IF HarnessWhich = {number} THEN HarnessHolds := ({body}); END_IF;")
     lines.append("END_PROGRAM")
     try:
         return _evaluator("\n".join(lines) + "\n")

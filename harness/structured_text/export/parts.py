@@ -9,6 +9,7 @@ from pathlib import Path
 
 from lark import Token
 
+from structured_text import COMMAND
 from structured_text.errors import InputError
 from structured_text.export.prefix import Renaming, renaming
 from structured_text.language import syntax as s
@@ -118,7 +119,7 @@ def sources_of(
         return parse(file) if text is None else parse_text(text, file)
 
     project = checked(files.all, read)
-    refuse(project.uses, "rcx export")
+    refuse(project.uses, f"{COMMAND} export")
     found = {
         id(part.node): part
         for file in files.all

@@ -6,6 +6,7 @@ import re
 from importlib.metadata import version
 from xml.etree import ElementTree as ET
 
+from structured_text import COMMAND, DISTRIBUTION
 from structured_text.export.body import Body, Scope
 from structured_text.export.expressions import expression_text, init_text
 from structured_text.export.output import NOTICE, Output
@@ -83,8 +84,8 @@ def _headers(root: ET.Element) -> None:
         root,
         "fileHeader",
         companyName="The RCX3 function blocks maintainers",
-        productName="rcx export",
-        productVersion=version("rcx-harness"),
+        productName=f"{COMMAND} export",
+        productVersion=version(DISTRIBUTION),
         creationDateTime=_DATE,
     )
     content = ET.SubElement(root, "contentHeader", name="RCX3", modificationDateTime=_DATE)

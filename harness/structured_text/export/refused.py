@@ -1,4 +1,4 @@
-"""What a tool refuses of a program as it is written: `rcx check --for`.
+"""What a tool refuses of a program as it is written: `check --for`.
 
 Three things are put together: which constructs beyond the portable subset the tool takes
 (`constructs.toml`), which functions, blocks and operators it has (`words`), and what an export for
@@ -37,13 +37,13 @@ class Tool:
 
     Attributes:
         title: What it is called.
-        export: The target of `rcx export` for it.
+        export: The target of the export for it.
         words: Its list of functions and blocks, in the folder `words`.
         takes: Constructs that it takes, with what says so.
         refuses: Constructs that it refuses, likewise.
         own: Endings of its own files, in lower case: it refuses nothing of them.
         instead: What to do there instead of a construct, where that is something of its own.
-        note: How it differs where `rcx export` writes the same another way; or empty.
+        note: How it differs where the export writes the same another way; or empty.
     """
 
     title: str
@@ -112,7 +112,7 @@ def refused(
         tool: The tool.
         sources: The files, free of errors.
         project: What they mean.
-        program: What `rcx export` would be given; None where it cannot be asked: then what only
+        program: What the export would be given; None where it cannot be asked: then what only
             the export itself knows is not among them.
 
     Raises:

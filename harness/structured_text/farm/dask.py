@@ -21,6 +21,7 @@ from distributed import __version__ as distributed_version
 from distributed.client import ClosedClientError
 from distributed.comm import connect, get_address_host
 
+from structured_text import COMMAND, DISTRIBUTION
 from structured_text.errors import InputError
 from structured_text.farm.cluster import Cluster
 from structured_text.farm.fingerprint import Fingerprint, differences
@@ -59,7 +60,7 @@ class _Carrier(WorkerPlugin):  # type: ignore[misc]
     """Brings the work to each worker, also to those to come."""
 
     def __init__(self, run: str, work: bytes) -> None:
-        self.name = f"rcx-{run}"
+        self.name = f"{COMMAND}-{run}"
         self._run, self._work = run, work
 
     def setup(self, worker: Worker) -> None:
@@ -135,7 +136,7 @@ class ClusterCrew:
         run = self._carrier.name
         key = f"{run}-{uuid.uuid4().hex}"
         of = (self._cluster.fingerprint, self._of)
-        arguments = (run.removeprefix("rcx-"), *of, pickle.dumps(item))
+        arguments = (run.removeprefix(f"{COMMAND}-"), *of, pickle.dumps(item))
         try:
             future = self._client.submit(_one, *arguments, key=key, pure=False)
         except ClosedClientError:
@@ -183,7 +184,7 @@ class ClusterCrew:
         self._look()
         for address, one in client.run(self._cluster.fingerprint, on_error="return").items():
             if isinstance(one, Exception):
-                raise _other(f"the worker {address}", f"it has no such rcx-harness ({one})")
+                raise _other(f"the worker {address}", f"it has no such {DISTRIBUTION} ({one})")
             if differ := differences(self._of, one):
                 raise _other(f"the worker {address}", differ)
         client.register_plugin(self._carrier)
@@ -273,5 +274,5 @@ def _failed(cluster: Cluster, what: str, hint: str) -> InputError:
 
 
 def _other(name: str, differ: str) -> InputError:
-    hint = "install the same rcx-harness and distributed on both"
+    hint = f"install the same {DISTRIBUTION} and distributed on both"
     return InputError(f"{name} is not like this computer: {differ}", hint=hint)

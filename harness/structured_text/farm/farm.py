@@ -13,6 +13,7 @@ from typing import Any, Final, Protocol, TypeVar
 from rich.console import Console
 from rich.progress import Progress
 
+from structured_text import DISTRIBUTION
 from structured_text.errors import InputError
 from structured_text.farm.cluster import Cluster
 from structured_text.farm.kept import Kept
@@ -187,7 +188,7 @@ class Farm:
         except ModuleNotFoundError as error:
             if error.name not in ("distributed", "dask"):
                 raise
-            hint = "pip install 'rcx-harness[cluster]'"
+            hint = f"pip install '{DISTRIBUTION}[cluster]'"
             raise InputError("--cluster needs dask.distributed", hint=hint) from None
         return ClusterCrew(work, cluster, partial(self._console.print, highlight=False))
 

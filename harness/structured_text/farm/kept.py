@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from structured_text import COMMAND
 from structured_text.errors import InputError
 from structured_text.output.limits import MOST_LINE_BYTES, OTHER
 from structured_text.output.reading import open_file
@@ -18,7 +19,7 @@ __all__ = ["Kept"]
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-_FORMAT = "rcx-results/1"
+_FORMAT = f"{COMMAND}-results/1"
 #: The key of the first line, which says what all others rest on.
 _ABOUT = ""
 

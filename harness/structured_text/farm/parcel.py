@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from structured_text import COMMAND
 from structured_text.errors import InputError
 from structured_text.output.limits import OTHER
 from structured_text.output.paths import real
@@ -53,7 +54,7 @@ class Parcel:
 
         They lie to each other as they did. An error of the user's names them as he has.
         """
-        with TemporaryDirectory(prefix="rcx-") as folder:
+        with TemporaryDirectory(prefix=f"{COMMAND}-") as folder:
             here = [real(folder) / name for _, name, _ in self.files]
             for file, (_, _, content) in zip(here, self.files, strict=True):
                 file.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 """What is kept of earlier compilations: in this process, and in a folder of the user.
 
-The folder is `rcx-harness` in the system's folder for that, `~/.cache` on Linux, or in
+The folder is that of the distribution in the system's folder for that, `~/.cache` on Linux, or in
 `XDG_CACHE_HOME`; `RCX_CACHE=off` does without it. Entries are written under another name and
 renamed, so that several processes may work at once.
 
@@ -23,6 +23,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from structured_text import DISTRIBUTION
 from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.paths import real
@@ -47,7 +48,7 @@ def folder() -> Path | None:
     if os.environ.get("RCX_CACHE", "").lower() == "off":
         return None
     try:
-        found = cache_root() / "rcx-harness"
+        found = cache_root() / DISTRIBUTION
         found.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         return None
@@ -91,7 +92,7 @@ def _signature(entry: Path, content: bytes) -> bytes:
 def _key() -> bytes:
     """Return the key of this user; where it cannot be saved, one of this process."""
     try:
-        place = settings_root() / "rcx-harness" / "cache.key"
+        place = settings_root() / DISTRIBUTION / "cache.key"
         with suppress(FileNotFoundError):
             if len(found := place.read_bytes()) == _KEY_SIZE:
                 return found

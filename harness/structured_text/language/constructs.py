@@ -123,7 +123,7 @@ _DETAILS = {
     ),
 }
 
-#: Those of which nothing is left in the checked tree, or nothing that `rcx prove` does not know.
+#: Those of which nothing is left in the checked tree, or nothing that `prove` does not know.
 TRANSLATED = frozenset(
     [
         "a comment with // or /* */",

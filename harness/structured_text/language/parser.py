@@ -15,6 +15,7 @@ from typing import Any
 from lark import Lark, Token, v_args
 from lark.lexer import Lexer
 
+from structured_text import COMMAND
 from structured_text.errors import InputError
 from structured_text.language import cache
 from structured_text.language import syntax as s
@@ -426,7 +427,7 @@ def _parser() -> tuple[Lark, _Builder]:
         return make(), builder
     before: bytes | None = None
     # lark executes what is in its file: it gets a copy of an entry that is ours.
-    with TemporaryDirectory(prefix="rcx-") as folder:
+    with TemporaryDirectory(prefix=f"{COMMAND}-") as folder:
         tables = Path(folder, _TABLES)
         with suppress(OSError, ValueError):
             before = cache.content(kept / _TABLES)

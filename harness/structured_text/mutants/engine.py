@@ -62,7 +62,7 @@ class _Compiled:
 
 
 def bodies_of(source: s.Source) -> dict[str, s.Pou | s.Method]:
-    """The POUs of a file with their methods, by upper-case names: `FB_X`, `FB_X.METHOD`."""
+    """The POUs of a file with their methods, by upper-case names: `DRIVE`, `DRIVE.METHOD`."""
     found: dict[str, s.Pou | s.Method] = {}
     for node in source.declarations:
         if isinstance(node, s.Pou):

@@ -10,6 +10,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from structured_text import COMMAND, DISTRIBUTION
 from structured_text.errors import InputError
 from structured_text.farm import Farm
 from structured_text.language.cache import sources_key
@@ -46,7 +47,7 @@ class UserMutants:
         self.files, library = sources.users
         for file in self.files:
             if getattr(file, "lines", None) is not None:
-                hint = "mutants are made of .st files; `rcx import` writes them"
+                hint = f"mutants are made of .st files; `{COMMAND} import` writes them"
                 raise InputError("is a project", file=file, hint=hint)
         self._all = [*self.files, *library]
         self._mutants = Mutants(run.folder, self._all, portable=False)
@@ -57,7 +58,7 @@ class UserMutants:
         Raises:
             InputError: a test fails, or none runs the program.
         """
-        with TemporaryDirectory(prefix="rcx-mutants-", ignore_cleanup_errors=True) as name:
+        with TemporaryDirectory(prefix=f"{COMMAND}-mutants-", ignore_cleanup_errors=True) as name:
             order = Order(real(name))
             code = self._run(order)
             printed = (order.folder / "printed").read_text("utf-8", "replace")
@@ -67,7 +68,7 @@ class UserMutants:
             last = next((line for line in reversed(printed.splitlines()) if line.strip()), "")
             told = f"`{command}` ends with {code} and runs no tests: {last.strip()}"
             raise InputError(
-                told, hint="the command must run pytest where rcx-harness is installed"
+                told, hint=f"the command must run pytest where {DISTRIBUTION} is installed"
             )
         failed = [node for node, passed in said["passed"].items() if not passed]
         if failed:
@@ -116,7 +117,9 @@ class UserMutants:
         tasks, unreached = self.tasks(tests)
 
         def run(todo: Iterable[Task]) -> Iterator[Outcome]:
-            with TemporaryDirectory(prefix="rcx-mutants-", ignore_cleanup_errors=True) as name:
+            with TemporaryDirectory(
+                prefix=f"{COMMAND}-mutants-", ignore_cleanup_errors=True
+            ) as name:
                 judge = Judge(self._run, real(name), tuple(self._all))
                 for task, outcome in farm.as_ready(judge, todo):
                     yield replace(outcome, task=task)  # it has come back as a copy

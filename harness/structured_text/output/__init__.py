@@ -1,1 +1,1 @@
-"""What is written: whole files or none, lines of a log, and what `rcx export` knows again."""
+"""What is written: whole files or none, lines of a log, and what an export knows again."""

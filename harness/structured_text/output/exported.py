@@ -1,4 +1,4 @@
-"""What `rcx export` has written, known again: neither read nor taken for the user's."""
+"""What an export has written, known again: neither read nor taken for the user's."""
 
 from __future__ import annotations
 
@@ -7,17 +7,20 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
+from structured_text import COMMAND
 from structured_text.output.paths import real
 
 __all__ = ["MARK", "RECORD", "digest", "own_output", "record", "recorded", "resolved"]
 
 #: Stands at the head of each file that is exported by itself.
-MARK = "Written by `rcx export`; change the sources, not this file."
+MARK = f"Written by `{COMMAND} export`; change the sources, not this file."
 
 #: In a folder that is exported: which files of it are, and what was in them.
-RECORD = "rcx-export.json"
+RECORD = f"{COMMAND}-export.json"
 
-_ABOUT = "Files that `rcx export` wrote here; it replaces and removes those that are unchanged."
+_ABOUT = (
+    f"Files that `{COMMAND} export` wrote here; it replaces and removes those that are unchanged."
+)
 _HEAD = 1000
 #: What is recorded, by the folder of the record.
 _Records = dict[Path, dict[str, str]]

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO
 
+from structured_text import COMMAND
 from structured_text.errors import InputError
 
 __all__ = ["NewFiles", "OutputFile", "encoded", "replace_files"]
@@ -143,7 +144,7 @@ class OutputFile:
             with suppress(FileNotFoundError):
                 os.lstat(self._place)  # a name that is too long is none, whatever is beside it
             if regular and (whole or there):
-                name = f".rcx-{os.getpid()}-{next(_numbers)}.new"
+                name = f".{COMMAND}-{os.getpid()}-{next(_numbers)}.new"
                 self._written = self._place.with_name(name)
             self._file = self._written.open("xb" if regular else "wb")
             self._made_file = regular

@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from structured_text import COMMAND
 from structured_text.errors import InputError
 
 __all__ = ["BEGINS", "MARK", "check"]
 
-MARK = "# rcx replay: "
+MARK = f"# {COMMAND} replay: "
 """How the stimulus file of a replay begins."""
 
 #: How each kind of file begins.
@@ -28,4 +29,6 @@ def check(file: Path) -> None:
         found = stream.read(16)
     if found and not found.startswith(BEGINS[file.suffix][:16]):
         hint = "name another folder with --out, or remove this file"
-        raise InputError("is there already, and was not written by rcx", file=file, hint=hint)
+        raise InputError(
+            f"is there already, and was not written by {COMMAND}", file=file, hint=hint
+        )

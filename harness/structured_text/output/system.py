@@ -23,6 +23,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, Final, Literal, NoReturn
 
+from structured_text import COMMAND
+
 if sys.platform == "win32":
     from _ctypes import FreeLibrary
 else:
@@ -477,12 +479,12 @@ class SharedMemory:
 
     def __init__(self, name: str = "", size: int = 0) -> None:
         if sys.platform == "win32":
-            self.name = name or f"rcx-{os.urandom(8).hex()}-{size}"
+            self.name = name or f"{COMMAND}-{os.urandom(8).hex()}-{size}"
             self._map = mmap.mmap(-1, int(self.name.rpartition("-")[2]), tagname=self.name)
             self.buf = memoryview(self._map)
             return
         new = not name
-        self.name = name or f"{_SHARED}/rcx-{os.urandom(8).hex()}"
+        self.name = name or f"{_SHARED}/{COMMAND}-{os.urandom(8).hex()}"
         file = os.open(self.name, os.O_RDWR | (os.O_CREAT | os.O_EXCL if new else 0), 0o600)
         try:
             if new:

@@ -11,6 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from structured_text import COMMAND
 from structured_text.errors import InputError
 from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
@@ -24,7 +25,7 @@ __all__ += ["source_files", "st_files"]
 #: One file or folder, or several.
 Files = str | Path | Sequence[str | Path]
 #: Files that are read instead of others, which are resolved: copies with a mistake in them
-#: (`rcx mutants`).
+#: (`mutants`).
 INSTEAD: dict[Path, Path] = {}
 
 #: Folders of other tools, besides hidden ones: the ST files in them are not the user's.
@@ -160,7 +161,7 @@ def st_files(folder: Path) -> list[Path]:
     """The ST files of a folder and of those below it, sorted.
 
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
-    left out; the folder itself may be in one. So is what `rcx export` has written.
+    left out; the folder itself may be in one. So is what an export has written.
     """
     return [file for file, _ in _Folder.of(folder).files()]
 
@@ -258,7 +259,9 @@ def _expand(path: Path) -> list[Path]:
         if not found:
             written = any(path.rglob("*.st"))
             hint = (
-                "one that `rcx export` has written is taken if you name the file" if written else ""
+                f"one that `{COMMAND} export` has written is taken if you name the file"
+                if written
+                else ""
             )
             raise InputError("no .st files in this folder", file=path, hint=hint)
         return found
@@ -269,7 +272,7 @@ def _expand(path: Path) -> list[Path]:
 
 
 def _project_in(folder: Path) -> list[Path]:
-    """A TwinCAT project in a folder; one that `rcx export` has written only in its own folder."""
+    """A TwinCAT project in a folder; one that an export has written only in its own folder."""
     found = in_folder(file for file in folder.rglob("*") if _is_users(file, folder))
     written = own_output(resolved(found))
     whole = (folder / RECORD).is_file()

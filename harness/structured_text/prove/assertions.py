@@ -14,7 +14,7 @@ from pathlib import Path
 from structured_text.errors import InputError
 from structured_text.language.source import Extract, origin, source_text
 
-__all__ = ["STOPS", "Assertion", "Copies", "with_assertions"]
+__all__ = ["STOPS", "VARIABLE", "Assertion", "Copies", "with_assertions"]
 
 #: What a broken assertion is to a machine: no program shifts by a literal below 0 otherwise.
 STOPS = "shift"
@@ -24,7 +24,7 @@ _COMMENT = re.compile(
 _HEAD = re.compile(
     r"^[ \t]*(?:(?:PROGRAM|FUNCTION_BLOCK)[ \t]+\w+|FUNCTION[ \t]+\w+[ \t]*:[ \t]*\w+)", re.M | re.I
 )
-_VARIABLE = "RcxProveHere"
+VARIABLE = "HarnessProveHere"
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def _with_statements(file: Path) -> tuple[str, list[tuple[int, str]]]:
             raise InputError("this assertion stands in no body", file=file, line=line, hint=hint)
         heads.add(head)
         pieces.append(text[end : one.start()])
-        statement = f"IF NOT ({said}) THEN {_VARIABLE} := SHL({_VARIABLE}, -1); END_IF;"
+        statement = f"IF NOT ({said}) THEN {VARIABLE} := SHL({VARIABLE}, -1); END_IF;"
         # All in the line where the comment begins: that is where an engine stops.
         pieces.append(" ".join(statement.split()) + "\n" * one[0].count("\n"))
         assertions.append((line, " ".join(said.split())))
@@ -110,8 +110,8 @@ def _declared(text: str, heads: set[int]) -> str:
     if not number:
         return text
     found = [head.end() for head in _HEAD.finditer(text)]
-    marked = re.compile(rf"\b{_VARIABLE}\b")
+    marked = re.compile(rf"\b{VARIABLE}\b")
     for begin, end in reversed(list(zip(found, [*found[1:], len(text)], strict=True))):
         if marked.search(text, begin, end):
-            text = f"{text[:begin]} VAR {_VARIABLE} : WORD; END_VAR{text[begin:]}"
+            text = f"{text[:begin]} VAR {VARIABLE} : WORD; END_VAR{text[begin:]}"
     return text

@@ -45,7 +45,7 @@ def test_files_are_joined_in_the_order_that_matiec_wants(
 def test_a_configuration_is_added_where_the_sources_have_none(
     joined: tuple[Project, SourceText],
 ) -> None:
-    assert "RCX_HIDDEN_INSTANCE WITH RCX_HIDDEN_TASK : PROBE;" in joined[1].text
+    assert "HARNESS_HIDDEN_INSTANCE WITH HARNESS_HIDDEN_TASK : PROBE;" in joined[1].text
 
 
 def test_an_error_of_iec2c_is_told_at_the_users_line(

@@ -38,7 +38,7 @@ from structured_text.language.load import load
 from structured_text.language.project import Project
 from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.projects.sources import SourceFiles
-from structured_text.prove.assertions import Copies
+from structured_text.prove.assertions import VARIABLE, Copies
 from structured_text.prove.tree import written
 from structured_text.units import parse_us
 
@@ -359,4 +359,4 @@ def _left(project: Project, world: _Program) -> list[str]:
             free = own and is_scalar(symbol.type) and symbol.address is None
             if free and symbol.name.upper() not in writes and path.upper() not in given:
                 names.append(path)
-    return [one for one in names if one != world.status and "RcxProveHere" not in one]
+    return [one for one in names if one != world.status and VARIABLE not in one]

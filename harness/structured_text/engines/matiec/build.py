@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from structured_text import COMMAND
 from structured_text.engines.native.memory import tables
 from structured_text.engines.native.toolchain import (
     CompilerError,
@@ -46,9 +47,9 @@ class Wanted:
     """What the shared object has to tell: names as matiec writes them, in upper case.
 
     Attributes:
-        instances: Program instances; the first of `rcx_regions`.
-        globals: Global variables; the next of `rcx_regions`.
-        layout: C expressions of the table `rcx_layout`.
+        instances: Program instances; the first of `shim_regions`.
+        globals: Global variables; the next of `shim_regions`.
+        layout: C expressions of the table `shim_layout`.
     """
 
     instances: tuple[str, ...]
@@ -83,13 +84,13 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
 
 
 def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
-    with tempfile.TemporaryDirectory(prefix="rcx-") as name:
+    with tempfile.TemporaryDirectory(prefix=f"{COMMAND}-") as name:
         folder = Path(name)
         source, target = folder / "program.st", folder / "c"
         source.write_text(text, encoding="utf-8")
         target.mkdir()
         matiec.translate(source, target)
-        unit = target / "rcx_program.c"
+        unit = target / "shim_program.c"
         written = [_RUNTIME.read_text(encoding="utf-8"), *_program_part(target, wanted)]
         # POUS.c is included by the file of the resource. These come last: they define macros
         # named as the program instances.
@@ -110,8 +111,8 @@ def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
     places = dict(_located(target))
     regions: list[str] = []
     for kind, place in zip(places.values(), places, strict=True):
-        yield f"static {kind} rcx_at{place};"
-        yield f"{kind} *{place} = &rcx_at{place};"
+        yield f"static {kind} shim_at{place};"
+        yield f"{kind} *{place} = &shim_at{place};"
     programs = _programs(target)
     for instance in wanted.instances:
         symbol, kind = programs[instance]
@@ -122,7 +123,7 @@ def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
         declaration, region = variables[variable]
         yield declaration
         regions.append(region)
-    regions += [f"rcx_at{place}" for place in places]
+    regions += [f"shim_at{place}" for place in places]
     yield from tables(regions, wanted.layout)
 
 
@@ -156,7 +157,7 @@ def _globals(target: Path) -> dict[str, tuple[str, str]]:
         form, kind, domain, name = match.groups()
         symbol = f"{domain}__{name}"
         if form == "_LOCATED":
-            found[name] = ("", f"rcx_at{places[name]}")
+            found[name] = ("", f"shim_at{places[name]}")
         elif form == "_FB":
             found[name] = (f"extern {kind} {symbol};", symbol)
         else:

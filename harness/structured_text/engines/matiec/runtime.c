@@ -3,7 +3,7 @@
  *
  * It gives the program its clock, runs one base tick per call and holds the located variables.
  * What follows this text is written for each program: the storage of its located variables,
- * where its data lie (rcx_regions), and how blocks and structures are laid out (rcx_layout).
+ * where its data lie (shim_regions), and how blocks and structures are laid out (shim_layout).
  */
 #include "faults.h"
 
@@ -19,23 +19,23 @@ TIME __CURRENT_TIME;
 BOOL __DEBUG = 0;
 
 /* Number of the next tick; wraps where every task starts anew, as runtimes of matiec do. */
-unsigned long long rcx_tick;
+unsigned long long shim_tick;
 
-void rcx_start(void) { config_init__(); }
+void shim_start(void) { config_init__(); }
 
-static const char *rcx_run(void) {
-  config_run__((unsigned long)rcx_tick);
+static const char *shim_run(void) {
+  config_run__((unsigned long)shim_tick);
   return NULL;
 }
 
 /* Runs one base tick; returns what went wrong, or NULL. */
-const char *rcx_scan(long long now_us) {
+const char *shim_scan(long long now_us) {
   const char *wrong;
   __CURRENT_TIME.tv_sec = (long)(now_us / 1000000);
   __CURRENT_TIME.tv_nsec = (long)(now_us % 1000000) * 1000;
-  wrong = rcx_guarded(rcx_run);
-  rcx_tick++;
-  if (greatest_tick_count__) rcx_tick %= greatest_tick_count__;
+  wrong = shim_guarded(shim_run);
+  shim_tick++;
+  if (greatest_tick_count__) shim_tick %= greatest_tick_count__;
   return wrong;
 }
 

@@ -3,7 +3,7 @@
  */
 #ifdef _WIN32 /* no such signals: a fault ends the process */
 
-static const char *rcx_guarded(const char *(*scan)(void)) { return scan(); }
+static const char *shim_guarded(const char *(*scan)(void)) { return scan(); }
 
 #else
 
@@ -11,21 +11,21 @@ static const char *rcx_guarded(const char *(*scan)(void)) { return scan(); }
 #include <signal.h>
 #include <stddef.h>
 
-static sigjmp_buf rcx_way_out;
+static sigjmp_buf shim_way_out;
 
-static void rcx_leave(int number) { siglongjmp(rcx_way_out, number); }
+static void shim_leave(int number) { siglongjmp(shim_way_out, number); }
 
 /* Runs one scan; returns what went wrong, or NULL. */
-static const char *rcx_guarded(const char *(*scan)(void)) {
+static const char *shim_guarded(const char *(*scan)(void)) {
   static const int caught[] = {SIGFPE, SIGSEGV, SIGBUS};
   struct sigaction ours, theirs[3];
   const char *wrong;
   int number, k;
   sigemptyset(&ours.sa_mask);
-  ours.sa_handler = rcx_leave;
+  ours.sa_handler = shim_leave;
   ours.sa_flags = SA_NODEFER;
   for (k = 0; k < 3; k++) sigaction(caught[k], &ours, &theirs[k]);
-  number = sigsetjmp(rcx_way_out, 0);
+  number = sigsetjmp(shim_way_out, 0);
   if (number == 0)
     wrong = scan();
   else if (number == SIGFPE)

@@ -1,6 +1,6 @@
 """How the variables of a compiled program lie in memory, and what is read from there.
 
-Offsets and sizes come from the compiler (`rcx_layout`), never from assumptions made here; what it
+Offsets and sizes come from the compiler (`shim_layout`), never from assumptions made here; what it
 cannot tell, each engine says in its `Dialect`.
 """
 
@@ -123,9 +123,9 @@ def tables(regions: Sequence[str], layout: Sequence[str], linkage: str = "") -> 
         linkage: What C++ needs so that their names are those of C.
     """
     contents = {
-        "void *const rcx_regions": [f"(void *)&({region})" for region in regions],
-        "const size_t rcx_sizes": [f"sizeof({region})" for region in regions],
-        "const size_t rcx_layout": layout,
+        "void *const shim_regions": [f"(void *)&({region})" for region in regions],
+        "const size_t shim_sizes": [f"sizeof({region})" for region in regions],
+        "const size_t shim_layout": layout,
     }
     for declaration, entries in contents.items():
         yield f"{linkage}{declaration}[] = {{"

@@ -1,7 +1,7 @@
 """A program in a shared object, scanned in process: what the engines share that compile to one.
 
-What the shared object shows: `rcx_start`, `rcx_scan`, `rcx_tick`, and the tables `rcx_regions`,
-`rcx_sizes` and `rcx_layout` (`native.memory.tables`).
+What the shared object shows: `shim_start`, `shim_scan`, `shim_tick`, and the tables `shim_regions`,
+`shim_sizes` and `shim_layout` (`native.memory.tables`).
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from itertools import chain, groupby
 from operator import itemgetter
 from typing import Any, Literal, TypeVar
 
+from structured_text import COMMAND
 from structured_text.engines.base import Value
 from structured_text.engines.native.memory import (
     Codec,
@@ -102,13 +103,13 @@ class NativeProgram:
         self._image = image
         library, self.close = _load_private_copy(self, image)
         self.check(library)
-        self._scan = library.rcx_scan
+        self._scan = library.shim_scan
         self._scan.argtypes, self._scan.restype = [ctypes.c_longlong], ctypes.c_char_p
-        self._tick = ctypes.c_ulonglong.in_dll(library, "rcx_tick")
-        table = _table(library, "rcx_layout", ctypes.c_size_t)
+        self._tick = ctypes.c_ulonglong.in_dll(library, "shim_tick")
+        table = _table(library, "shim_layout", ctypes.c_size_t)
         self._layout = Layout(_contained_types(project), table, self.dialect)
-        places = _table(library, "rcx_regions", ctypes.c_void_p)
-        sizes = _table(library, "rcx_sizes", ctypes.c_size_t)
+        places = _table(library, "shim_regions", ctypes.c_void_p)
+        sizes = _table(library, "shim_sizes", ctypes.c_size_t)
         self._regions = [memory_at(*region) for region in zip(places, sizes, strict=True)]
         self._base = places[0]
         kinds: dict[str, Type] = dict(project.instances)
@@ -120,7 +121,7 @@ class NativeProgram:
         }
         self._slots: dict[str, _Slot] = {}
         self._views: dict[str, _Cells] = {}
-        library.rcx_start()
+        library.shim_start()
         self._first = self._contents()
 
     def check(self, library: ctypes.PyDLL) -> None:
@@ -298,7 +299,7 @@ def _packed_reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]] | 
 
 
 def layout_of(project: Project, dialect: Dialect) -> tuple[str, ...]:
-    """The C expressions of a project's table `rcx_layout`."""
+    """The C expressions of a project's table `shim_layout`."""
     return tuple(layout_expressions(_contained_types(project), dialect))
 
 
@@ -335,7 +336,7 @@ def _load_private_copy(
     Returns:
         The library, and the call that unloads it (at the latest when `owner` is gone).
     """
-    with tempfile.NamedTemporaryFile(prefix="rcx-", suffix=system.DLL, delete=False) as file:
+    with tempfile.NamedTemporaryFile(prefix=f"{COMMAND}-", suffix=system.DLL, delete=False) as file:
         file.write(image)
     try:
         # PyDLL: no other thread may scan meanwhile, the handlers of faults.h are the process's.

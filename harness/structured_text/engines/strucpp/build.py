@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from structured_text import COMMAND
 from structured_text.engines.native.memory import tables
 from structured_text.engines.native.toolchain import (
     CompilerError,
@@ -39,7 +40,7 @@ _BLOCKS = "iec-standard-fb.stlib"
 _SCRIPT = Path("dist", "node", "cli.js")
 _OTHERWISE = "write it another way, or use --engine builtin"
 #: A place in one of the files that STruC++ was given, in its words and in those of g++ and clang++.
-_PLACE = re.compile(r"\brcx(\d+)\.st:(\d+)(?::(\d+))?:(?: error: (.*))?")
+_PLACE = re.compile(r"\bpart(\d+)\.st:(\d+)(?::(\d+))?:(?: error: (.*))?")
 _OFFSET = re.compile(r"at offset: (\d+)")
 
 
@@ -110,7 +111,7 @@ def compile_project(
 
     Args:
         project: The checked sources.
-        layout: C++ expressions of the table `rcx_layout`.
+        layout: C++ expressions of the table `shim_layout`.
         strucpp: The compiler from ST to C++.
         compiler: The C++ compiler.
 
@@ -125,7 +126,7 @@ def compile_project(
     parts = [*texts, added, strucpp.fingerprint(), Path(__file__).read_text(encoding="utf-8")]
 
     def make() -> bytes:
-        with tempfile.TemporaryDirectory(prefix="rcx-") as name:
+        with tempfile.TemporaryDirectory(prefix=f"{COMMAND}-") as name:
             folder = Path(name)
             _translate(project, texts, strucpp, folder)
             unit = folder / "unit.cpp"
@@ -150,7 +151,7 @@ def compile_project(
 
 def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder: Path) -> None:
     """Have `program.cpp` and its header written into a folder."""
-    names = [f"rcx{number}.st" for number in range(len(texts))]
+    names = [f"part{number}.st" for number in range(len(texts))]
     for name, text in zip(names, texts, strict=True):
         (folder / name).write_text(text, encoding="utf-8")
     # Of the libraries beside it only the standard's: names of the others may be the user's.
@@ -187,13 +188,13 @@ def _program_part(project: Project, layout: Sequence[str]) -> Iterator[str]:
     """The part of the runtime that is written for one program."""
     if project.configured:
         name = next(unit.name for unit in project.units if unit.kind == "CONFIGURATION")
-        yield f"static {NAMESPACE}::Configuration_{name.upper()} rcx_configuration;"
-        instances = {name: f"rcx_configuration.{name.upper()}" for name in project.instances}
+        yield f"static {NAMESPACE}::Configuration_{name.upper()} shim_configuration;"
+        instances = {name: f"shim_configuration.{name.upper()}" for name in project.instances}
     else:
         ((name, block),) = project.instances.items()
-        yield f"static {NAMESPACE}::Program_{block.name.upper()} rcx_program;"
-        instances = {name: "rcx_program"}
-    yield "static void rcx_programs(unsigned long long tick) {"
+        yield f"static {NAMESPACE}::Program_{block.name.upper()} shim_program;"
+        instances = {name: "shim_program"}
+    yield "static void shim_programs(unsigned long long tick) {"
     for run in project.schedule:
         yield f"  if (tick % {run.every} == 0) {instances[run.instance]}.run();"
     yield "}"

@@ -43,7 +43,7 @@ class StrucppProgram(NativeProgram):
 
     def check(self, library: ctypes.PyDLL) -> None:
         """Refuse a runtime of STruC++ that keeps values in another way."""
-        if not library.rcx_is_as_expected():
+        if not library.shim_is_as_expected():
             raise InputError(
                 "this version of STruC++ keeps its variables in a way that is not known here",
                 hint="use --engine builtin or matiec, or another version of STruC++",

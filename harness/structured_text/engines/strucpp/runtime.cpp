@@ -2,8 +2,8 @@
  * The harness's side of a program that STruC++ translated.
  *
  * What stands before this text is written for each program: the C++ of STruC++, one object of its
- * configuration, where its data lie (rcx_regions), how blocks and structures are laid out
- * (rcx_layout), and rcx_programs, which runs the programs that are due.
+ * configuration, where its data lie (shim_regions), how blocks and structures are laid out
+ * (shim_layout), and shim_programs, which runs the programs that are due.
  */
 #include <cstring>
 #include <exception>
@@ -14,11 +14,11 @@
 extern "C" {
 
 /* Number of the next tick. */
-unsigned long long rcx_tick;
+unsigned long long shim_tick;
 
 /* Whether variables lie in memory as the harness reads them: the value first, a text's length
    behind its characters. */
-int rcx_is_as_expected(void) {
+int shim_is_as_expected(void) {
   strucpp::IECVar<strucpp::INT_t> number(0x1234);
   strucpp::IECStringVar<254> text;
   short value;
@@ -30,11 +30,11 @@ int rcx_is_as_expected(void) {
   return value == 0x1234 && std::memcmp(start, "AB", 3) == 0 && length == 2;
 }
 
-void rcx_start(void) {}
+void shim_start(void) {}
 
-static const char *rcx_run(void) {
+static const char *shim_run(void) {
   try {
-    rcx_programs(rcx_tick);
+    shim_programs(shim_tick);
     return nullptr;
   } catch (const std::out_of_range &) {
     return "an index of the program is out of range";
@@ -46,10 +46,10 @@ static const char *rcx_run(void) {
 }
 
 /* Runs one base tick; returns what went wrong, or NULL. */
-const char *rcx_scan(long long now_us) {
+const char *shim_scan(long long now_us) {
   strucpp::__CURRENT_TIME_NS = now_us * 1000;
-  const char *wrong = rcx_guarded(rcx_run);
-  rcx_tick++;
+  const char *wrong = shim_guarded(shim_run);
+  shim_tick++;
   return wrong;
 }
 }

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime, timedelta, timezone
 from xml.sax.saxutils import quoteattr
 
+from structured_text import COMMAND
 from structured_text.export.l5x.blocks import FBD_TIMER
 from structured_text.export.l5x.model import Aoi, Data, Tag, check_name, data_of
 from structured_text.language.scalars import string_literal
@@ -109,9 +110,9 @@ def aoi_element(aoi: Aoi, blocks: Mapping[str, Aoi], *, target: bool = False) ->
         ExecutePostscan="false",
         ExecuteEnableInFalse="false",
         CreatedDate=_moment(_EPOCH),
-        CreatedBy="rcx export",
+        CreatedBy=f"{COMMAND} export",
         EditedDate=_moment(edited),
-        EditedBy="rcx export",
+        EditedBy=f"{COMMAND} export",
         SoftwareRevision=f"v{SOFTWARE}",
     )
     return f"{head}\n{inside}\n</AddOnInstructionDefinition>"

@@ -49,7 +49,7 @@ __all__ = [
 class NamedSpec:
     """A type given by its name; `length` is that of a STRING.
 
-    `arguments` are those behind the name of a block: `Drive : FB_Drive(Axis := 1);`.
+    `arguments` are those behind the name of a block: `Front : Drive(Axis := 1);`.
     """
 
     name: Name
