@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from rcx_harness.cell.sources import default_lib
+from rcx_harness.cell.sources import default_lib, library_names
 from structured_text.export import parts, targets
 from structured_text.export.output import Output
 
@@ -33,7 +33,10 @@ def export(
         InputError: no such target, or a mistake in the sources.
     """
     folder = default_lib() if lib is None else lib
-    return targets.export(target, folder, program, only_needed=only_needed, prefix=prefix)
+    names = library_names(lib)
+    return targets.export(
+        target, folder, program, only_needed=only_needed, prefix=prefix, names=names
+    )
 
 
 def sources_of(program: Sequence[Path] = (), *, only_needed: bool = False) -> parts.Sources:
@@ -42,4 +45,5 @@ def sources_of(program: Sequence[Path] = (), *, only_needed: bool = False) -> pa
     Raises:
         InputError: a mistake in the sources.
     """
-    return parts.sources_of(default_lib(), program, only_needed=only_needed)
+    folder, names = default_lib(), library_names()
+    return parts.sources_of(folder, program, only_needed=only_needed, names=names)

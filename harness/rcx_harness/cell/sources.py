@@ -7,11 +7,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from structured_text.errors import InputError
+from structured_text.language.library import Names
 from structured_text.projects import sources
 from structured_text.projects.sources import Files, SourceFiles
 
-__all__ = ["blame_lib", "default_lib", "library_folder", "source_files"]
+__all__ = ["blame_lib", "default_lib", "library_folder", "library_names", "source_files"]
 
+#: The file beside the folder of a library.
+_NAMES = "library.toml"
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
@@ -40,6 +43,16 @@ def library_folder(lib: str | Path | None) -> Path:
     folder = default_lib() if lib is None else Path(lib)
     sources.check_library(folder)
     return folder
+
+
+def library_names(lib: str | Path | None = None) -> Names:
+    """Return what a library says of itself in the file beside its folder.
+
+    A copy that has no such file is one of this package's.
+    """
+    places = [default_lib()] if lib is None else [Path(lib), default_lib()]
+    files = [folder.parent / _NAMES for folder in places]
+    return Names.load(next((file for file in files[:-1] if file.is_file()), files[-1]))
 
 
 def blame_lib(error: InputError, lib: str | Path | None) -> InputError:

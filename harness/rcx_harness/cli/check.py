@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.sources import blame_lib, source_files
+from rcx_harness.cell.sources import blame_lib, library_names, source_files
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
@@ -63,7 +63,8 @@ def check(
         _refused(tools()[tool], sources, project, None if replace else files)
         return
     users, library = sources.users
-    findings = lint(sources.own, library, sources.lib, binding=lint_only)
+    prefix = library_names(lib).prefix
+    findings = lint(sources.own, library, sources.lib, binding=lint_only, prefix=prefix)
     if not lint_only:
         called = [*call_findings(users, library), *image_use(users, library).findings]
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]

@@ -5,25 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
-from structured_text import DISTRIBUTION
 from structured_text.errors import InputError
-from structured_text.output.exported import MARK, RECORD, digest, record, recorded
+from structured_text.output.exported import RECORD, digest, record, recorded
 from structured_text.output.files import replace_files
 from structured_text.output.paths import real
 
-__all__ = ["NOTICE", "Missing", "Output", "Written", "write", "write_export"]
-
-#: Stands at the head of what is exported; the licence asks for it.
-NOTICE = f"""\
-YAMAHA RCX340/RCX320 over EtherNet/IP: function blocks in IEC 61131-3 Structured Text.
-Version {version(DISTRIBUTION)}.
-
-SPDX-License-Identifier: MIT
-Copyright (c) 2026 The RCX3 function blocks maintainers
-{MARK}"""
+__all__ = ["Missing", "Output", "Written", "write", "write_export"]
 
 
 @dataclass(frozen=True)

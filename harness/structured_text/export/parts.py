@@ -5,21 +5,24 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from importlib.metadata import version
 from pathlib import Path
 
 from lark import Token
 
-from structured_text import COMMAND
+from structured_text import COMMAND, DISTRIBUTION
 from structured_text.errors import InputError
 from structured_text.export.prefix import Renaming, renaming
 from structured_text.language import syntax as s
 from structured_text.language.constructs import refuse
 from structured_text.language.lexer import tokens
+from structured_text.language.library import Names
 from structured_text.language.load import checked
 from structured_text.language.parser import parse, parse_text
 from structured_text.language.project import Project
 from structured_text.language.registry import Registry
 from structured_text.language.source import source_text
+from structured_text.output.exported import MARK
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles, not_declared, source_files
 
@@ -79,11 +82,21 @@ class Sources:
         parts: The declarations.
         project: What they mean.
         renaming: What names of the library have become.
+        names: What the library says of itself.
     """
 
     parts: tuple[Part, ...]
     project: Project
     renaming: Renaming = field(default_factory=Renaming)
+    names: Names = field(default_factory=Names)
+
+    @property
+    def notice(self) -> str:
+        """The head of what is exported; the licence asks for it."""
+        version_ = f"Version {version(DISTRIBUTION)}."
+        licence = f"SPDX-License-Identifier: {self.names.licence}"
+        owner = f"Copyright (c) {self.names.copyright}"
+        return "\n".join([self.names.about, version_, "", licence, owner, MARK])
 
     def of(self, *kinds: str) -> list[Part]:
         """The parts of some kinds, in dependency order."""
@@ -96,6 +109,7 @@ def sources_of(
     *,
     only_needed: bool = False,
     prefix: str | None = None,
+    names: Names | None = None,
 ) -> Sources:
     """Read and check the library, and a user's files with it.
 
@@ -104,6 +118,7 @@ def sources_of(
         program: The user's files or folders.
         only_needed: Leave out what the program does not need.
         prefix: What the names of the library get; None to leave them.
+        names: What the library says of itself.
 
     Raises:
         InputError: a file that is missing or wrong, a prefix that cannot be, or a construct
@@ -126,7 +141,9 @@ def sources_of(
         for part in _parts(file, _folder(file, files), renamed.texts.get(file))
     }
     ordered = Registry(map(read, files.all), _raise).ordered()
-    return Sources(tuple(found[id(declared.node)] for declared in ordered), project, renamed)
+    return Sources(
+        tuple(found[id(declared.node)] for declared in ordered), project, renamed, names or Names()
+    )
 
 
 def plain(text: str) -> str:

@@ -9,10 +9,11 @@ from xml.etree import ElementTree as ET
 from structured_text import COMMAND, DISTRIBUTION
 from structured_text.export.body import Body, Scope
 from structured_text.export.expressions import expression_text, init_text
-from structured_text.export.output import NOTICE, Output
+from structured_text.export.output import Output
 from structured_text.export.parts import Part, Sources
 from structured_text.export.words import words
 from structured_text.language import syntax as s
+from structured_text.language.library import Names
 
 __all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "to_plcopen"]
 
@@ -62,7 +63,7 @@ def to_plcopen(sources: Sources) -> Output:
     """
     root = ET.Element("project", xmlns=NAMESPACE)
     root.set("xmlns:xhtml", XHTML)
-    _headers(root)
+    _headers(root, sources.names)
     types = ET.SubElement(root, "types")
     data_types = ET.SubElement(types, "dataTypes")
     for part in sources.of("TYPE"):
@@ -73,22 +74,22 @@ def to_plcopen(sources: Sources) -> Output:
     configurations = ET.SubElement(ET.SubElement(root, "instances"), "configurations")
     for part in sources.of("CONFIGURATION"):
         _configuration(configurations, part)
-    _document(root, NOTICE)
+    _document(root, sources.notice)
     ET.indent(root)
     text = ET.tostring(root, encoding="unicode")
     return Output({"": f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'})
 
 
-def _headers(root: ET.Element) -> None:
+def _headers(root: ET.Element, names: Names) -> None:
     ET.SubElement(
         root,
         "fileHeader",
-        companyName="The RCX3 function blocks maintainers",
+        companyName=names.owner,
         productName=f"{COMMAND} export",
         productVersion=version(DISTRIBUTION),
         creationDateTime=_DATE,
     )
-    content = ET.SubElement(root, "contentHeader", name="RCX3", modificationDateTime=_DATE)
+    content = ET.SubElement(root, "contentHeader", name=names.project, modificationDateTime=_DATE)
     coordinates = ET.SubElement(content, "coordinateInfo")
     for language in ("fbd", "ld", "sfc"):
         ET.SubElement(ET.SubElement(coordinates, language), "scaling", x="1", y="1")

@@ -10,7 +10,7 @@ from structured_text.export.body import Body, Scope
 from structured_text.export.expressions import expression_text, init_text
 from structured_text.export.initial import is_scalar, literal, runs, zero
 from structured_text.export.losses import lost_configuration, reaching_out, sections
-from structured_text.export.output import NOTICE, Missing, Output
+from structured_text.export.output import Missing, Output
 from structured_text.export.parts import Part, Sources
 from structured_text.export.starts import Starts, each_call
 from structured_text.export.words import blocks_of, unwritten, words
@@ -104,7 +104,7 @@ def to_scl(sources: Sources) -> Output:
     arrays are written out where they are used; programs become function blocks.
     """
     writer = _Writer(sources)
-    texts, notes = [f"{_lines(NOTICE)}{writer.enumerations()}"], []
+    texts, notes = [f"{_lines(sources.notice)}{writer.enumerations()}"], []
     lost: list[Missing] = []
     reasons = {
         part.name.upper(): reaching_out(part.node, "TIA Portal")

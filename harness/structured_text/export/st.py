@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from structured_text.export.output import NOTICE, Output
+from structured_text.export.output import Output
 from structured_text.export.parts import Sources, comment
 
 __all__ = ["to_st"]
@@ -10,4 +10,6 @@ __all__ = ["to_st"]
 
 def to_st(sources: Sources) -> Output:
     """Join the sources in dependency order."""
-    return Output({"": "\n".join([f"{comment(NOTICE)}\n", *(part.text for part in sources.parts)])})
+    return Output(
+        {"": "\n".join([f"{comment(sources.notice)}\n", *(part.text for part in sources.parts)])}
+    )

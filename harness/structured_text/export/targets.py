@@ -18,6 +18,7 @@ from structured_text.export.scl import to_scl
 from structured_text.export.st import to_st
 from structured_text.export.twincat import to_twincat
 from structured_text.language.compiling import deeply
+from structured_text.language.library import Names
 from structured_text.language.load import too_deep
 from structured_text.projects.sources import source_files
 
@@ -30,40 +31,40 @@ class Target:
 
     Attributes:
         about: What it is, in a line.
-        default: Where it is written if nothing else is said; a folder ends in `/`.
+        ending: Of the name of what is written; a folder ends in `/`.
         write: Makes it from the sources.
     """
 
     about: str
-    default: str
+    ending: str
     write: Callable[[Sources], Output]
 
 
 TARGETS = {
-    "st": Target("one file of Structured Text, in dependency order", "rcx3.st", to_st),
+    "st": Target("one file of Structured Text, in dependency order", ".st", to_st),
     "plcopen": Target(
         "PLCopen TC6 XML 2.01: Beremiz, CODESYS, Machine Expert",
-        "rcx3.xml",
+        ".xml",
         to_plcopen,
     ),
     "twincat": Target(
-        "TwinCAT 3: .TcPOU, .TcDUT and a .plcproj to copy from", "rcx3_twincat/", to_twincat
+        "TwinCAT 3: .TcPOU, .TcDUT and a .plcproj to copy from", "_twincat/", to_twincat
     ),
-    "scl": Target("Siemens SCL: an external source file for TIA Portal", "rcx3.scl", to_scl),
+    "scl": Target("Siemens SCL: an external source file for TIA Portal", ".scl", to_scl),
     "l5x": Target(
-        "Rockwell L5X: data types and Add-On Instructions for Studio 5000", "rcx3.L5X", to_l5x
+        "Rockwell L5X: data types and Add-On Instructions for Studio 5000", ".L5X", to_l5x
     ),
     "omron": Target(
-        "Omron Sysmac Studio: variable tables to paste, bodies in ST", "rcx3_omron/", to_omron
+        "Omron Sysmac Studio: variable tables to paste, bodies in ST", "_omron/", to_omron
     ),
     "mitsubishi": Target(
         "Mitsubishi GX Works3: label tables as CSV, bodies in ST",
-        "rcx3_mitsubishi/",
+        "_mitsubishi/",
         to_mitsubishi,
     ),
     "keyence": Target(
         "Keyence KV STUDIO: variable tables to paste, bodies in ST (least known)",
-        "rcx3_keyence/",
+        "_keyence/",
         to_keyence,
     ),
 }
@@ -76,6 +77,7 @@ def export(
     *,
     only_needed: bool = False,
     prefix: str | None = None,
+    names: Names | None = None,
 ) -> Output:
     """Write the library, and a user's files with it, in a target's format.
 
@@ -85,6 +87,7 @@ def export(
         program: The user's files or folders.
         only_needed: Leave out what the program does not need.
         prefix: What the names of the library get; None to leave them.
+        names: What the library says of itself.
 
     Raises:
         InputError: no such target, or a mistake in the sources.
@@ -94,7 +97,7 @@ def export(
         raise InputError(f"there is no target {target!r}", hint=f"use {', '.join(TARGETS)}")
 
     def made() -> Output:
-        sources = sources_of(lib, program, only_needed=only_needed, prefix=prefix)
+        sources = sources_of(lib, program, only_needed=only_needed, prefix=prefix, names=names)
         inputs = frozenset(part.file for part in sources.parts)
         return replace(found.write(sources), inputs=inputs, recorded=True)
 

@@ -9,7 +9,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from structured_text.export.body import Body, Scope
 from structured_text.export.losses import lost_configuration
-from structured_text.export.output import NOTICE, Missing, Output
+from structured_text.export.output import Missing, Output
 from structured_text.export.parts import Part, Sources, comment
 from structured_text.export.words import unwritten, words
 from structured_text.language import syntax as s
@@ -70,24 +70,22 @@ Copy these item groups into the .plcproj of your PLC project, and the folder {ro
 _COMPILE = '    <Compile Include="{}">\n      <SubType>Code</SubType>\n    </Compile>'
 _FOLDER = '    <Folder Include="{}" />'
 
-#: Folder of the objects, in the project and on the disk.
-_ROOT = "RCX3"
-
 
 def to_twincat(sources: Sources) -> Output:
-    """A folder of objects, and `RCX3.plcproj` with the item groups that name them.
+    """A folder of objects, and a project with the item groups that name them.
 
     Of a CONFIGURATION the global variables are carried. In TwinCAT, tasks are objects of the
     project that call programs by their type's name.
     """
     files, lost = {}, list[Missing]()
+    root = sources.names.project  # folder of the objects, in the project and on the disk
     barred = unwritten(sources.parts, words("twincat"))
     for part in sources.parts:
         if part.kind == "CONFIGURATION":
             todo = "make a task in the project and let it call the program"
             lost.append(lost_configuration(part, todo, without_globals=True))
             if globals_ := _globals(part):
-                path = f"{_ROOT}/{part.folder}/{part.name}.TcGVL"
+                path = f"{root}/{part.folder}/{part.name}.TcGVL"
                 files[path] = _OBJECT.format(element=globals_)
             continue
         if part.name.upper() in barred:
@@ -95,14 +93,14 @@ def to_twincat(sources: Sources) -> Output:
             continue
         ending = "TcDUT" if part.kind == "TYPE" else "TcPOU"
         element = _dut(part) if part.kind == "TYPE" else _pou(part, sources)
-        files[f"{_ROOT}/{part.folder}/{part.name}.{ending}"] = _OBJECT.format(element=element)
+        files[f"{root}/{part.folder}/{part.name}.{ending}"] = _OBJECT.format(element=element)
     project = _PROJECT.format(
-        notice=NOTICE,
-        root=_ROOT,
+        notice=sources.notice,
+        root=root,
         compile="\n".join(_COMPILE.format(_windows(path)) for path in sorted(files)),
         folders="\n".join(_FOLDER.format(_windows(path)) for path in _folders(files)),
     )
-    return Output({f"{_ROOT}.plcproj": project, **files}, tuple(lost), newline="\r\n")
+    return Output({f"{root}.plcproj": project, **files}, tuple(lost), newline="\r\n")
 
 
 def _globals(part: Part) -> str:

@@ -93,6 +93,7 @@ def lint(
     context: Sequence[Path] = (),
     *,
     binding: bool = False,
+    prefix: str = "",
 ) -> list[LintFinding]:
     """Check files that the front end has found free of errors.
 
@@ -101,6 +102,7 @@ def lint(
         library: Those of them that belong to the library; they have some more rules.
         context: Further files whose types they use.
         binding: The rules bind all files, not only those of the library.
+        prefix: How the names of the library's types begin.
 
     Returns:
         The findings, in the order of the files and of their lines.
@@ -108,14 +110,25 @@ def lint(
     # Files and library are told apart by this very file, and by which of the files are its.
     whose = [_HERE, *(file for file in files if file in library), _HERE]
     key = cache.sources_key((*files, *whose, *context, *([_HERE] if binding else [])))
+    key = key and f"{key}-{prefix}"
     every = (*files, *context)
     return list(
-        cache.made_of("lint", key, every, lambda: _lint(files, library, context, binding=binding))
+        cache.made_of(
+            "lint",
+            key,
+            every,
+            lambda: _lint(files, library, context, binding=binding, prefix=prefix),
+        )
     )
 
 
 def _lint(
-    files: Sequence[Path], library: Collection[Path], context: Sequence[Path], *, binding: bool
+    files: Sequence[Path],
+    library: Collection[Path],
+    context: Sequence[Path],
+    *,
+    binding: bool,
+    prefix: str,
 ) -> list[LintFinding]:
     declaring = [file for file in context if "END_TYPE" in source_text(file).upper()]
     members = {
@@ -134,7 +147,7 @@ def _lint(
             found += reserved_names(declaration)
             found += _third_edition(declaration)
         if file in library:
-            found += _library(source)
+            found += _library(source, prefix)
         strict = binding or file in library
         if strict:
             found += [(use.at, str(use)) for use in source.uses]
@@ -170,16 +183,16 @@ def unportable(uses: Sequence[Use], library: Collection[Path] = ()) -> list[Lint
 _Found = Iterator[tuple[s.Position, str]]
 
 
-def _library(source: s.Source) -> _Found:
-    """One declaration per file, called as the file; types begin with RCX_."""
+def _library(source: s.Source, prefix: str) -> _Found:
+    """Find what is not one declaration per file, called as the file; or a type without prefix."""
     for extra in source.declarations[1:]:
         yield extra.at, "a second declaration; the library has one per file"
     for one in source.declarations[:1]:
         if one.name.text != title_of(source.file):
             yield one.name.at, f"{one.name.text} is not called as its file, {source.file.stem}"
     for one in source.declarations:
-        if isinstance(one, s.TypeDecl) and not one.name.key.startswith("RCX_"):
-            yield one.name.at, f"the type {one.name.text} does not begin with RCX_"
+        if isinstance(one, s.TypeDecl) and not one.name.key.startswith(prefix.upper()):
+            yield one.name.at, f"the type {one.name.text} does not begin with {prefix}"
 
 
 def _declaration(one: s.Declaration, members: set[str]) -> _Found:

@@ -10,7 +10,7 @@ from structured_text.export.body import Scope
 from structured_text.export.dialect.dialect import BYTES, Dialect, Names, dialect_body
 from structured_text.export.initial import is_scalar, zero
 from structured_text.export.losses import lost_configuration, reaching_out, sections
-from structured_text.export.output import NOTICE, Missing, Output
+from structured_text.export.output import Missing, Output
 from structured_text.export.parts import Part, Sources, comment
 from structured_text.export.starts import Starts
 from structured_text.export.words import mentioned, unwritten
@@ -73,7 +73,7 @@ def to_folder(sources: Sources, tool: Tool) -> Output:
     order = "\n".join(f"  {part.folder}/{part.name}" for part in writer.carried)
     renamed = ", ".join(f"{old} is {new}" for old, new in sorted(writer.renamed.items()))
     steps = sources.renaming.said(tool.readme).format(order=order, renamed=renamed or "none")
-    files["README.txt"] = f"{NOTICE}\n\n{steps}"
+    files["README.txt"] = f"{sources.notice}\n\n{steps}"
     return Output(dict(sorted(files.items())), tuple(writer.missing), newline="\r\n")
 
 

@@ -14,7 +14,7 @@ from structured_text.export.l5x.body import translated
 from structured_text.export.l5x.model import Aoi, Data, NotCarriedError, Tag, data_of
 from structured_text.export.l5x.xml import aoi_element, data_type, document, program_element
 from structured_text.export.losses import lost_configuration, missing, reaching_out, sections
-from structured_text.export.output import NOTICE, Missing, Output
+from structured_text.export.output import Missing, Output
 from structured_text.export.parts import Part, Sources
 from structured_text.export.words import unwritten, words
 from structured_text.language import syntax as s
@@ -83,21 +83,25 @@ def to_l5x(sources: Sources) -> Output:
         lost += _begins_anew(part, project)
     for part in sources.of("CONFIGURATION"):
         lost.append(lost_configuration(part, "make a periodic task and put the program in"))
-    text = _document(types.values(), aois, programs)
+    text = _document(types.values(), aois, programs, sources.names.project)
     head, _, rest = text.partition("\n")
-    return Output({"": f"{head}\n<!--\n{NOTICE}\n-->\n{rest}"}, tuple(lost), newline="\r\n")
+    return Output({"": f"{head}\n<!--\n{sources.notice}\n-->\n{rest}"}, tuple(lost), newline="\r\n")
 
 
-def _document(types: Iterable[str], aois: dict[str, Aoi], programs: list[Aoi]) -> str:
+def _document(
+    types: Iterable[str], aois: dict[str, Aoi], programs: list[Aoi], controller: str
+) -> str:
     elements = [aoi_element(aoi, aois) for aoi in aois.values()]
     if programs:
         program = program_element(programs[0], aois)
-        return document("Program", programs[0].name, types, elements, program)
+        return document(
+            "Program", programs[0].name, types, elements, program, controller=controller
+        )
     instances = [Tag(f"{name}_1", Data(name), "Local", is_block=True) for name in aois]
     needed = dict.fromkeys(aois)
     library = Aoi(LIBRARY, _ABOUT, locals=instances, logic=["(* nothing to do *)"], blocks=needed)
     elements.append(aoi_element(library, aois, target=True))
-    return document("AddOnInstructionDefinition", LIBRARY, types, elements)
+    return document("AddOnInstructionDefinition", LIBRARY, types, elements, controller=controller)
 
 
 def _types(sources: Sources, project: Project, lost: list[Missing]) -> dict[str, str]:

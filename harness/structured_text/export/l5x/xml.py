@@ -23,7 +23,13 @@ _EPOCH = datetime(2026, 1, 1, tzinfo=timezone.utc)
 
 
 def document(
-    target: str, name: str, types: Iterable[str], aois: Iterable[str], rest: str = ""
+    target: str,
+    name: str,
+    types: Iterable[str],
+    aois: Iterable[str],
+    rest: str = "",
+    *,
+    controller: str,
 ) -> str:
     """The whole file.
 
@@ -33,6 +39,7 @@ def document(
         types: Elements of data types.
         aois: Elements of Add-On Instructions, each after those it uses.
         rest: What follows them.
+        controller: How the controller is called that it is taken out of.
     """
     head = _opened(
         "RSLogix5000Content",
@@ -48,7 +55,7 @@ def document(
         [
             '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>',
             head,
-            '<Controller Use="Context" Name="RCX3">',
+            f'<Controller Use="Context" Name="{controller}">',
             '<DataTypes Use="Context">',
             *types,
             "</DataTypes>",
