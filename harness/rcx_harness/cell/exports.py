@@ -39,11 +39,18 @@ def export(
     )
 
 
-def sources_of(program: Sequence[Path] = (), *, only_needed: bool = False) -> parts.Sources:
-    """Read and check the library of this package, and a user's files with it.
+def sources_of(
+    lib: Path | None = None,
+    program: Sequence[Path] = (),
+    *,
+    only_needed: bool = False,
+    prefix: str | None = None,
+) -> parts.Sources:
+    """Read and check the library, and a user's files with it: what `export` writes.
 
     Raises:
         InputError: a mistake in the sources.
     """
-    folder, names = default_lib(), library_names()
-    return parts.sources_of(folder, program, only_needed=only_needed, names=names)
+    folder = default_lib() if lib is None else lib
+    names = library_names(lib)
+    return parts.sources_of(folder, program, only_needed=only_needed, prefix=prefix, names=names)
