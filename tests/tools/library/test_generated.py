@@ -104,7 +104,7 @@ def test_a_mistake_in_the_table_is_told_with_the_block(
     real = load_toml(spec.folder() / "blocks.toml")
     entry = next(one for one in real["block"] if one["name"] == "FB_MovePtp")
     table = {**real, "block": [{**entry, **change}]}
-    monkeypatch.setattr(spec, "load_toml", lambda path: table)
+    monkeypatch.setattr("rcx_tools.library.tables.load_toml", lambda path: table)
     library.cache_clear()
     try:
         with pytest.raises(InputError, match=f"FB_MovePtp: .*{message}"):
