@@ -26,6 +26,8 @@ export PYTHONDONTWRITEBYTECODE :=
 
 # One process more than there are processors, since some tests wait for other programs.
 PROCESSES = $(shell $(BIN)/python -c "import os; print((os.cpu_count() or 1) + 1)")
+# The packages of the wheel.
+PACKAGES := harness/rcx_harness harness/structured_text
 
 CHECKS := prove contract coverage mutants explore campaign metamorphic
 
@@ -58,8 +60,8 @@ lint: $(READY)
 	$(BIN)/ruff check harness tests
 	$(BIN)/ruff format --check harness tests
 	$(BIN)/mypy
-	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 harness/rcx_harness
-	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin harness/rcx_harness
+	$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/win32 $(PACKAGES)
+	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin $(PACKAGES)
 	$(BIN)/rcx check --lint plc
 	$(BIN)/python -m rcx_tools.docs.pages --check
 	@$(BIN)/python -m rcx_tools.evidence.report --remind

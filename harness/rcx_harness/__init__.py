@@ -7,14 +7,15 @@ if TYPE_CHECKING:
     from typing import Any
 
     from rcx_harness.cell import Cell, CellTimeout
-    from rcx_harness.errors import InputError
     from rcx_harness.robot import RobotConfig
     from rcx_harness.verify.properties import always, eventually
+    from structured_text.errors import InputError
 
 __all__ = ["Cell", "CellTimeout", "InputError", "RobotConfig", "always", "eventually"]
 
-_HOME = {"Cell": "cell", "CellTimeout": "cell", "InputError": "errors", "RobotConfig": "robot"}
-_HOME |= dict.fromkeys(("always", "eventually"), "verify.properties")
+_HOME = dict.fromkeys(("Cell", "CellTimeout"), f"{__name__}.cell")
+_HOME |= dict.fromkeys(("always", "eventually"), f"{__name__}.verify.properties")
+_HOME |= {"InputError": "structured_text.errors", "RobotConfig": f"{__name__}.robot"}
 
 
 def __getattr__(name: str) -> Any:
@@ -23,4 +24,4 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    return getattr(import_module(_HOME[name]), name)

@@ -9,8 +9,8 @@ import pytest
 from alone import Alone
 from head_rules import OTHERS, SAFETY, InputRules, bits_of
 from plc_bench import PlcBench
-from rcx_harness.engine.base import Value
 from shown import differences
+from structured_text.engines.base import Value
 
 
 def _changes(plc: PlcBench, scans: int) -> list[tuple[int, str]]:

@@ -8,6 +8,7 @@ import pytest
 
 from plc_bench import PlcBench
 from rcx_harness import spec
+from structured_text.output.toml_files import load_toml
 
 #: Dedicated outputs as chapter 5, 2 prints them: (byte from m, bit, field of RCX_SO).
 PRINTED = [
@@ -166,7 +167,7 @@ def test_connected_left_open_is_no_connection(block: str, image: str, tmp_path: 
 
 @pytest.mark.parametrize("language", ["", "_ja"])
 def test_the_text_of_no_connection_names_the_pin_that_is_to_be_wired(language: str) -> None:
-    table = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    table = load_toml(spec.folder() / "errors.toml")["error"]
     (row,) = (row for row in table if row["id"] == 0x8001)
     assert "FB_ReadArea.Connected" in row[f"cause{language}"]
     wire = {"": "Wire the scanner's status to FB_ReadArea.Connected", "_ja": "Connectedに"}

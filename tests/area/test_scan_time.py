@@ -10,8 +10,8 @@ from random import Random
 import pytest
 
 from both_engines import ENGINES
-from rcx_harness.engine import build
-from rcx_harness.engine.needed import needed
+from structured_text.engines import build
+from structured_text.projects.needed import needed
 
 _LIBRARY = sorted((Path(__file__).resolve().parents[2] / "plc/lib").rglob("*.st"))
 _PROGRAM = """

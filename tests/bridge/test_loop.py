@@ -12,7 +12,7 @@ from rcx_harness.bridge.figures import Figures, figures_text, plc_text, robot_te
 from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.plc import PlcError
 from rcx_harness.enip.originator.scanner import ScannerStatistics
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 _ANSWERS = bytes(range(48))
 

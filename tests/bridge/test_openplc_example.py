@@ -10,11 +10,11 @@ from bridge_bench import BridgeBench
 from plc_bench import ROOT
 from rcx_harness.bridge.core import Registers, State
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
 from rcx_harness.robot.area import INPUTS
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
 
 _EXAMPLE = ROOT / "plc/examples/09_openplc"
 _FIRST_MEMORY = 1024

@@ -14,7 +14,7 @@ from rcx_harness.enip.cyclic.connections import EndReason, OwnerState
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.scanner import Received, Scanner, ScannerStatistics
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 _LOOKS = 60_000
 

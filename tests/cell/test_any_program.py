@@ -17,10 +17,10 @@ from plc_bench import BENCH, LIBRARY
 from rcx_harness.cell import Cell
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
 from rcx_harness.robot import Controller, RobotConfig
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.projects.needed import needed
 
 SECONDS = 10
 BLOCKS = (

@@ -18,8 +18,8 @@ from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState
 from rcx_harness.enip.originator.scanner import Scanner
-from rcx_harness.errors import InputError
 from rcx_harness.trace import Cycle, Scan, read_trace
+from structured_text.errors import InputError
 
 Build = Callable[..., Cell]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cell.sources import st_files
+from structured_text.projects.sources import st_files
 
 _LONG_AGO = 1_000_000_000  # [s]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, InputError
-from rcx_harness.engine.builtin.collector import collecting
-from rcx_harness.engine.builtin.program import BuiltinProgram
+from structured_text.engines.builtin.collector import collecting
+from structured_text.engines.builtin.program import BuiltinProgram
 
 _TEXT = """PROGRAM Main
   VAR

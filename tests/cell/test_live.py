@@ -14,8 +14,8 @@ from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.live import RealTimeAgenda, RealTimeLink
 from rcx_harness.cli.app import main
 from rcx_harness.enip import ProcessDiedError
-from rcx_harness.errors import InputError
 from rcx_harness.trace import Cycle, Scan, read_trace
+from structured_text.errors import InputError
 
 Build = Callable[..., Cell]
 Captured = pytest.CaptureFixture[str]

@@ -18,9 +18,9 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell
-from rcx_harness.engine.load import why_not
 from rcx_harness.new import new_project
 from rcx_harness.robot.stored import Point
+from structured_text.engines.load import why_not
 
 _WATCH = ("Main.Stage", "Main.Parts", "Main.Robot.Status")
 

@@ -15,12 +15,12 @@ from typing import NamedTuple
 import pytest
 
 from rcx_harness import Cell, RobotConfig
-from rcx_harness.cell.build import source_files
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
+from rcx_harness.cell.sources import source_files
 from rcx_harness.robot import Controller, Point, RobotProgram
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
 
 RUNS, BATCH = 1000, 50
 

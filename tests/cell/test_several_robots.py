@@ -11,11 +11,11 @@ from plc_bench import ROOT
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.trace import Cycle, Scan, Trace, Violation, read_trace
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.wave import Wave
+from structured_text.errors import InputError
 
 _EXAMPLE = ROOT / "tests/data/by_hand/12_two_robots"
 _TWO = (RobotConfig(), RobotConfig())

@@ -12,7 +12,7 @@ from feeder import feeder
 from rcx_harness.cell import Cell
 from rcx_harness.cell.link import PacketNetwork
 from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 
 @pytest.fixture

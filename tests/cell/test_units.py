@@ -6,8 +6,8 @@ from datetime import timedelta
 
 import pytest
 
-from rcx_harness.errors import InputError
-from rcx_harness.units import parse_us
+from structured_text.errors import InputError
+from structured_text.units import parse_us
 
 _YEAR_US = 365 * 24 * 3600 * 1_000_000
 

@@ -278,7 +278,7 @@ def test_so_many_variables_are_watched_and_no_more(
 
     Source: docs/limits.md, variables that are watched.
     """
-    for module in ("rcx_harness.trace.values", "rcx_harness.cell.watched"):
+    for module in ("structured_text.language.displayed", "rcx_harness.cell.watched"):
         monkeypatch.setattr(f"{module}.MOST_WATCHED", 3)
     with pytest.raises(InputError, match="4 variables are watched, with all members and elements"):
         watched("Main.Grid")

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from chapter_cell import ChapterCell
-from rcx_harness.cell.build import source_files
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
+from rcx_harness.cell.sources import source_files
 from rcx_harness.robot import RobotConfig
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
 
 Start = Callable[..., ChapterCell]
 

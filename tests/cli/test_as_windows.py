@@ -15,9 +15,9 @@ import pytest
 
 from rcx_harness.cli.app import main
 from rcx_harness.cli.options import replacements
-from rcx_harness.engine.load import why_not
-from rcx_harness.export import TARGETS
 from serve_process import ServeProcess, own_addresses
+from structured_text.engines.load import why_not
+from structured_text.export import TARGETS
 from windows import as_windows
 
 pytestmark = pytest.mark.skipif(

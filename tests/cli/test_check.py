@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.engine.portability import lint
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.language.portability import lint
 
 Captured = pytest.CaptureFixture[str]
 
@@ -248,5 +248,5 @@ def test_the_librarys_files_have_rules_of_their_own(
     tmp_path: Path, text: str, finding: str
 ) -> None:
     file = write(tmp_path, "WORDS", text)
-    assert any(finding in one.text for one in lint([file], library=[file]))
+    assert any(finding in one.text for one in lint([file], library=[file], prefix="RCX_"))
     assert not any(finding in one.text for one in lint([file]))

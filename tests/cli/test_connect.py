@@ -16,9 +16,9 @@ from rcx_harness.cli.run import RunOptions
 from rcx_harness.enip import Adapter
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
-from rcx_harness.errors import InputError
 from rcx_harness.trace import Scan, read_trace
 from serve_process import ServeProcess, own_addresses
+from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
 DEMO = ("plc", "examples", "01_power_up")

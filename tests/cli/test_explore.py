@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
 from rcx_harness.cli.start import INTERRUPTED
@@ -19,7 +19,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
 from rcx_harness.verify.explore import user
 from rcx_harness.verify.explore.controller import FAULTS, Small, Wire
 from rcx_harness.verify.explore.user import Settings, explore
-from rcx_harness.verify.farm.local import LocalCrew
+from structured_text.farm.local import LocalCrew
 
 Captured = pytest.CaptureFixture[str]
 

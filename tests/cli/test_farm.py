@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.options import with_options
-from rcx_harness.errors import InputError
-from rcx_harness.output.system import processors
+from structured_text.errors import InputError
+from structured_text.output.system import processors
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.cli.start import INTERRUPTED
-from rcx_harness.verify.kept import Results
-from rcx_harness.verify.mutants.sessions import Judge, Run
-from rcx_harness.verify.mutants.user import UserMutants
+from structured_text.mutants.sessions import Judge, Run
+from structured_text.mutants.user import UserMutants
+from structured_text.output.results import Results
 
 Captured = pytest.CaptureFixture[str]
 

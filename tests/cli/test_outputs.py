@@ -15,9 +15,9 @@ import pytest
 
 from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import NewFiles, OutputFile, replace_files
 from serve_process import own_addresses
+from structured_text.errors import InputError
+from structured_text.output.files import NewFiles, OutputFile, replace_files
 
 _FULL = Path("/dev/full")
 _KINDS = ("trace", "vcd", "chart")
@@ -275,7 +275,8 @@ def called(frame, event, _):
     if event == "call" and frame.f_code.co_qualname == where:
         sys.setprofile(None)
         os.kill(os.getpid(), signal.SIGINT)
-if where[0].isupper() or not where.startswith(("rcx_harness", "typer", "lark", "vcd")):
+modules = ("rcx_harness", "structured_text", "typer", "lark", "vcd")
+if where[0].isupper() or not where.startswith(modules):
     sys.setprofile(called)
 from rcx_harness.cli.start import main
 sys.exit(main())
@@ -289,7 +290,7 @@ sys.exit(main())
         "typer",
         "rcx_harness.cli.app",
         "rcx_harness.cell.cell",
-        "rcx_harness.engine.builtin.compile",
+        "structured_text.engines.builtin.compile",
         "lark",
         "source_files",
         "parse_text",

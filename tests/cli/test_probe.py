@@ -13,8 +13,8 @@ from rcx_harness.cli import probe as cli
 from rcx_harness.cli.app import main
 from rcx_harness.look.probe.catalogue import questions
 from rcx_harness.robot import RobotConfig
-from rcx_harness.spec import load_toml
 from serve_process import ServeProcess, own_addresses
+from structured_text.output.toml_files import load_toml
 
 Captured = pytest.CaptureFixture[str]
 

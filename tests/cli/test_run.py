@@ -15,13 +15,13 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell import EVENTS, Cell
-from rcx_harness.cell.build import st_files
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cli.app import main
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.enip import Adapter
-from rcx_harness.errors import InputError
 from rcx_harness.trace import read_trace
+from structured_text.errors import InputError
+from structured_text.projects.sources import st_files
 
 Captured = pytest.CaptureFixture[str]
 Run = Callable[..., int]

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from imports import PACKAGES
 from rcx_harness.cli.app import COMMANDS, app, main
-from rcx_harness.engine.load import find_matiec
+from structured_text.engines.load import find_matiec
 
 #: Runs commands one after the other; after each: its exit code, and which modules are new.
 _RUN = """
@@ -46,6 +47,10 @@ def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
     return [set(modules) for _, modules in report]
 
 
+#: What measures and proves programs.
+_MEASURES = ("coverage", "mutants", "prove", "explore", "debug", "farm")
+
+
 def _loaded(*modules: str) -> set[str]:
     """What a process has that imports these modules."""
     code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
@@ -69,19 +74,24 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
         ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"],
     )
     assert not _below(version, "rich", "lark", *_HEAVY)
-    own = {"rcx_harness", "rcx_harness.cli", "rcx_harness.cli.app", "rcx_harness.errors"}
-    assert _below(version, "rcx_harness") == own
-    assert not _below(helped, "rich", "rcx_harness", "lark", *_HEAVY)
-    assert not _below(codec, "rcx_harness.engine", "rcx_harness.robot", "rcx_harness.cell", "lark")
+    own = {"rcx_harness", "rcx_harness.cli", "rcx_harness.cli.app"}
+    assert _below(version, *PACKAGES) == {*own, "structured_text", "structured_text.errors"}
+    assert not _below(helped, "rich", *PACKAGES, "lark", *_HEAVY)
+    assert not _below(
+        codec, "structured_text.engines", "rcx_harness.robot", "rcx_harness.cell", "lark"
+    )
     rooms = ("robot", "enip", "trace", "look", "serve", "verify", "bridge", "new", "testing")
-    engines = ["engine.load", "engine.builtin", "engine.strucpp"]
+    engines = ["engines.load", "engines.builtin", "engines.strucpp", "export.targets"]
+    engines += _MEASURES
     if find_matiec() is None:  # which checks, too, where it is there
-        engines.append("engine.matiec.program")
-    cells = ("cell.cell", "cell.node", "export.targets")
-    assert not _below(check, *(f"rcx_harness.{one}" for one in (*rooms, *engines, *cells)))
+        engines.append("engines.matiec.program")
+    cells = ("cell.cell", "cell.node")
+    assert not _below(check, *(f"rcx_harness.{one}" for one in (*rooms, *cells)))
+    assert not _below(check, *(f"structured_text.{one}" for one in engines))
     assert not _below(check, "rich.progress", *_HEAVY)
     others = ("look", "serve", "bridge", "new", "testing", "verify", "cell.elsewhere", "enip")
     assert not _below(run, *(f"rcx_harness.{one}" for one in others))
+    assert not _below(run, *(f"structured_text.{one}" for one in _MEASURES))
     assert not _below(run, *_HEAVY)
 
 
@@ -95,22 +105,25 @@ def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_
     _imported(words, **kept)
     (again,) = _imported(words, **kept)
     front = ("parser", "lexer", "load", "bodies", "declare")
-    assert not _below(again, "lark", *(f"rcx_harness.engine.frontend.{one}" for one in front))
-    others = ("projects.open", "builtin.compile", "builtin.statements", "strucpp.program")
-    assert not _below(again, *(f"rcx_harness.engine.{one}" for one in others))
+    assert not _below(again, "lark", *(f"structured_text.language.{one}" for one in front))
+    engines = ("builtin.compile", "builtin.statements", "strucpp.program")
+    others = ("projects.open", *(f"engines.{one}" for one in engines))
+    assert not _below(again, *(f"structured_text.{one}" for one in others))
 
 
 def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
     """Source: docs/timing.md: what a process of rcx serve imports stays in memory, for each one."""
     parent = _loaded(*(f"rcx_harness.cli.{one}" for one in ("start", "app", "serve")))
     found = _loaded("rcx_harness.serve.station_process")
-    of_programs = ("engine.frontend", "engine.load", "engine.builtin", "cell.cell", "cell.node")
-    of_others = ("export", "trace.view.page", "serve.terminal")
-    assert not _below(parent, *(f"rcx_harness.{one}" for one in (*of_programs, *of_others)))
+    of_programs = ("language.load", "engines.load", "engines.builtin", "export")
+    of_others = ("cell.cell", "cell.node", "trace.view.page", "serve.terminal")
+    assert not _below(parent, *(f"structured_text.{one}" for one in of_programs))
+    assert not _below(parent, *(f"rcx_harness.{one}" for one in of_others))
     assert not _below(parent, "rich", "lark", *_HEAVY - {"asyncio"})
-    rooms = ("cell", "cli", "look", "verify", "testing", "bridge", "export", "trace.view", "watch")
-    engines = ("engine.frontend", "engine.load", "engine.builtin", "engine.base")
-    assert not _below(found, *(f"rcx_harness.{one}" for one in (*rooms, *engines)))
+    rooms = ("cell", "cli", "look", "verify", "testing", "bridge", "trace.view", "watch")
+    toolkit = ("language.load", "engines", "projects", "export", *_MEASURES)
+    assert not _below(found, *(f"rcx_harness.{one}" for one in rooms))
+    assert not _below(found, *(f"structured_text.{one}" for one in toolkit))
     assert not _below(found, "rich", "typer", "lark", "ssl", *_HEAVY)
 
 

@@ -18,9 +18,9 @@ from block_answers import answered, blank, in_words, same, shown
 from block_pins import Pins, Reading
 from both_engines import ENGINES
 from command_bench import BLOCKS, CommandBench, bench_of
-from rcx_harness.engine.types import BlockType
 from rcx_harness.spec.telegram import WORDS, Command, FieldValue
-from rcx_harness.units import parse_us
+from structured_text.language.types import BlockType
+from structured_text.units import parse_us
 
 pytestmark = [
     pytest.mark.parametrize("engine", ENGINES, scope="module"),

@@ -11,8 +11,8 @@ import pytest
 
 from block_pins import Reading
 from command_bench import BLOCKS, bench_of
-from rcx_harness.engine.base import Value
-from rcx_harness.units import parse_us
+from structured_text.engines.base import Value
+from structured_text.units import parse_us
 
 
 @pytest.mark.parametrize("name", list(BLOCKS))

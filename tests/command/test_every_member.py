@@ -14,8 +14,8 @@ import pytest
 import second_reading
 from command_bench import CommandBench, bench_of
 from pin_reading import PinRow, Pins, every_block, every_enumeration, hexadecimal
-from rcx_harness.engine.base import Value
 from rcx_harness.spec.telegram import WORDS
+from structured_text.engines.base import Value
 
 READINGS = second_reading.every_reading()
 BLOCKS = every_block()

@@ -10,9 +10,9 @@ import pytest
 
 from both_engines import ENGINES
 from plc_bench import LIBRARY, ROOT
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.projects.needed import needed
 
 PROGRAM = ROOT / "tests/data/library/Texts.st"
 

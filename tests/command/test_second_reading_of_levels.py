@@ -19,10 +19,10 @@ from command_rules import CommandRule
 from head_rules import OTHERS, HeadRules
 from level_rules import LEVELS, ContinuousRule, JogRule, LevelView
 from plc_bench import LIBRARY
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
 from shown import differences
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.projects.needed import needed
 
 _SCAN_MS, _MARGIN_MS = 40, 20
 _SHOWN = ("Valid", "Busy", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")

@@ -18,12 +18,11 @@ from both_engines import ENGINES
 from command_bench import BLOCKS, CommandBench, bench_of
 from example_pins import EXAMPLE_BLOCKS, answer_pins, given_pins
 from plc_bench import ROOT
-from rcx_harness import spec
-from rcx_harness.engine.base import Value
+from structured_text.engines.base import Value
+from structured_text.output.toml_files import load_toml
 
 _EXAMPLES: dict[int, dict[str, Any]] = {
-    one["number"]: one
-    for one in spec.load_toml(ROOT / "tests/data/worked_examples.toml")["example"]
+    one["number"]: one for one in load_toml(ROOT / "tests/data/worked_examples.toml")["example"]
 }
 _JOGS = [number for number, (name, _) in EXAMPLE_BLOCKS.items() if name == "FB_Jog"]
 _OTHERS = [number for number in EXAMPLE_BLOCKS if number not in _JOGS]

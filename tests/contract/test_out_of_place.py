@@ -19,7 +19,7 @@ from both_engines import ENGINES
 from fault_cell import library
 from fault_scenarios import LEVELS, SCENARIOS
 from plc_bench import PlcBench
-from rcx_harness.engine.base import Value
+from structured_text.engines.base import Value
 
 OUT_OF_PLACE = 0x8017
 PLACES = ("Early", "Late")

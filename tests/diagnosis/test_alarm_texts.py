@@ -11,11 +11,12 @@ import pytest
 from both_engines import ENGINES
 from plc_bench import LIBRARY, ROOT
 from rcx_harness import spec
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
-from rcx_harness.errors import InputError
 from rcx_tools.library.alarm_texts import literal, text_files, wrapped
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
+from structured_text.projects.needed import needed
 
 _PROGRAM = """\
 PROGRAM Texts
@@ -36,8 +37,8 @@ PROGRAM Texts
 END_PROGRAM
 """
 _LANGUAGES = {"LANGUAGE_ENGLISH": "", "LANGUAGE_JAPANESE": "_ja"}
-_ALARMS = spec.load_toml(spec.folder() / "alarms.toml")["alarm"]
-_ERRORS = spec.load_toml(spec.folder() / "errors.toml")["error"]
+_ALARMS = load_toml(spec.folder() / "alarms.toml")["alarm"]
+_ERRORS = load_toml(spec.folder() / "errors.toml")["error"]
 _SILENT = dict.fromkeys(("Name", "Cause1", "Cause2", "Remedy1", "Remedy2"), "")
 _IN_BOTH = pytest.mark.parametrize("language", _LANGUAGES)
 

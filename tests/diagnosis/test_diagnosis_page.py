@@ -7,6 +7,7 @@ import pytest
 from both_engines import ENGINES
 from rcx_harness import Cell, spec
 from rcx_tools.docs.diagnosis import PROGRAM, diagnosis_page, panel, run_panel
+from structured_text.output.toml_files import load_toml
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -56,6 +57,6 @@ def test_the_panel_of_the_page_shows_the_fault_the_events_before_it_and_both_cha
 def test_the_page_has_every_text_in_both_languages() -> None:
     page = diagnosis_page()
     for table, key in (("alarms", "alarm"), ("errors", "error")):
-        for row in spec.load_toml(spec.folder() / f"{table}.toml")[key]:
+        for row in load_toml(spec.folder() / f"{table}.toml")[key]:
             assert row["name"] in page
             assert all(row[f"{part}_ja"] in page for part in ("name", "cause", "remedy"))

@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 
 from plc_bench import LIBRARY
-from rcx_harness.engine import build
-from rcx_harness.engine.needed import needed
-from rcx_harness.errors import InputError
-from rcx_harness.export import TARGETS, export
+from rcx_harness.cell.exports import export
 from rcx_tools.library.version import version, version_number
+from structured_text.engines import build
+from structured_text.errors import InputError
+from structured_text.export import TARGETS
+from structured_text.projects.needed import needed
 
 _PROGRAM = """PROGRAM Versions
   VAR

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.engine.load import MISSING, Matiec, find_c_compiler, find_matiec
+from structured_text.engines.load import MISSING, Matiec, find_c_compiler, find_matiec
 
 
 @pytest.fixture(scope="session")

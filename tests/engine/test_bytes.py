@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from both_engines import ENGINES
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.errors import InputError
 
 _SOURCE = """PROGRAM Plant
   VAR
@@ -36,7 +36,7 @@ def plant(request: pytest.FixtureRequest, tmp_path: Path) -> Program:
 def test_a_part_is_read_and_written_where_it_lies(plant: Program) -> None:
     """Words are little endian, whatever their first index.
 
-    Source: engine.base.Program.read_bytes and write_bytes.
+    Source: engines.base.Program.read_bytes and write_bytes.
     """
     plant.write_bytes("Main.B", b"\x01\x02", 3)
     assert plant.read_bytes("Main.B") == bytes([0, 0, 0, 1, 2, 0, 0, 0])
@@ -54,7 +54,7 @@ def test_a_part_is_read_and_written_where_it_lies(plant: Program) -> None:
 def test_a_part_that_does_not_fit_is_refused(
     plant: Program, path: str, data: bytes, start: int
 ) -> None:
-    """Source: engine.base.Program.write_bytes: whole elements, within the array."""
+    """Source: engines.base.Program.write_bytes: whole elements, within the array."""
     with pytest.raises(InputError, match=f"{path} holds 8 bytes and cannot take {len(data)} from"):
         plant.write_bytes(path, data, start)
     assert plant.read_bytes(path) == bytes(8)

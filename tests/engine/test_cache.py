@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine import cache
-from rcx_harness.engine.builtin.statements import Writer
-from rcx_harness.engine.load import build
-from rcx_harness.engine.needed import needed
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin.statements import Writer
+from structured_text.engines.load import build
+from structured_text.errors import InputError
+from structured_text.language import cache
+from structured_text.projects.needed import needed
 
 _TEXT = """PROGRAM Main
   VAR
@@ -66,7 +66,7 @@ def test_the_same_sources_are_checked_and_written_once(
     assert _sum(program) == 12
     assert _kinds(kept) == [".code", ".project"]
     _forget(monkeypatch)
-    monkeypatch.setattr("rcx_harness.engine.frontend.load.analyse", _fail)
+    monkeypatch.setattr("structured_text.language.load.analyse", _fail)
     monkeypatch.setattr(Writer, "write", _fail)
     assert _sum(program) == 12
 
@@ -124,7 +124,7 @@ def test_which_files_of_a_library_are_needed_is_kept_until_one_changes(
     assert _kinds(kept) == [".needed"] * 3
     _forget(monkeypatch)
     with monkeypatch.context() as again:
-        again.setattr("rcx_harness.engine.needed.source_text", _fail)
+        again.setattr("structured_text.projects.needed.source_text", _fail)
         assert needed([program], [other]) == []
     stamp = program.stat().st_mtime_ns
     text = program.read_text(encoding="utf-8")
@@ -134,7 +134,7 @@ def test_which_files_of_a_library_are_needed_is_kept_until_one_changes(
 
 
 def test_instances_of_a_remembered_program_share_nothing(program: Path) -> None:
-    """Source: engine.base.Program: instances never share state."""
+    """Source: engines.base.Program: instances never share state."""
     one = build([program], "builtin").program
     one.scan(0)
     two = build([program], "builtin").program
@@ -215,7 +215,7 @@ def test_switched_off_nothing_is_kept(
 def test_nothing_is_kept_of_temporary_files(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: engine/load.py: nobody compiles them a second time."""
+    """Source: engines/load.py: nobody compiles them a second time."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
     assert _sum(program) == 12
@@ -225,7 +225,7 @@ def test_nothing_is_kept_of_temporary_files(
 def test_a_fault_names_the_line_of_a_kept_program(
     program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: engine.builtin: a division by zero is told with file and line."""
+    """Source: engines.builtin: a division by zero is told with file and line."""
     program.write_text(_TEXT.format(by=0), encoding="utf-8")
     for _ in range(2):
         with pytest.raises(InputError, match=rf"{program}:6: division by zero"):
@@ -243,7 +243,7 @@ def test_a_mistake_is_told_each_time(program: Path, kept: Path) -> None:
 
 
 def test_a_missing_file_is_told_by_the_loader(tmp_path: Path) -> None:
-    """Source: engine.frontend.load: cannot be read."""
+    """Source: language.load: cannot be read."""
     with pytest.raises(InputError, match="cannot be read"):
         build([tmp_path / "missing.st"], "builtin")
 

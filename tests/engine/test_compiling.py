@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.compiling import uncollected
-from rcx_harness.engine.frontend.load import check
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
+from structured_text.engines.load import build
+from structured_text.errors import InputError
+from structured_text.language.compiling import uncollected
+from structured_text.language.load import check
 
 
 @pytest.fixture(autouse=True)
@@ -26,7 +26,7 @@ def running() -> Iterator[None]:
 
 
 def test_the_search_rests_inside_and_goes_on_after_the_outermost() -> None:
-    """Source: engine/compiling.py."""
+    """Source: language/compiling.py."""
     with uncollected():
         assert not gc.isenabled()
         with uncollected():
@@ -44,7 +44,7 @@ def test_who_switched_the_search_off_finds_it_off() -> None:
 
 
 def test_a_mistake_in_the_sources_leaves_the_search_running(tmp_path: Path) -> None:
-    """Source: engine/load.py and engine/frontend/load.py, which build trees."""
+    """Source: engines/load.py and language/load.py, which build trees."""
     file = tmp_path / "Main.st"
     file.write_text("PROGRAM Main X := 1; END_PROGRAM", encoding="utf-8")
     with pytest.raises(InputError, match="X is not declared"):
@@ -57,9 +57,13 @@ def test_a_mistake_in_the_sources_leaves_the_search_running(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("module", "step", "whole"),
     [
-        ("rcx_harness.engine.load", "load", lambda file: build([file], "builtin")),
-        ("rcx_harness.engine.builtin.compile", "compile", lambda file: build([file], "builtin")),
-        ("rcx_harness.engine.frontend.load", "read_text", lambda file: check([file])),
+        ("structured_text.engines.load", "load", lambda file: build([file], "builtin")),
+        (
+            "structured_text.engines.builtin.compile",
+            "compile",
+            lambda file: build([file], "builtin"),
+        ),
+        ("structured_text.language.load", "read_text", lambda file: check([file])),
     ],
 )
 def test_trees_are_built_without_the_search(

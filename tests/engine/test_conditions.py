@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.conditions import conditions
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
+from structured_text.engines.base import Program
+from structured_text.engines.conditions import conditions
+from structured_text.engines.load import build
+from structured_text.errors import InputError
 
 _PROGRAM = """TYPE STEP_OF : (STEP_IDLE, STEP_MOVE); END_TYPE
 PROGRAM Work

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rcx_harness.engine.needed import needed
+from structured_text.projects.needed import needed
 
 
 def _files(folder: Path, **texts: str) -> dict[str, Path]:

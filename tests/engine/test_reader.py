@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from both_engines import ENGINES
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
+from structured_text.engines.load import build
+from structured_text.errors import InputError
 
 _SOURCE = """TYPE
   MODE : (MODE_IDLE, MODE_BUSY);
@@ -85,7 +85,7 @@ END_CONFIGURATION
 def test_a_reader_takes_variables_of_several_programs(engine: str, tmp_path: Path) -> None:
     """In the order in which they are asked for, wherever they lie.
 
-    Source: engine.base.Program.reader.
+    Source: engines.base.Program.reader.
     """
     source = tmp_path / "Plant.st"
     source.write_text(_PLANT, encoding="utf-8")

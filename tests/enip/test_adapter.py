@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from rcx_harness.enip import Adapter, CipError, Client, EnipError, Identity
-from rcx_harness.errors import InputError
-from rcx_harness.output.system import SharedMemory
+from structured_text.errors import InputError
+from structured_text.output.system import SharedMemory
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from rcx_harness.cell.link import Link
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.links import Class1Link
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 ADDRESS = "127.7.0.1"
 

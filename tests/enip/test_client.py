@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from rcx_harness.enip import Client, EnipError
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 REGISTERED = bytes.fromhex("6500 0400 07000000 00000000 0100000000000000 00000000 0100 0000")
 HEAD = "07000000 00000000 0200000000000000 00000000 00000000 0000 0200 0000 0000 B200"

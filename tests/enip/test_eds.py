@@ -13,7 +13,7 @@ from rcx_harness.cli.app import main
 from rcx_harness.enip import Adapter, Client
 from rcx_harness.enip.eds import eds_text
 from rcx_harness.enip.options import AdapterOptions, Identity
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
 Sheet = dict[str, dict[str, list[str]]]

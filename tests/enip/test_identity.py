@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.enip import Identity
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 
 def test_the_device_type_is_the_manuals() -> None:

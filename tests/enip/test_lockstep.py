@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.enip import LockstepLink, ProcessDiedError
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 
 @pytest.fixture(scope="module", params=[48, 256])

@@ -10,7 +10,7 @@ from rcx_harness.enip.cyclic.connections import EndReason
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.originator.opening import Opener, multiplier_of, refusal_hint
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 SCAN = ("--write", "--listen-only", "--heartbeat", "--input-instance", "--config-data")
 BRIDGE = ("--size", "--rpi")

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.enip import AdapterOptions
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Scanner, no_packet
 from rcx_harness.enip.target.adapter import Adapter
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 HOST, SECOND = "127.6.0.1", "127.6.0.2"
 OPTIONS = AdapterOptions(rpi_min_us=1_000)

@@ -13,7 +13,7 @@ import pytest
 
 from rcx_harness.enip.cyclic.connections import ConnectionKind, ConnectionParameters, OwnerState
 from rcx_harness.enip.cyclic.shared import GAPS, Drop, LinkState, SharedImage, SharedImages, Word
-from rcx_harness.output.system import SharedMemory
+from structured_text.output.system import SharedMemory
 
 OWNER = ConnectionParameters(
     number=1,

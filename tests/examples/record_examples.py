@@ -8,7 +8,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 
 from example_runs import EXAMPLES, changes, recorded_trace
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 
 def main() -> int:

@@ -9,9 +9,9 @@ import pytest
 from both_engines import ENGINES
 from example_runs import EXAMPLES, ROOT, changes, finished, recorded_trace
 from rcx_harness.cell import Cell
-from rcx_harness.errors import InputError
 from rcx_harness.trace import Violation
 from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, examples, files
+from structured_text.errors import InputError
 
 _each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
 #: One area at the beginning, one of 256 bytes, one in words at offsets, those of two robots.

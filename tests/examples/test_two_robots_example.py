@@ -8,8 +8,9 @@ from example_runs import finished
 from plc_bench import ROOT
 from rcx_harness.cell import Cell
 from rcx_harness.cli.app import main
-from rcx_harness.spec import folder, load_toml
+from rcx_harness.spec import folder
 from rcx_tools.docs.examples import examples
+from structured_text.output.toml_files import load_toml
 
 _PLACE = (150_000, 0), (-120_000, 30_000)
 _TRAY = (-50_000, 100_000), (60_000, 90_000)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from exported import sample
-from rcx_harness.export.parts import Sources
+from structured_text.export.parts import Sources
 
 
 @pytest.fixture(

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from rcx_harness.cell.exports import export
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
-from rcx_harness.export import export
-from rcx_harness.export import targets as module
+from structured_text.errors import InputError
+from structured_text.export import targets as module
 
 _HEAD = "PROGRAM Own\nVAR InputArea, OutputArea : RCX_IMAGE; x, y : INT; END_VAR\n"
 

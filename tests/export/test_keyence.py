@@ -10,10 +10,10 @@ import pytest
 
 from exported import example_sources, sample, written
 from exported_dialect import declared, differing, untyped
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.export import TARGETS
-from rcx_harness.export.expressions import init_text
-from rcx_harness.export.parts import Sources
+from structured_text.export import TARGETS
+from structured_text.export.expressions import init_text
+from structured_text.export.parts import Sources
+from structured_text.language import syntax as s
 
 #: What a public project types into the tables of KV STUDIO 12 (KV-X520); see docs/export.md.
 _TYPES = {*("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "LREAL", "TIME", "STRING[80]")}

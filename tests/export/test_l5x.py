@@ -12,14 +12,14 @@ from example_runs import EXAMPLES
 from exported import example_sources, library, recorded, trace_of, written
 from l5x_structure import faults
 from plc_bench import ROOT
-from rcx_harness.cell.build import source_files
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.frontend.load import check
-from rcx_harness.engine.load import build
-from rcx_harness.engine.types import BlockType
-from rcx_harness.export import TARGETS
-from rcx_harness.export.output import write
-from rcx_harness.export.parts import Sources
+from rcx_harness.cell.sources import source_files
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.export import TARGETS
+from structured_text.export.output import write
+from structured_text.export.parts import Sources
+from structured_text.language.load import check
+from structured_text.language.types import BlockType
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,12 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from rcx_harness.cell.build import source_files
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
-from rcx_harness.export import export
-from rcx_harness.export.l5x import body as l5x_body
-from rcx_harness.export.output import Output, write
+from rcx_harness.cell.exports import export
+from rcx_harness.cell.sources import source_files
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.export.l5x import body as l5x_body
+from structured_text.export.output import Output, write
 
 
 def _exported(folder: Path, text: str) -> Output:

@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 from exported_dialect import WITH_INITIAL_VALUES
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.exports import export
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
-from rcx_harness.engine.load import build
-from rcx_harness.export import TARGETS, export
-from rcx_harness.export.output import write
+from structured_text.engines.load import build
+from structured_text.export import TARGETS
+from structured_text.export.output import write
 
 Captured = pytest.CaptureFixture[str]
 

@@ -12,12 +12,12 @@ import pytest
 
 from exported import by_position, comments, imported, shapes, written
 from plcopen_structure import check_structure
-from rcx_harness.engine.projects.open import read_project
-from rcx_harness.engine.projects.texts import st_texts
-from rcx_harness.errors import InputError
-from rcx_harness.export import export
-from rcx_harness.export.output import write
-from rcx_harness.export.parts import Sources
+from rcx_harness.cell.exports import export
+from structured_text.errors import InputError
+from structured_text.export.output import write
+from structured_text.export.parts import Sources
+from structured_text.projects.open import read_project
+from structured_text.projects.texts import st_texts
 
 _MINE = """\
 (* everything that the library does without *)

@@ -12,12 +12,13 @@ import pytest
 from example_runs import EXAMPLES
 from exported import example_sources, recorded, shapes, trace_of
 from plc_bench import ROOT
+from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
-from rcx_harness.engine.frontend.load import check
-from rcx_harness.engine.load import build, find_c_compiler, find_matiec
-from rcx_harness.export import TARGETS, export
-from rcx_harness.export.output import write
-from rcx_harness.export.parts import Sources, sources_of
+from structured_text.engines.load import build, find_c_compiler, find_matiec
+from structured_text.export import TARGETS
+from structured_text.export.output import write
+from structured_text.export.parts import Sources
+from structured_text.language.load import check
 
 LIB = sorted((ROOT / "plc/lib").rglob("*.st"))
 Captured = pytest.CaptureFixture[str]

@@ -9,12 +9,12 @@ import pytest
 
 from matiec_habits import HABITS, iec2c_takes
 from rcx_harness.cli.app import main
-from rcx_harness.engine.frontend.constructs import CONSTRUCTS, Use
-from rcx_harness.engine.frontend.syntax import Position
-from rcx_harness.engine.load import find_matiec
-from rcx_harness.export.refused import CONSTRUCTS_FILE, tools
-from rcx_harness.export.targets import TARGETS
-from rcx_harness.spec import load_toml
+from structured_text.engines.load import find_matiec
+from structured_text.export.refused import CONSTRUCTS_FILE, tools
+from structured_text.export.targets import TARGETS
+from structured_text.language.constructs import CONSTRUCTS, Use
+from structured_text.language.syntax import Position
+from structured_text.output.toml_files import load_toml
 
 Captured = pytest.CaptureFixture[str]
 _TOOLS = (

@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from exported import imported, sample, shape, written
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.export import export
-from rcx_harness.export.body import Scope
-from rcx_harness.export.parts import Sources
-from rcx_harness.export.scl import Names, scl_body
+from rcx_harness.cell.exports import export
+from structured_text.export.body import Scope
+from structured_text.export.parts import Sources
+from structured_text.export.scl import Names, scl_body
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse
 
 
 @pytest.fixture(scope="module")

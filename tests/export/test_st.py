@@ -9,13 +9,13 @@ import pytest
 
 from example_runs import EXAMPLES
 from exported import comments, shapes, written
+from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
-from rcx_harness.engine.frontend.load import check, load
-from rcx_harness.engine.load import build, find_c_compiler, find_matiec
-from rcx_harness.errors import InputError
-from rcx_harness.export import export
-from rcx_harness.export.output import Output, write
-from rcx_harness.export.parts import Sources, sources_of
+from structured_text.engines.load import build, find_c_compiler, find_matiec
+from structured_text.errors import InputError
+from structured_text.export.output import Output, write
+from structured_text.export.parts import Sources
+from structured_text.language.load import check, load
 
 Captured = pytest.CaptureFixture[str]
 

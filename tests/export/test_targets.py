@@ -11,9 +11,9 @@ import pytest
 from example_runs import EXAMPLES
 from exported import EXPORTED, example_sources, library, recorded, sample, trace_of, written
 from plc_bench import ROOT
-from rcx_harness.export import TARGETS
-from rcx_harness.export.output import write
 from rcx_tools.docs.examples import Example, examples
+from structured_text.export import TARGETS
+from structured_text.export.output import write
 
 #: Targets that can be read back, with the name of what is written.
 _READ = {

@@ -10,8 +10,8 @@ import pytest
 from blark.parse import parse
 
 from exported import by_position, imported, shapes, written
-from rcx_harness.export.output import write
-from rcx_harness.export.parts import Sources
+from structured_text.export.output import write
+from structured_text.export.parts import Sources
 
 #: One object of each kind; the exhaustive test parses every object, which takes minutes.
 _SOME = ("RCX_PHASE", "RCX_CHANNEL", "RCX_WORDS", "FC_RcxAreaError", "FB_Sample")

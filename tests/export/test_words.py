@@ -14,14 +14,15 @@ import pytest
 
 from example_runs import EXAMPLES
 from exported import example_sources, sample, written
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.frontend import standard
-from rcx_harness.engine.frontend.scalars import ELEMENTARY
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
-from rcx_harness.export import TARGETS, export
-from rcx_harness.export.parts import Sources
-from rcx_harness.export.words import FOLDER, unwritten, words
+from rcx_harness.cell.exports import export
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.errors import InputError
+from structured_text.export import TARGETS
+from structured_text.export.parts import Sources
+from structured_text.export.words import FOLDER, unwritten, words
+from structured_text.language import standard
+from structured_text.language.scalars import ELEMENTARY
 
 #: Those of the second edition; what came later is refused as no part of the portable subset.
 FUNCTIONS, BLOCKS = (

@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 from plc_bench import ROOT
-from rcx_harness.cell.build import st_files
 from rcx_harness.cli.app import main
+from structured_text.projects.sources import st_files
 
 Captured = pytest.CaptureFixture[str]
 

@@ -19,7 +19,6 @@ from rcx_harness.enip.cyclic.connections import ConnectionKind, OwnerState
 from rcx_harness.enip.errors import CipError, ProcessDiedError
 from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
-from rcx_harness.errors import InputError
 from rcx_harness.look.look import ScanOptions, output_image
 from rcx_harness.look.look import scan as look
 from rcx_harness.look.text import (
@@ -30,6 +29,7 @@ from rcx_harness.look.text import (
     telegram_lines,
 )
 from rcx_harness.trace import Scan, read_trace
+from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
 Run = Callable[..., int]

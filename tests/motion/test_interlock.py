@@ -9,8 +9,8 @@ import pytest
 
 from both_engines import ENGINES
 from plc_bench import LIBRARY
-from rcx_harness.engine import build
-from rcx_harness.engine.needed import needed
+from structured_text.engines import build
+from structured_text.projects.needed import needed
 
 _ROBOTS = (1, 2, 3)
 _NOT_CONNECTED, _NOT_READY, _SERVOS_OFF = 0x8001, 0x8002, 0x800C

@@ -9,7 +9,7 @@ import pytest
 from both_engines import ENGINES
 from operator_bench import OperatorBench
 from plc_bench import ROOT
-from rcx_harness import spec
+from structured_text.output.toml_files import load_toml
 
 _KEYS = ("ServoOn", "Start", "ProgramReset", "StepLine", "JogPlus", "JogMinus", "Teach")
 
@@ -367,7 +367,7 @@ def test_a_command_that_ends_with_an_alarm_is_told_with_its_words() -> None:
 
 
 def _alarms() -> list[dict[str, object]]:
-    rows = spec.load_toml(ROOT / "spec/alarms.toml")["alarm"]
+    rows = load_toml(ROOT / "spec/alarms.toml")["alarm"]
     assert isinstance(rows, list)
     return rows
 
@@ -375,7 +375,7 @@ def _alarms() -> list[dict[str, object]]:
 @pytest.mark.parametrize("engine", ENGINES)
 def test_messages_say_what_to_do_next_in_two_languages(engine: str) -> None:
     """Source: spec/errors.toml, 16#8070."""
-    row = next(one for one in spec.load_toml(ROOT / "spec/errors.toml")["error"]
+    row = next(one for one in load_toml(ROOT / "spec/errors.toml")["error"]
                if one["id"] == 0x8070)  # fmt: skip
     plc = OperatorBench(engine)
     plc.press("Start")

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from imports import modules
-from rcx_harness.output.console import draws, escaped, quoted, spare_no_character
+from imports import shipped
+from structured_text.output.console import draws, escaped, quoted, spare_no_character
 
 
 @pytest.mark.parametrize(
@@ -90,10 +90,10 @@ def test_lines_count_as_drawn_only_with_every_character_that_is_printed(reposito
     """Those of the pages that `verify` writes are of UTF-8 files."""
     texts = {
         name: "".join(_texts(ast.parse(file.read_text(encoding="utf-8"))))
-        for name, file in modules(repository / "harness" / "rcx_harness").items()
-        if not name.startswith("rcx_harness.verify.coverage.html")
+        for name, file in shipped(repository).items()
+        if not name.startswith("structured_text.coverage.html")
     }
-    known = {one for one in texts.pop("rcx_harness.output.console") if not one.isascii()}
+    known = {one for one in texts.pop("structured_text.output.console") if not one.isascii()}
     assert len(known) == 17
     assert {one for text in texts.values() for one in text if not one.isascii()} == known
 

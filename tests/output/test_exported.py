@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.output.exported import RECORD, own_output, record, resolved
+from structured_text.output.exported import RECORD, own_output, record, resolved
 
 
 def test_a_link_to_a_file_and_one_to_its_folder_lead_to_the_same_place(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.output.console import spare_no_character
-from rcx_harness.output.files import encoded, replace_files
+from structured_text.output.console import spare_no_character
+from structured_text.output.files import encoded, replace_files
 
 _PROGRAM = """\
 PROGRAM Own

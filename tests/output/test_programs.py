@@ -13,8 +13,8 @@ from typing import IO
 
 import pytest
 
-from imports import modules
-from rcx_harness.output.programs import Program, run
+from imports import shipped
+from structured_text.output.programs import Program, run
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the programs are shell scripts")
 
@@ -58,7 +58,7 @@ def test_what_it_has_started_is_killed_with_it() -> None:
 _PARENT = f"""
 import subprocess, sys
 import select
-from rcx_harness.output.programs import Program
+from structured_text.output.programs import Program
 Program(["sh", "-c", {_ENDLESS!r}])
 # A signal just before a blocking read would be seen only after it.
 while not select.select([sys.stdin], [], [], 0.1)[0]:
@@ -87,7 +87,12 @@ def _assert_closed(stream: IO[bytes]) -> None:
 
 
 #: Who starts processes of this package, which end with their standard input.
-_OWN = {"enip.child", "serve.host", "output.system", "output.guard"}
+_OWN = {
+    "rcx_harness.enip.child",
+    "rcx_harness.serve.host",
+    "structured_text.output.system",
+    "structured_text.output.guard",
+}
 _STARTS = re.compile(
     r"(subprocess\.(run|call|check_\w+|Popen\()|(?<!\w)Popen\(|create_subprocess|"
     r"os\.(fork|system|popen|spawn|exec|posix_spawn)\w*\()"
@@ -97,8 +102,8 @@ _STARTS = re.compile(
 def test_nobody_else_starts_processes(repository: Path) -> None:
     """Source: docs/architecture.md: one place that starts programs of others."""
     starting = {
-        name.removeprefix("rcx_harness.")
-        for name, file in modules(repository / "harness" / "rcx_harness").items()
+        name
+        for name, file in shipped(repository).items()
         if _STARTS.search(file.read_text(encoding="utf-8"))
     }
     assert starting == _OWN

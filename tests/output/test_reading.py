@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
-from rcx_harness.output import limits
-from rcx_harness.output.limits import CAPTURE, MOST_BLOCKS, SOURCE, TABLE, Kind
-from rcx_harness.output.reading import begins_with, check_file, file_bytes, file_text, open_file
+from structured_text.errors import InputError
+from structured_text.output import limits
+from structured_text.output.limits import CAPTURE, MOST_BLOCKS, SOURCE, TABLE, Kind
+from structured_text.output.reading import begins_with, check_file, file_bytes, file_text, open_file
 
 _SMALL = Kind("a source", 1 << 20, "divide it into several files")
 

@@ -17,19 +17,18 @@ from pathlib import Path
 
 import pytest
 
-from imports import modules
-from rcx_harness.output import system
+from imports import shipped
+from structured_text.output import system
 from system_names import SYSTEMS, names_of, used
 
-SYSTEM, GUARD = "rcx_harness.output.system", "rcx_harness.output.guard"
+SYSTEM, GUARD = "structured_text.output.system", "structured_text.output.guard"
 
 
 @pytest.mark.exhaustive
 def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
     """Source: docs/architecture.md, the rooms."""
     found = {
-        name: used(file.read_text(encoding="utf-8"))
-        for name, file in modules(repository / "harness" / "rcx_harness").items()
+        name: used(file.read_text(encoding="utf-8")) for name, file in shipped(repository).items()
     }
     assert found.pop(GUARD) > {"os.killpg", "signal.SIGCHLD"}, "a script that Windows does not run"
     assert found.pop(SYSTEM) > {"os.sched_setscheduler", "fcntl", "_ctypes.dlclose"}
@@ -41,7 +40,7 @@ def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
     """Source: docs/architecture.md, the rooms."""
     asks = {
         name
-        for name, file in modules(repository / "harness" / "rcx_harness").items()
+        for name, file in shipped(repository).items()
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
         if isinstance(node, ast.Attribute) and ast.unparse(node) in ("sys.platform", "os.name")
     }
@@ -205,7 +204,9 @@ copies = pytest.mark.skipif(not system.COPIES, reason="this system has no copies
 
 def _in_new_python(code: str) -> tuple[int, str, str]:
     """Exit code and what is said: a copy of the tests' process would have their threads' locks."""
-    given = "import os, signal, subprocess, sys\nfrom rcx_harness.output.system import PipedCopy\n"
+    given = (
+        "import os, signal, subprocess, sys\nfrom structured_text.output.system import PipedCopy\n"
+    )
     done = subprocess.run(
         [sys.executable, "-c", given + textwrap.dedent(code)],
         capture_output=True,

@@ -7,9 +7,9 @@ import pytest
 from rcx_harness.bridge.core import State
 from rcx_harness.bridge.run import news_lines
 from rcx_harness.enip.cyclic.connections import OwnerState
-from rcx_harness.output.throttle import Throttle
 from rcx_harness.serve.lines import Lines
 from served import ServedHost
+from structured_text.output.throttle import Throttle
 
 SECOND_US = 1_000_000
 

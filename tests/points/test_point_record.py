@@ -15,11 +15,11 @@ from points_bench import PointsBench, points_bench
 from rcx_harness import Cell
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
-from rcx_harness.engine import build
-from rcx_harness.engine.needed import needed
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.memory import Memory
 from rcx_harness.robot.stored import Hand, Pallet, Point
+from structured_text.engines import build
+from structured_text.projects.needed import needed
 
 _PROGRAM = ROOT / "tests/data/library/Points.st"
 _CODES = {

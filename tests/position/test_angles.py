@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from plc_bench import LIBRARY
-from rcx_harness.engine import build
-from rcx_harness.engine.needed import needed
 from scara_bench import ON_BOTH
+from structured_text.engines import build
+from structured_text.projects.needed import needed
 
 _ANGLE = """PROGRAM Angles
   VAR

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Axis, Point, RobotConfig, RobotProgram
 from rcx_harness.robot.config.checks import STORED
+from structured_text.errors import InputError
 
 GOOD = """\
 size = 256

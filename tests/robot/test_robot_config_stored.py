@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Hand, Pallet, Point, RobotConfig
 from stored_data import long_words, ready, real_words, text_words
+from structured_text.errors import InputError
 
 GOOD = """\
 [points.50]

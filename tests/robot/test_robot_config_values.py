@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Axis, RobotConfig, RobotProgram
+from structured_text.errors import InputError
 
 _FALSE = """
     pendant_authority safety_disables_inputs program_is_reset recovery_edges

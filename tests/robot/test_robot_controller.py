@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS, Controller, Point, RobotConfig, Violation
 from rcx_harness.spec.wire import CYCLE_US
 from robot_master import Master
+from structured_text.errors import InputError
 
 #: The events that need arguments.
 ARGUMENTS = {"parallel_input": {"port": 6, "on": 1}}

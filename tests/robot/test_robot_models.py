@@ -11,11 +11,11 @@ import pytest
 
 from movements import NORMAL, mover, way_of
 from rcx_harness import spec
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Axis, Point, RobotConfig
 from rcx_harness.robot.schedule import AxisLimits, Schedule
 from rcx_harness.spec.robots import law, robot_models
 from robot_master import abnormal_end
+from structured_text.errors import InputError
 
 PTP, ARM = 0x1001, 0x103D
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig, RobotProgram
 from robot_master import Master
+from structured_text.errors import InputError
 
 
 def run_steps(*steps: str, **config: Any) -> Master:

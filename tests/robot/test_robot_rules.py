@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.config import SECTIONS
 from rcx_harness.spec.rules import BASES, Rule, rules
 from rcx_tools.docs import fidelity
 from rcx_tools.docs.fidelity import fidelity_page
+from structured_text.errors import InputError
 
 HERE = Path(__file__).parent
 #: Keys that describe a robot and assume nothing.

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.shape import MOST_POINTS, poses, shapes
+from structured_text.errors import InputError
 
 _FILE = """\
 robot = ["YK400XE", "SXYX"]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import pytest
 
 from alone import Alone
-from rcx_harness.engine.base import Value
+from structured_text.engines.base import Value
 
 _STOPS = pytest.mark.parametrize(
     ("block", "hold", "keep", "wire"),

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from plc_bench import LIBRARY, ROOT, PlcBench
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.projects.needed import needed
 
 _PROGRAM = """PROGRAM Holds
   VAR

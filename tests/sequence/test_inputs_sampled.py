@@ -7,8 +7,8 @@ from datetime import timedelta
 import pytest
 
 from plc_bench import PlcBench
-from rcx_harness.engine.base import Value
 from sequence_bench import pins, sequences
+from structured_text.engines.base import Value
 
 #: The blocks, each with outputs of the controller while which its work is not done.
 _BLOCKS = {

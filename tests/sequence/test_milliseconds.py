@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from both_engines import ENGINES
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.projects.needed import needed
 
 _LIBRARY = sorted((Path(__file__).resolve().parents[2] / "plc/lib").rglob("*.st"))
 _LITERALS = (1, 2, 3, 4, 7, 8, 16, 63, 99, 128, 150, 255, 999, 1000, 1001, 5000, 60_000, 3_600_000)

@@ -17,12 +17,12 @@ import pytest
 
 from head_rules import OTHERS, SAFETY, InputRules
 from plc_bench import LIBRARY
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
 from sequence_rules import RULES, missing
 from sequence_work import View
 from shown import differences
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.projects.needed import needed
 
 _PINS = ("Done", "Busy", "Active", "Error", "ErrorID")
 _SCAN_MS, _MARGIN_MS = 20, 20

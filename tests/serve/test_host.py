@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.enip.errors import ProcessDiedError
-from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.status import Status
 from serve_process import own_addresses, watching
+from structured_text.errors import InputError
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"),

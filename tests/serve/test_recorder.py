@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.serve import recorder
 from rcx_harness.trace import Cycle, Violation, read_trace
 from served import ServedHost
+from structured_text.errors import InputError
 from view_page import PageContent
 
 _RELEASED = bytes(32) + b"\x41" + bytes(15)

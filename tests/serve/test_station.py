@@ -9,11 +9,11 @@ import pytest
 
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState, Status
-from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.spec import signals
 from rcx_harness.trace import Cycle, Trace, Violation, read_trace
 from served import ServedHost
+from structured_text.errors import InputError
 
 _SI00, _SI06, _SI01 = 0x01, 0x40, 0x02
 

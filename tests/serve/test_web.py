@@ -14,10 +14,10 @@ from aiohttp.test_utils import TestClient, TestServer
 from aiohttp.web import Application, Request
 
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.errors import InputError
 from rcx_harness.serve import web
 from rcx_harness.serve.run import serve
 from served import ServedHost
+from structured_text.errors import InputError
 
 _PAGE = Path(web.__file__).parent / "page"
 Client = TestClient[Request, Application]

@@ -15,12 +15,12 @@ import pytest
 from pin_reading import PinRow, Pins, every_block, every_enumeration
 from plc_bench import LIBRARY
 from rcx_harness import spec
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.spec import load_toml
 from rcx_harness.spec.telegram import WORDS, Command, Field
 from rcx_tools.library.tables import library
 from second_reading import FOLDER, every_reading
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse
+from structured_text.output.toml_files import load_toml
 
 FILES = {file.stem: file for file in LIBRARY}
 ENUMERATIONS = every_enumeration()

@@ -10,9 +10,9 @@ import pytest
 
 from pin_reading import every_block, refused_with
 from rcx_harness import spec
-from rcx_harness.spec import load_toml
 from rcx_tools.library.tables import library
 from second_reading import FOLDER
+from structured_text.output.toml_files import load_toml
 
 _TEXTS = load_toml(FOLDER / "pins/texts.toml")
 _KEYS = ("name", "name_ja", "cause", "remedy")

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from rcx_harness import spec
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 
 def _mask(found: tuple[spec.Signal, ...], byte: int) -> int:

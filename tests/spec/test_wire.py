@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.spec import signals, wire
+from structured_text.errors import InputError
 
 
 def test_an_area_has_48_bytes_and_256_with_the_word_extension() -> None:

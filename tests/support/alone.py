@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from plc_bench import LIBRARY
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Value
-from rcx_harness.engine.needed import needed
+from structured_text.engines import build
+from structured_text.engines.base import Value
+from structured_text.projects.needed import needed
 
 __all__ = ["Alone"]
 

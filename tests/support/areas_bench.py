@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from plc_bench import ROOT, PlcBench
-from rcx_harness.engine.base import Value
+from structured_text.engines.base import Value
 
 __all__ = ["AreasBench"]
 

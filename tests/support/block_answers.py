@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from block_pins import ARRAYS, Pins, members, pattern
-from rcx_harness.engine.base import Value
 from rcx_harness.spec.telegram import WORDS, Field, FieldValue, intervals
 from rcx_tools.library.tables import Block, Output
+from structured_text.engines.base import Value
 
 __all__ = ["answered", "blank", "in_words", "same", "shown"]
 

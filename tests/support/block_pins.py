@@ -14,9 +14,9 @@ from dataclasses import replace
 from fractions import Fraction
 
 from pin_reading import refused_with
-from rcx_harness.engine.base import Value
 from rcx_harness.spec.telegram import Field, FieldValue, intervals
 from rcx_tools.library.tables import Block, Input, Member, library
+from structured_text.engines.base import Value
 
 __all__ = ["ARRAYS", "Pins", "Reading", "members", "pattern", "single"]
 

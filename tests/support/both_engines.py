@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.engine.load import why_not
+from structured_text.engines.load import why_not
 
 __all__ = ["COMPILED", "ENGINES", "needs"]
 

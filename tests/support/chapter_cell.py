@@ -5,9 +5,9 @@ from __future__ import annotations
 from rcx_harness import Cell
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
-from rcx_harness.engine.base import Program, Value
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
+from structured_text.engines.base import Program, Value
 
 __all__ = ["ChapterCell"]
 

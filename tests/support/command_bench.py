@@ -8,8 +8,8 @@ from functools import cache
 from pathlib import Path
 
 from plc_bench import PlcBench
-from rcx_harness.engine.base import Value
 from rcx_tools.library.tables import Block, library
+from structured_text.engines.base import Value
 
 __all__ = ["BLOCKS", "CommandBench", "bench_of"]
 

@@ -25,13 +25,13 @@ from contract_rules import REQUESTS, SCAN_US, TIMEOUT_SCANS, Pins, Rules, Subjec
 from fault_cell import CaseFailure, library, place
 from fault_scenarios import LEVELS, SCENARIOS
 from plc_bench import LIBRARY
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
 from rcx_harness.spec import commands
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
 from rcx_tools.library.tables import library as table
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.projects.needed import needed
 
 __all__ = ["BLOCKS", "ContractBench", "cases"]
 

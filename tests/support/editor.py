@@ -10,8 +10,8 @@ from threading import Thread
 from typing import Any
 
 from rcx_harness.cli.debug import launched
-from rcx_harness.verify.debug.protocol import Client
-from rcx_harness.verify.debug.session import Session
+from structured_text.debug.protocol import Client
+from structured_text.debug.session import Session
 
 __all__ = ["Editor", "RefusedError"]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from rcx_harness.engine.base import Value
+from structured_text.engines.base import Value
 
 __all__ = ["EXAMPLE_BLOCKS", "answer_pins", "given_pins"]
 

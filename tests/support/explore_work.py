@@ -10,8 +10,8 @@ from pathlib import Path
 from random import Random
 from typing import NamedTuple
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.explore.search import World
+from structured_text.errors import InputError
+from structured_text.explore.search import World
 
 __all__ = ["EVERY", "Choice", "Numbers"]
 

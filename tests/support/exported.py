@@ -10,15 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from example_runs import EXAMPLES, changes, recorded_trace
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.engine.frontend.standard import FUNCTIONS
-from rcx_harness.engine.projects.open import read_project
-from rcx_harness.engine.projects.texts import st_texts
-from rcx_harness.export import TARGETS
-from rcx_harness.export.output import Output, write
-from rcx_harness.export.parts import Sources, sources_of
+from rcx_harness.cell.exports import sources_of
 from rcx_tools.docs.examples import Example, examples
+from structured_text.export import TARGETS
+from structured_text.export.output import Output, write
+from structured_text.export.parts import Sources
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse
+from structured_text.language.standard import FUNCTIONS
+from structured_text.projects.open import read_project
+from structured_text.projects.texts import st_texts
 
 __all__ = [
     "EXPORTED",

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from exported import shape
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse_text
-from rcx_harness.export.parts import Part, Sources
+from structured_text.export.parts import Part, Sources
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse_text
 
 __all__ = [
     "WITH_INITIAL_VALUES",

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 __all__ = [
     "Counted",

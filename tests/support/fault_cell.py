@@ -14,10 +14,10 @@ from typing import Any, NamedTuple, NoReturn
 
 from plc_bench import LIBRARY
 from rcx_harness import Cell, RobotConfig
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse_text
 from rcx_harness.robot import Point, RobotProgram
 from rcx_harness.trace import Record, Scan
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse_text
 
 __all__ = ["TIMEOUT_SCANS", "CaseFailure", "FaultCell", "Library", "Pins", "library", "place"]
 

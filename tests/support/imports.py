@@ -9,6 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 __all__ = ["Graph", "find_cycle", "floors", "imports", "modules", "private_names", "room_graph"]
+__all__ += ["PACKAGES", "shipped"]
 
 #: What each module or room imports.
 Graph = Mapping[str, frozenset[str]]
@@ -28,6 +29,16 @@ def modules(package: Path) -> dict[str, Path]:
         if _NO_PART not in file.as_posix():
             found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
     return found
+
+
+#: The packages of the wheel, the upper one first.
+PACKAGES = ("rcx_harness", "structured_text")
+
+
+def shipped(repository: Path) -> dict[str, Path]:
+    """Return the modules of the packages that users install, by name."""
+    every = (modules(repository / "harness" / package) for package in PACKAGES)
+    return {name: file for found in every for name, file in found.items()}
 
 
 def imports(*packages: Path) -> Graph:

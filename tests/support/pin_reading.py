@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from rcx_harness.engine.base import Value
-from rcx_harness.spec import load_toml
 from rcx_harness.spec.telegram import WORDS
 from second_reading import FOLDER, Place, place
+from structured_text.engines.base import Value
+from structured_text.output.toml_files import load_toml
 
 __all__ = [
     "Member",

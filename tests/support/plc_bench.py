@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Value
-from rcx_harness.engine.needed import needed
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
+from structured_text.engines import build
+from structured_text.engines.base import Value
+from structured_text.projects.needed import needed
 
 __all__ = ["LIBRARY", "ROOT", "PlcBench"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree as ET
 
-from rcx_harness.errors import InputError
-from rcx_harness.export.plcopen import ELEMENTARY, NAMESPACE, SECTIONS, XHTML
+from structured_text.errors import InputError
+from structured_text.export.plcopen import ELEMENTARY, NAMESPACE, SECTIONS, XHTML
 
 __all__ = ["check_structure", "local"]
 

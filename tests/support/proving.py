@@ -6,11 +6,11 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.needed import needed
-from rcx_harness.spec.tables import load_toml
-from rcx_harness.verify.prove.solve import ask
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
+from structured_text.output.toml_files import load_toml
+from structured_text.projects.needed import needed
+from structured_text.prove.solve import ask
 
 _ROOT = Path(__file__).resolve().parents[2]
 _LIBRARY = sorted((_ROOT / "plc/lib").rglob("*.st"))

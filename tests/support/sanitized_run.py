@@ -10,7 +10,7 @@ import sys
 from random import Random
 
 from plc_bench import PlcBench
-from rcx_harness.engine import build
+from structured_text.engines import build
 
 _BLOCKS = ("First", "Second", "Third", "ServoOn", "AlarmReset", "ProgramReset", "AutoStart")
 _OFFSETS = (-32768, -1, 0, 1, 464, 465, 32767)

@@ -15,8 +15,8 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.spec import load_toml
 from rcx_harness.spec.telegram import WORDS
+from structured_text.output.toml_files import load_toml
 
 __all__ = [
     "Legal",

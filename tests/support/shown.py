@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rcx_harness.engine.base import Value
+from structured_text.engines.base import Value
 
 __all__ = ["differences", "hexadecimal_comparison", "written"]
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine import load as engines
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.matiec.program import MatiecProgram
+from structured_text.engines import load as engines
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.matiec.program import MatiecProgram
 
 #: 4 statements, 2 branches, 1 condition; line 6 runs where Start is TRUE.
 _LAMP = """\

@@ -6,11 +6,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rcx_harness.engine.types import ElementaryType
 from rcx_harness.spec import command_name
 from rcx_harness.trace import Cycle, Scan, Trace, Violation
 from rcx_harness.trace.chart import Timeline, text_chart, time_labels
 from rcx_harness.trace.chart_svg import svg_chart
+from structured_text.language.types import ElementaryType
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.engine.types import ElementaryType
 from rcx_harness.trace import Scan, Trace, Violation
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from structured_text.language.types import ElementaryType
 
 SI00, SI01, SI06, SI10, SI12, SI14, SI15, SI17 = (1 << k for k in (0, 1, 6, 8, 10, 12, 13, 15))
 SO00, SO02, SO13 = 1 << 0, 1 << 2, 1 << 11

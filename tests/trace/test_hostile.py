@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.engine.types import ArrayType, ElementaryType, StructType
-from rcx_harness.errors import InputError
-from rcx_harness.output.limits import MOST_TRACE_US
 from rcx_harness.trace import read_trace, records
-from rcx_harness.trace.values import check_watched, count, parts
 from rcx_harness.trace.view.page import View
+from structured_text.errors import InputError
+from structured_text.language.displayed import check_watched, count, parts
+from structured_text.language.types import ArrayType, ElementaryType, StructType
+from structured_text.output.limits import MOST_TRACE_US
 
 _HEAD: dict[str, Any] = {"format": "rcx-trace/1", "scan_us": 10_000, "cycle_us": 5_000, "size": 48}
 _AREA = "00" * 48

@@ -8,10 +8,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rcx_harness.engine.types import ElementaryType, EnumType, Type
 from rcx_harness.trace import Cycle, Scan, Trace, Violation
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.scale import scaled_svg, scaled_text
+from structured_text.language.types import ElementaryType, EnumType, Type
 
 SVG = "{http://www.w3.org/2000/svg}"
 #: As long as the longest name; with two spaces and 80 characters for the lanes.

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.types import (
+from structured_text.language.displayed import LONGEST, described, literal, parts, typed, value_text
+from structured_text.language.types import (
     ArrayType,
     BlockType,
     ElementaryType,
@@ -18,7 +19,6 @@ from rcx_harness.engine.types import (
     Type,
     Variable,
 )
-from rcx_harness.trace.values import LONGEST, described, literal, parts, typed, value_text
 
 INT = ElementaryType("INT")
 STATE = EnumType("STATE", ("IDLE", "RUN"), (0, 10))

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, InputError, RobotConfig
-from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, StructType, Type
 from rcx_harness.trace import Cycle, Scan, Trace
 from rcx_harness.trace.wave import Wave
+from structured_text.language.types import ArrayType, ElementaryType, EnumType, StructType, Type
 
 Build = Callable[..., Cell]
 INT = ElementaryType("INT")

@@ -9,20 +9,20 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.collector import Collector
-from rcx_harness.engine.builtin.coverage import Decision, Plan
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.needed import needed
-from rcx_harness.verify.coverage.formats import tracefile
-from rcx_harness.verify.coverage.html import pages
-from rcx_harness.verify.coverage.listing import text_of
-from rcx_harness.verify.coverage.measure import FileResult, judge, measure
-from rcx_harness.verify.coverage.parts import merge, part_of
-from rcx_harness.verify.coverage.report import gaps
 from rcx_tools.evidence.coverage.__main__ import figures, reasons, uncounted
 from rcx_tools.evidence.coverage.run import Run
 from rcx_tools.evidence.coverage.text import full_text
+from structured_text.coverage.formats import tracefile
+from structured_text.coverage.html import pages
+from structured_text.coverage.listing import text_of
+from structured_text.coverage.measure import FileResult, judge, measure
+from structured_text.coverage.parts import merge, part_of
+from structured_text.coverage.report import gaps
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.collector import Collector
+from structured_text.engines.builtin.coverage import Decision, Plan
+from structured_text.language.load import load
+from structured_text.projects.needed import needed
 
 _SIZE = """\
 TYPE RCX_SIZE : (SIZE_SMALL, SIZE_MIDDLE, SIZE_LARGE); END_TYPE

@@ -9,17 +9,17 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from rcx_harness.cell import Cell
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.collector import Collector, counting
-from rcx_harness.engine.builtin.coverage import outcome
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.errors import InputError
-from rcx_harness.verify.coverage.formats import cobertura, tracefile
-from rcx_harness.verify.coverage.html import pages
-from rcx_harness.verify.coverage.measure import FileResult, judge, measure
-from rcx_harness.verify.coverage.output import write_report
-from rcx_harness.verify.coverage.parts import merge, part_of
-from rcx_harness.verify.coverage.report import conditions, gaps, missing, summary
+from structured_text.coverage.formats import cobertura, tracefile
+from structured_text.coverage.html import pages
+from structured_text.coverage.measure import FileResult, judge, measure
+from structured_text.coverage.output import write_report
+from structured_text.coverage.parts import merge, part_of
+from structured_text.coverage.report import conditions, gaps, missing, summary
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.collector import Collector, counting
+from structured_text.engines.builtin.coverage import outcome
+from structured_text.errors import InputError
+from structured_text.language.load import load
 
 #: Values of variables for one scan.
 Scan = dict[str, bool | int]

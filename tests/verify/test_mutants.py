@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.verify.kept import Results
-from rcx_harness.verify.mutants.engine import Workshop
-from rcx_harness.verify.mutants.mutant import Mutant, Mutants
-from rcx_harness.verify.mutants.operators import OPERATORS
 from rcx_tools.evidence.mutants.suite import in_suite, spread
+from structured_text.mutants.engine import Workshop
+from structured_text.mutants.mutant import Mutant, Mutants
+from structured_text.mutants.operators import OPERATORS
+from structured_text.output.results import Results
 
 _BLOCK = """(*
  * FB_Sample: a bit of everything.
@@ -93,7 +93,7 @@ END_PROGRAM
 #: A test that finds most mistakes in FC_Sample, but not that of equal words.
 _TEST = """from pathlib import Path
 
-from rcx_harness.engine import build
+from structured_text.engines import build
 
 _ROOT = Path(__file__).resolve().parents[2]
 

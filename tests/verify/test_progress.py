@@ -6,7 +6,7 @@ import io
 
 from rich.console import Console
 
-from rcx_harness.verify.progress import progress_bar
+from structured_text.output.progress import progress_bar
 
 
 def test_without_a_terminal_a_line_says_now_and_then_how_far_how_fast_and_how_long() -> None:

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm.farm import Farm
 from rcx_harness.verify.properties import from_python
+from structured_text.errors import InputError
+from structured_text.farm.farm import Farm
 
 _HEAD = "import sys\nimport rcx_harness as rcx\n"
 _PROGRAM = """PROGRAM Main

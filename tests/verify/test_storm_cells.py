@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from feeder import feeder
-from rcx_harness.errors import InputError
 from rcx_harness.verify.properties import followed
 from rcx_harness.verify.storm.cells import Cells, CellsOf
+from structured_text.errors import InputError
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.engine import cache
 from rcx_harness.watch import calls_source
 from rcx_harness.watch.calls_source import call_findings, call_plan, steady_instances
+from structured_text.language import cache
 
 LIBRARY = Path(__file__).resolve().parents[2] / "plc" / "lib"
 READ = "ReadArea(Robot := Robot, Image := InputArea);"
@@ -371,7 +371,7 @@ def test_the_shipped_examples_call_their_blocks_well() -> None:
 def test_what_was_made_by_other_code_is_not_taken_from_the_cache(
     made: Callable[[Sequence[Path]], object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: engine/cache.py, whose own key knows of the engine's code alone."""
+    """Source: language/cache.py, whose own key knows of the engine's code alone."""
     file = tmp_path / "Main.st"
     file.write_text("PROGRAM Main VAR X : INT; END_VAR X := 1; END_PROGRAM", encoding="utf-8")
     asked: list[Path] = []

@@ -9,10 +9,10 @@ from typing import Any, cast
 import pytest
 
 from rcx_harness import Cell
-from rcx_harness.cell.build import source_files
-from rcx_harness.engine.types import BlockType, ElementaryType, Variable
+from rcx_harness.cell.sources import source_files
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
+from structured_text.language.types import BlockType, ElementaryType, Variable
 
 Build = Callable[..., Cell]
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.types import BlockType, ElementaryType, Type, Variable
 from rcx_harness.watch.contract import ContractMonitor
+from structured_text.language.types import BlockType, ElementaryType, Type, Variable
 
 EDGE = "Execute Done Busy Active CommandAborted Error ErrorID"
 LEVEL = "Enable Valid Busy Error ErrorID"

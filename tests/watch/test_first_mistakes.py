@@ -12,8 +12,8 @@ import pytest
 
 from rcx_harness.cell import Cell, CellTimeout
 from rcx_harness.cli.app import main
-from rcx_harness.engine.checked import analysed
 from rcx_harness.watch.first_mistakes import first_mistakes
+from structured_text.language.checked import analysed
 
 TEMPLATE = Path(__file__).parents[2] / "harness" / "rcx_harness" / "new" / "template" / "plc"
 READ = "ReadArea(Robot := Robot, Image := InputArea, Connected := Connected);"

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from packaging.requirements import Requirement
 
-from rcx_harness.spec import load_toml
+from structured_text.output.toml_files import load_toml
 
 _PYTHONS = ("3.10", "3.11", "3.12", "3.13")
 _ENTRY = re.compile(

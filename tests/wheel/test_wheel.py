@@ -15,7 +15,7 @@ from zipfile import ZipFile
 
 import pytest
 
-from rcx_harness.export import TARGETS
+from structured_text.export import TARGETS
 
 _FULL = pytest.mark.external(reason="needs a package index: pytest -m external tests/wheel")
 
@@ -78,7 +78,10 @@ def test_of_the_packages_only_what_users_need_is_in_it(wheel: Path) -> None:
     with ZipFile(wheel) as archive:
         tops = {name.partition("/")[0] for name in archive.namelist()}
         told = archive.read(next(n for n in archive.namelist() if n.endswith("entry_points.txt")))
-    assert {top for top in tops if not top.endswith(".dist-info")} == {"rcx_harness"}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {
+        "rcx_harness",
+        "structured_text",
+    }
     assert b"rcx_tools" not in told
 
 
@@ -94,7 +97,7 @@ def test_without_the_repository_a_new_project_is_written_and_its_test_passes(
     cell = tmp_path / "cell"
     (cell / "tests" / "test_from.py").write_text(
         "import rcx_harness\n"
-        "from rcx_harness.cell.build import default_lib\n"
+        "from rcx_harness.cell.sources import default_lib\n"
         "def test_library_comes_from_the_wheel():\n"
         f"    assert str(default_lib()).startswith({str(site)!r})\n"
         f"    assert rcx_harness.__file__.startswith({str(site)!r})\n"

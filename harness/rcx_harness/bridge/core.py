@@ -14,9 +14,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import SIZE, check_size
-from rcx_harness.units import format_us, format_word
+from structured_text.errors import InputError
+from structured_text.units import format_us, format_word
 
 __all__ = [
     "Actions",

@@ -24,9 +24,9 @@ from rcx_harness.enip.cyclic.shared import now_us
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.opening import multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
-from rcx_harness.errors import InputError
-from rcx_harness.output.system import fine_timers, told_to_end
-from rcx_harness.output.throttle import Throttle
+from structured_text.errors import InputError
+from structured_text.output.system import fine_timers, told_to_end
+from structured_text.output.throttle import Throttle
 
 __all__ = ["BridgeOptions", "Running", "bridge", "news_lines"]
 

@@ -12,42 +12,24 @@ from rcx_harness.cell.clock import Agenda, Timing
 from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.cell.node import Member
 from rcx_harness.cell.outputs import check_outputs
-from rcx_harness.cell.sources import (
-    Files,
-    SourceFiles,
-    blame_lib,
-    default_lib,
-    named_files,
-    not_declared,
-    source_files,
-    st_files,
-)
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, RobotConfig
-from rcx_harness.spec import load_toml
 from rcx_harness.spec.wire import check_size
-from rcx_harness.units import whole
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
+from structured_text.units import whole
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 
 __all__ = [
     "Areas",
-    "Files",
     "Robots",
-    "SourceFiles",
-    "blame_lib",
     "check_outputs",
-    "default_lib",
     "make_agenda",
     "make_link",
     "make_members",
     "make_robot",
-    "named_files",
-    "not_declared",
     "several",
-    "source_files",
-    "st_files",
 ]
 
 #: No process image is larger.

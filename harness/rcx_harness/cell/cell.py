@@ -9,35 +9,28 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
 
-from rcx_harness.cell.build import (
-    Areas,
-    Files,
-    Robots,
-    check_outputs,
-    make_agenda,
-    make_members,
-    several,
-    source_files,
-)
+from rcx_harness.cell.build import Areas, Robots, check_outputs, make_agenda, make_members, several
 from rcx_harness.cell.clock import Agenda, Duration, Kind, Timing
 from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.image import Image, find_image
 from rcx_harness.cell.link import Link, Network, PacketNetwork
 from rcx_harness.cell.node import Member, Node
 from rcx_harness.cell.plc import Plc
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import befall, check
 from rcx_harness.cell.watched import Watched
-from rcx_harness.engine.base import Program, Value
-from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
 from rcx_harness.robot import Controller, Violation
 from rcx_harness.robot.positions import axes_of
 from rcx_harness.robot.shape import shapes
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import KEPT, Trace
-from rcx_harness.units import format_us, parse_us, whole
 from rcx_harness.watch.calls_source import CallPlan
+from structured_text.engines.base import Program, Value
+from structured_text.errors import InputError
+from structured_text.projects.sources import Files
+from structured_text.units import format_us, parse_us, whole
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere

@@ -15,9 +15,9 @@ from heapq import heapify, heappop, heappush, heapreplace
 from random import Random
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import CYCLE_US
-from rcx_harness.units import format_us, parse_us, whole
+from structured_text.errors import InputError
+from structured_text.units import format_us, parse_us, whole
 
 __all__ = ["LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US"]
 __all__ += ["Action", "Agenda", "Duration", "Kind", "Snapshot", "Timing"]

@@ -6,14 +6,14 @@ import os
 from collections import OrderedDict
 from collections.abc import Hashable
 
-from rcx_harness.cell.sources import SourceFiles
-from rcx_harness.engine import cache
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.builtin.collector import collecting
-from rcx_harness.engine.load import build
 from rcx_harness.watch.calls_source import call_plan, steady_instances
 from rcx_harness.watch.first_mistakes import first_mistakes
 from rcx_harness.watch.image_source import image_use
+from structured_text.engines.base import Program
+from structured_text.engines.builtin.collector import collecting
+from structured_text.engines.load import build
+from structured_text.language import cache
+from structured_text.projects.sources import SourceFiles
 
 __all__ = ["Compiled"]
 

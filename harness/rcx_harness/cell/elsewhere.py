@@ -15,9 +15,9 @@ from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.kept import KeptConnection
 from rcx_harness.enip.originator.opening import multiplier_of
 from rcx_harness.enip.originator.scanner import Assemblies, Scanner
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
-from rcx_harness.units import format_us
+from structured_text.errors import InputError
+from structured_text.units import format_us
 
 __all__ = ["NAME", "Elsewhere", "FarLink"]
 

@@ -7,10 +7,10 @@ import struct
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
-from rcx_harness.engine.base import Located, Program
-from rcx_harness.engine.types import ArrayType, BlockType, ElementaryType, Type
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import check_size
+from structured_text.engines.base import Program
+from structured_text.errors import InputError
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, Located, Type
 
 __all__ = ["ArrayImage", "Image", "LocatedImage", "Slot", "find_image", "owner_of_areas"]
 

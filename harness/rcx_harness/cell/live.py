@@ -17,9 +17,9 @@ from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.enip.links import Class1Link
 from rcx_harness.enip.originator.opening import Opener, multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
-from rcx_harness.errors import InputError
-from rcx_harness.output.system import fine_timers
-from rcx_harness.units import format_us
+from structured_text.errors import InputError
+from structured_text.output.system import fine_timers
+from structured_text.units import format_us
 
 __all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink"]
 

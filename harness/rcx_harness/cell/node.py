@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 from rcx_harness.cell.clock import Agenda, Kind, Timing
 from rcx_harness.cell.image import Image, owner_of_areas
 from rcx_harness.cell.link import Link, make_network
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.types import BlockType, ElementaryType
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, Violation
 from rcx_harness.robot.positions import where
 from rcx_harness.robot.shape import poses
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Scan, Trace
 from rcx_harness.watch.wire import WireMonitor
+from structured_text.engines.base import Program
+from structured_text.errors import InputError
+from structured_text.language.types import BlockType, ElementaryType
 
 __all__ = ["Member", "Node", "status_path"]
 

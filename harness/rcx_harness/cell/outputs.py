@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.paths import real
 from rcx_harness.trace import FORMAT
 from rcx_harness.trace.view import BEGINNING
+from structured_text.errors import InputError
+from structured_text.output.paths import real
 
 if TYPE_CHECKING:
-    from rcx_harness.cell.sources import SourceFiles
+    from structured_text.projects.sources import SourceFiles
 
 __all__ = ["check_outputs"]
 

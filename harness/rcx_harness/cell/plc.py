@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
-from rcx_harness.engine.base import Program, Value
 from rcx_harness.robot import Violation
 from rcx_harness.watch.calls import CallMonitor
 from rcx_harness.watch.calls_source import CallPlan
 from rcx_harness.watch.contract import ContractMonitor
+from structured_text.engines.base import Program, Value
 
 __all__ = ["Plc"]
 

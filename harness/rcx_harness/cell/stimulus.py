@@ -17,12 +17,12 @@ from typing import Any
 from rcx_harness.cell.cell import EVENTS, Cell
 from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import check, opposite
-from rcx_harness.engine.conditions import Condition, conditions
-from rcx_harness.engine.types import ArrayType, ElementaryType, StructType, Type
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
-from rcx_harness.spec import load_toml, toml_text
-from rcx_harness.units import parse_us
+from structured_text.engines.conditions import Condition, conditions
+from structured_text.errors import InputError
+from structured_text.language.types import ArrayType, ElementaryType, StructType, Type
+from structured_text.output.toml_files import load_toml, toml_text
+from structured_text.units import parse_us
 
 __all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text", "typed"]
 
@@ -59,7 +59,7 @@ class Entry:
         controller: Which of the cell's controllers all but `values` is for, from 1.
         held_us: After so long the values, all of type BOOL, and the events are taken back; None:
             they stay.
-        expect: Conditions that hold now, just before all this: see `engine.conditions`.
+        expect: Conditions that hold now, just before all this: see `engines.conditions`.
     """
 
     t_us: int

@@ -9,9 +9,9 @@ from typing import Any, Protocol
 
 from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from rcx_harness.cell.link import BOTH, Network, PacketNetwork
-from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
-from rcx_harness.units import parse_us
+from structured_text.errors import InputError
+from structured_text.units import parse_us
 
 __all__ = ["EVENTS", "OPPOSITES", "STARTS", "Surrounded", "befall", "check", "opposite"]
 

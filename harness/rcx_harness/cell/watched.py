@@ -8,12 +8,11 @@ from contextlib import suppress
 from difflib import get_close_matches
 from itertools import islice, product
 
-from rcx_harness.engine.base import Program, Value
-from rcx_harness.engine.types import ArrayType, BlockType, Type
-from rcx_harness.errors import InputError
-from rcx_harness.output.limits import MOST_WATCHED
-from rcx_harness.spec.telegram import did_you_mean
-from rcx_harness.trace.values import check_watched, is_long, members, parts, value_text
+from structured_text.engines.base import Program, Value
+from structured_text.errors import InputError, did_you_mean
+from structured_text.language.displayed import check_watched, is_long, members, parts, value_text
+from structured_text.language.types import ArrayType, BlockType, Type
+from structured_text.output.limits import MOST_WATCHED
 
 __all__ = ["Watched", "is_like"]
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from rcx_harness.errors import InputError, OutputError, refused
+from structured_text.errors import InputError, OutputError, refused
 
 __all__ = ["COMMANDS", "Later", "app", "main"]
 

@@ -8,8 +8,8 @@ import typer
 
 from rcx_harness.cli.options import check_ipv4, duration_us, host_port
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import SIZE
+from structured_text.errors import InputError
 
 __all__ = ["bridge"]
 

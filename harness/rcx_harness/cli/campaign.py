@@ -16,14 +16,14 @@ from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.farm import MOST, FarmOptions
 from rcx_harness.cli.options import counted, with_options
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm.fingerprint import fingerprint
+from rcx_harness.verify.fingerprint import fingerprint
 from rcx_harness.verify.storm.campaign import Explained, Seed, Storms, classes, storms
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.kept import keep
 from rcx_harness.verify.storm.replay import Replay, replay
 from rcx_harness.verify.storm.written import check_folder, command, file_name, forget, write
+from structured_text.errors import InputError
 
 __all__ = ["VerifyOptions", "campaign", "write_replay"]
 

@@ -8,16 +8,17 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.sources import SourceFiles, blame_lib, source_files
+from rcx_harness.cell.sources import blame_lib, library_names, source_files
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
-from rcx_harness.engine.checked import analysed, load
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.portability import LintFinding, lint, unportable
-from rcx_harness.errors import InputError, legible
-from rcx_harness.export.refused import Tool, refused, tools
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
 from rcx_harness.watch.image_source import image_use
+from structured_text.errors import InputError, legible
+from structured_text.export.refused import Tool, refused, tools
+from structured_text.language.checked import analysed, load
+from structured_text.language.portability import LintFinding, lint, unportable
+from structured_text.language.project import Project
+from structured_text.projects.sources import SourceFiles
 
 __all__ = ["check"]
 
@@ -62,7 +63,8 @@ def check(
         _refused(tools()[tool], sources, project, None if replace else files)
         return
     users, library = sources.users
-    findings = lint(sources.own, library, sources.lib, binding=lint_only)
+    prefix = library_names(lib).prefix
+    findings = lint(sources.own, library, sources.lib, binding=lint_only, prefix=prefix)
     if not lint_only:
         called = [*call_findings(users, library), *image_use(users, library).findings]
         findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
@@ -107,15 +109,15 @@ def _compile(sources: SourceFiles, project: Project | None) -> str:
     """Compile with matiec too, if there is something to run that it knows."""
     if project is not None and project.uses:
         return "; not portable: it runs on the built-in engine only"
-    from rcx_harness.engine.matiec.build import find_matiec
-    from rcx_harness.engine.native.toolchain import find_c_compiler
+    from structured_text.engines.matiec.build import find_matiec
+    from structured_text.engines.native.toolchain import find_c_compiler
 
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         return "; matiec not found, compiled by the front end only"
     if project is None or not any(pou.kind == "PROGRAM" for pou in project.pous.values()):
         return "; no PROGRAM among them, nothing for matiec to compile"
-    from rcx_harness.engine.matiec.program import MatiecProgram
+    from structured_text.engines.matiec.program import MatiecProgram
 
     MatiecProgram.build(load(sources.all), matiec, compiler).close()
     return "; matiec compiles them too"

@@ -9,11 +9,11 @@ from typing import Annotated
 import typer
 
 from rcx_harness import spec
-from rcx_harness.errors import InputError
 from rcx_harness.spec.plain import alarm_name
 from rcx_harness.spec.telegram import intervals
 from rcx_harness.spec.wire import ABNORMAL_END, STATUS_NAMES
-from rcx_harness.units import format_word
+from structured_text.errors import InputError
+from structured_text.units import format_word
 
 __all__ = ["decode", "encode"]
 

@@ -18,17 +18,17 @@ from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError, legible
 from rcx_harness.look.compare.fit import fit as fit_to
 from rcx_harness.look.compare.recording import load
 from rcx_harness.look.compare.replay import Happening, Replay
 from rcx_harness.look.compare.robot_file import robot_file
 from rcx_harness.look.compare.text import as_json, chart, fit_lines, lines
-from rcx_harness.output.files import NewFiles, replace_files
 from rcx_harness.robot import EVENTS, RobotConfig
 from rcx_harness.spec.wire import AREA_SIZES, check_size
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from structured_text.errors import InputError, legible
+from structured_text.output.files import NewFiles, replace_files
 
 __all__ = ["compare"]
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.throttle import Throttle
-from rcx_harness.units import format_us
+from structured_text.errors import InputError
+from structured_text.output.throttle import Throttle
+from structured_text.units import format_us
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere

@@ -22,13 +22,12 @@ from rcx_harness.cell.sources import blame_lib
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.options import duration_us, with_options
 from rcx_harness.cli.run import RunOptions
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
-from rcx_harness.spec.telegram import did_you_mean
 from rcx_harness.verify.debug.machine import CellMachine
-from rcx_harness.verify.debug.protocol import Client
 from rcx_harness.verify.debug.recording import is_recording, opened
-from rcx_harness.verify.debug.session import Launched, Session
+from structured_text.debug.protocol import Client
+from structured_text.debug.session import Launched, Session
+from structured_text.errors import InputError, did_you_mean
+from structured_text.output.files import replace_files
 
 __all__ = ["debug", "launched"]
 

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.sources import default_lib, st_files
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.cli.run import run
+from structured_text.projects.sources import st_files
 
 __all__ = ["demo"]
 

@@ -10,8 +10,8 @@ import typer
 from rcx_harness.cli.options import duration_us, identity_revision
 from rcx_harness.enip.eds import eds_text
 from rcx_harness.enip.options import AdapterOptions, Identity
-from rcx_harness.export.output import Output, write
 from rcx_harness.spec.wire import SIZE
+from structured_text.export.output import Output, write
 
 __all__ = ["eds"]
 

@@ -14,10 +14,10 @@ from rich.console import Console
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import MOST, FarmOptions
 from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
-from rcx_harness.errors import InputError
-from rcx_harness.output.console import quoted
 from rcx_harness.spec.wire import SIZE, check_size
-from rcx_harness.units import format_us
+from structured_text.errors import InputError
+from structured_text.output.console import quoted
+from structured_text.units import format_us
 
 if TYPE_CHECKING:
     from rcx_harness.verify.explore.user import Explored, Settings
@@ -82,7 +82,7 @@ def explore(given: Options) -> None:
     """
     from rcx_harness.verify.explore.replay import replay
     from rcx_harness.verify.explore.user import explore as explore_program
-    from rcx_harness.verify.replays import check
+    from structured_text.output.replays import check
 
     for name in ("broken.toml", "broken.svg"):  # hours of work come before they are written
         check(given.out / name)

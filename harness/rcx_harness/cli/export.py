@@ -8,10 +8,11 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.errors import legible
-from rcx_harness.export import TARGETS
-from rcx_harness.export import export as make
-from rcx_harness.export.output import write_export
+from rcx_harness.cell.exports import export as make
+from rcx_harness.cell.sources import library_names
+from structured_text.errors import legible
+from structured_text.export import TARGETS
+from structured_text.export.output import write_export
 
 __all__ = ["EPILOG", "export"]
 
@@ -50,7 +51,7 @@ def export(
     `--allow-missing`; 2 on errors in the sources and where the output exists.
     """
     output = make(target, lib, program or [], only_needed=needed, prefix=prefix)
-    place = Path(TARGETS[target].default) if out is None else out
+    place = Path(f"{library_names(lib).file}{TARGETS[target].ending}") if out is None else out
     for one in output.missing:
         print(legible(f"not carried: {one}"))
     for note in output.notes:

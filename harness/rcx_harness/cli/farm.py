@@ -9,8 +9,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Cluster, Farm
+from rcx_harness.verify.fingerprint import fingerprint
+from structured_text.errors import InputError
+from structured_text.farm import Cluster, Farm
 
 __all__ = ["MOST", "FarmOptions"]
 
@@ -64,5 +65,5 @@ class FarmOptions:
             hint = "a cluster has as many workers as were started there"
             raise InputError("--workers does not go with --cluster", hint=hint)
         files = (self.cluster_ca, self.cluster_cert, self.cluster_key)
-        cluster = Cluster(self.cluster, *files, plain=self.cluster_plain)
+        cluster = Cluster(self.cluster, *files, plain=self.cluster_plain, fingerprint=fingerprint)
         return Farm(cluster=cluster, console=console)

@@ -8,13 +8,13 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.sources import named_files
 from rcx_harness.cli.options import counted
-from rcx_harness.engine.projects.formats import is_project
-from rcx_harness.engine.projects.open import read_project
-from rcx_harness.engine.projects.texts import st_texts
-from rcx_harness.errors import InputError, legible
-from rcx_harness.output.files import replace_files
+from structured_text.errors import InputError, legible
+from structured_text.output.files import replace_files
+from structured_text.projects.formats import is_project
+from structured_text.projects.open import read_project
+from structured_text.projects.sources import named_files
+from structured_text.projects.texts import st_texts
 
 __all__ = ["import_"]
 

@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
-from rcx_harness.output.paths import real
+from structured_text.errors import InputError
+from structured_text.output.files import replace_files
+from structured_text.output.paths import real
 
 __all__ = ["JsonFile", "JsonOutput"]
 

@@ -16,14 +16,14 @@ from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import legible
 from rcx_harness.look.judge.judge import Judgement, JudgeOptions
 from rcx_harness.look.judge.judge import judge as judge_file
 from rcx_harness.look.judge.text import as_json, summary
-from rcx_harness.output.files import replace_files
 from rcx_harness.spec.wire import AREA_SIZES, check_size
 from rcx_harness.trace.chart import text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from structured_text.errors import legible
+from structured_text.output.files import replace_files
 
 __all__ = ["judge"]
 

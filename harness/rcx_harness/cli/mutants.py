@@ -19,9 +19,9 @@ from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import Lib, with_options
-from rcx_harness.errors import InputError
-from rcx_harness.output.reading import check_file
-from rcx_harness.verify.coverage.output import check_fail_under
+from structured_text.coverage.output import check_fail_under
+from structured_text.errors import InputError
+from structured_text.output.reading import check_file
 
 __all__ = ["mutants"]
 
@@ -74,11 +74,11 @@ def mutants(given: Options) -> None:
     _check_outputs(given)
     started = time.monotonic()
 
-    from rcx_harness.verify.kept import Results
-    from rcx_harness.verify.mutants.judging import Judging, is_outcome
-    from rcx_harness.verify.mutants.report import Reasons, write_rows
-    from rcx_harness.verify.mutants.sessions import Run
-    from rcx_harness.verify.mutants.user import UserMutants
+    from structured_text.mutants.judging import Judging, is_outcome
+    from structured_text.mutants.report import Reasons, write_rows
+    from structured_text.mutants.sessions import Run
+    from structured_text.mutants.user import UserMutants
+    from structured_text.output.results import Results
 
     reasons = Reasons(given.reasons)
     written = [given.json_file] if given.json_file is not None and not output.printed else []

@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 
 from rcx_harness.new import CI, new_project
-from rcx_harness.output.console import quoted
 from rcx_harness.spec.wire import SIZE
+from structured_text.output.console import quoted
 
 __all__ = ["new"]
 

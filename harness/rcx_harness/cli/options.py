@@ -12,9 +12,9 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 import typer
 
 from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
-from rcx_harness.errors import InputError
-from rcx_harness.output.reading import check_file
-from rcx_harness.units import parse_us
+from structured_text.errors import InputError
+from structured_text.output.reading import check_file
+from structured_text.units import parse_us
 
 __all__ = ["Lib", "Replace", "Sources", "check_ipv4", "check_port", "config_data"]
 __all__ += ["config_instance", "counted", "duration_us", "host_port", "identity_revision"]

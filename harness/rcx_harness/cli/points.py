@@ -16,7 +16,6 @@ from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interva
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
 from rcx_harness.look.points.carry import TIMEOUT_US, UNDEFINED, Carrier, RefusedError
 from rcx_harness.look.points.stored import (
     KINDS,
@@ -29,9 +28,10 @@ from rcx_harness.look.points.stored import (
     without_foreign,
 )
 from rcx_harness.look.probe.line import LostError, NetworkLine, NotConnectedError
-from rcx_harness.output.files import NewFiles
 from rcx_harness.robot.stored import COUNTS, ROBOTS
 from rcx_harness.spec.wire import SIZE, check_size
+from structured_text.errors import InputError
+from structured_text.output.files import NewFiles
 
 __all__ = ["points"]
 

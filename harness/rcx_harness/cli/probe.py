@@ -13,16 +13,16 @@ import typer
 from rcx_harness.cli.options import check_ipv4, check_port, interval_us
 from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
 from rcx_harness.look.probe.catalogue import questions
 from rcx_harness.look.probe.line import NetworkLine
 from rcx_harness.look.probe.question import Question, Risk
 from rcx_harness.look.probe.report import Subject, as_markdown, as_toml, unasked, verdicts
 from rcx_harness.look.probe.run import Outcome, Person
 from rcx_harness.look.probe.run import probe as run_probe
-from rcx_harness.output.files import NewFiles
 from rcx_harness.spec.rules import rules
 from rcx_harness.spec.wire import SIZE, check_size
+from structured_text.errors import InputError
+from structured_text.output.files import NewFiles
 
 __all__ = ["probe"]
 

@@ -15,10 +15,10 @@ from rich.table import Table
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 if TYPE_CHECKING:
-    from rcx_harness.verify.prove.user import Result
+    from structured_text.prove.user import Result
 
 __all__ = ["prove"]
 
@@ -74,7 +74,15 @@ def prove(
             if not console.is_terminal:
                 print(text, file=sys.stderr, flush=True)
 
-        settings = Settings(scan_us, limit_us / 1e6, out, lib, replaced, overflow, tell)
+        settings = Settings(
+            scan_us,
+            limit_us / 1e6,
+            out,
+            overflow=overflow,
+            tell=tell,
+            lib=lib,
+            replace=replaced,
+        )
         results, inputs = prove_program(files, settings)
     with written.apart():
         _print(results, inputs)

@@ -13,9 +13,9 @@ import typer
 from rcx_harness.cli.options import check_ipv4, check_port, counted, duration_us
 from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
-from rcx_harness.output import programs
-from rcx_harness.output.system import told_to_end
+from structured_text.errors import InputError
+from structured_text.output import programs
+from structured_text.output.system import told_to_end
 
 __all__ = ["record"]
 

@@ -19,8 +19,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from rcx_harness.cell import EVENTS, Cell
-from rcx_harness.cell.build import blame_lib, check_outputs, several, source_files
-from rcx_harness.cell.sources import SourceFiles
+from rcx_harness.cell.build import check_outputs, several
+from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, no_connection
@@ -35,10 +35,6 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
-from rcx_harness.engine.builtin.collector import Collector, counting
-from rcx_harness.errors import InputError, legible
-from rcx_harness.output.console import draws
-from rcx_harness.output.files import replace_files
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
 from rcx_harness.trace.chart import Timeline, text_chart
@@ -47,12 +43,17 @@ from rcx_harness.trace.explaining import shown_errors
 from rcx_harness.trace.scale import scaled_svg, scaled_text
 from rcx_harness.trace.view.page import View
 from rcx_harness.trace.wave import Wave
-from rcx_harness.units import format_us, parse_us
 from rcx_harness.watch.safety_source import safety_inputs
+from structured_text.engines.builtin.collector import Collector, counting
+from structured_text.errors import InputError, legible
+from structured_text.output.console import draws
+from structured_text.output.files import replace_files
+from structured_text.projects.sources import SourceFiles
+from structured_text.units import format_us, parse_us
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
-    from rcx_harness.verify.coverage.output import Outcome
+    from structured_text.coverage.output import Outcome
 
 __all__ = ["EPILOG", "RunOptions", "run"]
 
@@ -293,7 +294,7 @@ def _collector(options: RunOptions) -> Collector | None:
             if value not in (None, False):
                 raise InputError(f"{option}: no coverage is counted", hint="add --coverage")
         return None
-    from rcx_harness.verify.coverage.output import ENGINE, check_fail_under, check_folder
+    from structured_text.coverage.output import ENGINE, check_fail_under, check_folder
 
     if options.engine not in ("auto", "builtin"):
         raise InputError(ENGINE, hint=f"leave out --engine {options.engine}, or --coverage")
@@ -304,8 +305,8 @@ def _collector(options: RunOptions) -> Collector | None:
 
 
 def _concluded(options: RunOptions, collector: Collector) -> Outcome:
-    from rcx_harness.verify.coverage.output import conclude
-    from rcx_harness.verify.coverage.parts import merge, part_of
+    from structured_text.coverage.output import conclude
+    from structured_text.coverage.parts import merge, part_of
 
     percent = options.cover_fail_under
     return conclude(

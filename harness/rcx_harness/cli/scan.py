@@ -14,10 +14,10 @@ from rcx_harness.cli.options import config_instance as instance_of
 from rcx_harness.enip.cyclic.connections import ConnectionKind
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.scanner import Assemblies
-from rcx_harness.errors import InputError
 from rcx_harness.look.look import ScanOptions
 from rcx_harness.look.look import scan as look
 from rcx_harness.spec.wire import SIZE, check_size
+from structured_text.errors import InputError
 
 __all__ = ["scan"]
 

@@ -16,10 +16,10 @@ from rcx_harness.cli.options import check_port, duration_us, identity_revision, 
 from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
 from rcx_harness.spec.wire import check_size
+from structured_text.errors import InputError
 
 __all__ = ["serve"]
 

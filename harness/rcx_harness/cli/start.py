@@ -20,7 +20,7 @@ def main() -> int:
     """
     came: list[int] = []  # signals that end a process as Ctrl-C does
     try:
-        from rcx_harness.output.system import end_as_by_ctrl_c
+        from structured_text.output.system import end_as_by_ctrl_c
 
         came = end_as_by_ctrl_c()
         code = _run()
@@ -39,13 +39,13 @@ def main() -> int:
 
 
 def _run() -> int:
-    from rcx_harness.errors import OutputError
-    from rcx_harness.output import streams
+    from structured_text.errors import OutputError
+    from structured_text.output import streams
 
     streams.prepare()
     try:
         gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
-        from rcx_harness.output.console import spare_no_character
+        from structured_text.output.console import spare_no_character
 
         spare_no_character()
         from rcx_harness.cli.app import main as command  # most of the first second
@@ -55,7 +55,7 @@ def _run() -> int:
         sys.stdout.flush()
     except OutputError as error:  # a full disk, or nobody reads it
         streams.discard_output()
-        from rcx_harness.output.system import nobody_reads
+        from structured_text.output.system import nobody_reads
 
         if nobody_reads(error):
             return 1

@@ -15,12 +15,12 @@ from rich.table import Table
 from rcx_harness.cli.campaign import VerifyOptions, write_replay
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import counted, duration_us, with_options
-from rcx_harness.errors import InputError
 from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.kept import keep
 from rcx_harness.verify.storm.sweep import Inject, Shown, Sweep, injects, pieces, ranges, told
 from rcx_harness.verify.storm.written import check_folder, file_name, forget
+from structured_text.errors import InputError
 
 __all__ = ["sweep"]
 

@@ -21,7 +21,7 @@ from importlib import import_module
 from typing import IO, Any, Literal
 
 from rcx_harness.enip.errors import ProcessDiedError
-from rcx_harness.output import system
+from structured_text.output import system
 
 __all__ = ["Child", "be_punctual", "how_ended", "run", "tell"]
 

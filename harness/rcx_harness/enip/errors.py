@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rcx_harness.enip.codec.cip import Status, extended_text, status_text
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 __all__ = ["CipError", "EnipError", "ProcessDiedError"]
 

@@ -14,7 +14,6 @@ from rcx_harness.enip.errors import CipError, ProcessDiedError
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.opening import refusal_hint
 from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner, no_packet
-from rcx_harness.errors import InputError
 from rcx_harness.look.text import (
     area_lines,
     byte_change_lines,
@@ -26,7 +25,8 @@ from rcx_harness.look.text import (
 from rcx_harness.robot.ports import port
 from rcx_harness.spec.wire import AREA_SIZES
 from rcx_harness.trace import Scan, Trace
-from rcx_harness.units import format_us
+from structured_text.errors import InputError
+from structured_text.units import format_us
 
 __all__ = ["ScanOptions", "output_image", "scan"]
 

@@ -6,10 +6,10 @@ import struct
 from collections.abc import Iterator
 
 from rcx_harness import spec
-from rcx_harness.output.console import escaped
 from rcx_harness.spec.plain import request_text, response_text
 from rcx_harness.spec.wire import DEDICATED_AT, READY, RESERVED_AT, SIZE
-from rcx_harness.units import format_word
+from structured_text.output.console import escaped
+from structured_text.units import format_word
 
 __all__ = [
     "area_lines",

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.look.judge.judge import JudgeOptions, is_capture, is_judged, judge
 from rcx_harness.trace import CutOffError, Record, Violation, read_trace
 from rcx_harness.trace.view.page import View
+from structured_text.errors import InputError
 
 __all__ = ["Seen", "view_file"]
 

@@ -7,11 +7,11 @@ import re
 from importlib.metadata import version
 from pathlib import Path
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
-from rcx_harness.output.paths import real
 from rcx_harness.spec.robots import RobotModel, robot_models
 from rcx_harness.spec.wire import SIZE, check_size
+from structured_text.errors import InputError
+from structured_text.output.files import replace_files
+from structured_text.output.paths import real
 
 __all__ = ["CI", "new_project"]
 

@@ -6,10 +6,10 @@ import re
 import struct
 from collections.abc import Sequence
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot.ports import port
 from rcx_harness.spec import Signal, signals
 from rcx_harness.spec.wire import DEDICATED_AT
+from structured_text.errors import InputError
 
 __all__ = [
     "DEDICATED",

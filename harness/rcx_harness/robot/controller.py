@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot.alarms import AlarmList
 from rcx_harness.robot.area import Overlay, build_area, input_words
 from rcx_harness.robot.config import RobotConfig
@@ -26,6 +25,7 @@ from rcx_harness.robot.signals import (
 )
 from rcx_harness.robot.stored import Point, fits_integer
 from rcx_harness.robot.tasks import Programs
+from structured_text.errors import InputError
 
 __all__ = ["Controller"]
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port as port_by_name
+from structured_text.errors import InputError
 
 __all__ = ["EVENTS", "happen"]
 

@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import DEDICATED_AT
+from structured_text.errors import InputError
 
 __all__ = ["Port", "Ports", "port", "port_of"]
 

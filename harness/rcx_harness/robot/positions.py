@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot.controller import Controller
 from rcx_harness.robot.stored import ROBOTS
+from structured_text.errors import InputError
 
 __all__ = ["axes_of", "where"]
 

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Protocol
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot.ports import Port, Ports, port
+from structured_text.errors import InputError
 
 __all__ = ["Delay", "End", "Gosub", "Return", "Step", "Task", "Wait", "World", "script"]
 

@@ -13,7 +13,7 @@ from typing import Any
 from aiohttp import web
 from aiohttp.http_exceptions import HttpProcessingError
 
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 __all__ = ["WEB_HOST", "TokenServer", "add_files", "guarded", "read_message"]
 

@@ -19,10 +19,10 @@ from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
-from rcx_harness.output import system
 from rcx_harness.serve.history import History
 from rcx_harness.serve.status import Event, Status
+from structured_text.errors import InputError
+from structured_text.output import system
 
 __all__ = ["MODULE", "STOP_S", "Host", "Settings"]
 

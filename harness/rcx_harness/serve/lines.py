@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from rcx_harness.output.throttle import Throttle
 from rcx_harness.serve.host import Host
 from rcx_harness.serve.status import Event
+from structured_text.output.throttle import Throttle
 
 __all__ = ["Lines"]
 

@@ -10,11 +10,11 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from rcx_harness.enip.cyclic.shared import now_us
-from rcx_harness.errors import InputError
-from rcx_harness.output.system import told_to_end
 from rcx_harness.serve.host import Host, Settings
 from rcx_harness.serve.lines import Lines
 from rcx_harness.serve.stalls import Stalls
+from structured_text.errors import InputError
+from structured_text.output.system import told_to_end
 
 if TYPE_CHECKING:
     from rcx_harness.serve.web import WebServer

@@ -10,7 +10,6 @@ from typing import Any, Protocol
 
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import Image, LinkState, drops_text
-from rcx_harness.errors import InputError
 from rcx_harness.robot import EVENTS, Controller
 from rcx_harness.robot.area import input_words
 from rcx_harness.robot.positions import where
@@ -22,6 +21,7 @@ from rcx_harness.serve.status import Change, CommandNote, Connection, Note, Stat
 from rcx_harness.spec.plain import alarm_text, request_text, response_text
 from rcx_harness.spec.wire import DEDICATED_AT, ENDS
 from rcx_harness.trace import Cycle, Trace
+from structured_text.errors import InputError
 
 __all__ = ["LINK_EVENTS", "Images", "Station"]
 

@@ -25,11 +25,11 @@ from rcx_harness.enip import Adapter, Identity, child
 from rcx_harness.enip.child import be_punctual, tell
 from rcx_harness.enip.cyclic.shared import now_us
 from rcx_harness.enip.options import AdapterOptions
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Trace
+from structured_text.errors import InputError
 
 __all__ = ["REPORT_CYCLES", "Channel", "Pace", "main", "run"]
 

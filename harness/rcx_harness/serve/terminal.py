@@ -12,9 +12,9 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from rcx_harness.output.console import draws
 from rcx_harness.serve.host import Host
 from rcx_harness.serve.view import view
+from structured_text.output.console import draws
 
 __all__ = ["screen", "show"]
 

@@ -10,12 +10,12 @@ from typing import Any
 
 from aiohttp import web
 
-from rcx_harness.errors import InputError
 from rcx_harness.serve.clicks import Clicks
 from rcx_harness.serve.guard import TokenServer, add_files, guarded, read_message
 from rcx_harness.serve.history import live_chart
 from rcx_harness.serve.host import Host
 from rcx_harness.serve.view import view
+from structured_text.errors import InputError
 
 __all__ = ["FILES", "WebServer", "application"]
 

@@ -7,11 +7,8 @@ from rcx_harness.spec.tables import (
     command_name,
     commands,
     folder,
-    load_toml,
-    parse_toml,
     public_alarms,
     signals,
-    toml_text,
     whole_number,
 )
 from rcx_harness.spec.telegram import Command, Field, FieldValue
@@ -26,10 +23,7 @@ __all__ = [
     "command_name",
     "commands",
     "folder",
-    "load_toml",
-    "parse_toml",
     "public_alarms",
     "signals",
-    "toml_text",
     "whole_number",
 ]

@@ -12,8 +12,9 @@ from math import radians
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.errors import InputError
-from rcx_harness.spec.tables import folder, load_toml
+from rcx_harness.spec.tables import folder
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["Joint", "Law", "RobotModel", "law", "robot_models"]
 

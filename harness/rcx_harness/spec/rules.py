@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from rcx_harness.errors import InputError
-from rcx_harness.spec.tables import folder, load_toml
+from rcx_harness.spec.tables import folder
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["BASES", "Rule", "rules"]
 

@@ -6,8 +6,6 @@ installed). What a telegram is made of: telegram.py.
 
 from __future__ import annotations
 
-import importlib
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -15,10 +13,9 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.limits import TABLE
-from rcx_harness.output.reading import file_text
-from rcx_harness.spec.telegram import Command, Field, FieldValue, Product, did_you_mean
+from rcx_harness.spec.telegram import Command, Field, FieldValue, Product
+from structured_text.errors import InputError, did_you_mean
+from structured_text.output.toml_files import load_toml
 
 __all__ = [
     "Alarm",
@@ -32,16 +29,11 @@ __all__ = [
     "command_name",
     "commands",
     "folder",
-    "load_toml",
-    "parse_toml",
     "signals",
-    "toml_text",
     "whole_number",
 ]
 
 _T = TypeVar("_T")
-#: What Python does not read: numbers of more than 4300 digits, and lists in lists.
-_TOO_LONG = re.compile(r"[0-9_]{4301}|[\[{]{50}")
 
 
 @dataclass(frozen=True)
@@ -112,45 +104,6 @@ class Alarm:
     remedy_ja: str
     section: str = ""
     source: str = ""
-
-
-def load_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises:
-        InputError: it cannot be read, or is not TOML (with the line).
-    """
-    return parse_toml(toml_text(path), path)
-
-
-def toml_text(path: Path) -> str:
-    """Read the text of a TOML file.
-
-    Raises:
-        InputError: it cannot be read.
-    """
-    return file_text(path, TABLE)
-
-
-def parse_toml(text: str, path: Path) -> dict[str, Any]:
-    """The content of a TOML text; `path` is where it comes from.
-
-    Raises:
-        InputError: it is not TOML (with the line).
-    """
-    try:
-        toml: Any = importlib.import_module("tomllib")
-    except ModuleNotFoundError:  # Python 3.10
-        toml = importlib.import_module("tomli")
-    try:
-        content: dict[str, Any] = toml.loads(text)
-    except toml.TOMLDecodeError as error:
-        raise InputError(f"not valid TOML: {error}", file=path) from error
-    except (ValueError, RecursionError) as error:
-        long = (n for n, one in enumerate(text.splitlines(), 1) if _TOO_LONG.search(one))
-        what = "has a number too long, or lists in lists too deep"
-        raise InputError(what, file=path, line=next(long, None)) from error
-    return content
 
 
 @lru_cache(maxsize=1)

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, cast
 
-from rcx_harness.errors import InputError
-from rcx_harness.units import format_word
+from structured_text.errors import InputError, did_you_mean
+from structured_text.units import format_word
 
-__all__ = ["WORDS", "Command", "Field", "FieldValue", "Product", "did_you_mean", "intervals"]
+__all__ = ["WORDS", "Command", "Field", "FieldValue", "Product", "intervals"]
 
 #: A number, or as many as the field's count says, or a text.
 FieldValue = int | float | str | tuple[int, ...] | tuple[float, ...]
@@ -321,8 +321,3 @@ def _shown(limits: Sequence[float]) -> str:
 def intervals(limits: Sequence[int]) -> list[tuple[int, int]]:
     """The (lowest, highest) pairs of a range that may have gaps: `(0, 31, 256, 287)`."""
     return list(zip(limits[::2], limits[1::2], strict=True))
-
-
-def did_you_mean(names: Sequence[str]) -> str:
-    """A hint that names what was perhaps meant; empty without any."""
-    return f"did you mean {' or '.join(names)}" if names else ""

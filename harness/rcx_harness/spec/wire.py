@@ -6,7 +6,7 @@ are these numbers. tests/spec/test_wire.py reads them a second time.
 
 from __future__ import annotations
 
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 __all__ = [
     "ABNORMAL_END",

@@ -13,9 +13,8 @@ from typing import Any
 
 import pytest
 
+import structured_text
 from rcx_harness.cell import Cell, CellTimeout
-from rcx_harness.engine.base import Program
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
 from rcx_harness.testing.evidence import (
     broken_rules,
@@ -25,8 +24,11 @@ from rcx_harness.testing.evidence import (
     write_files,
 )
 from rcx_harness.testing.settings import artifacts, project, settings_of
-from rcx_harness.units import format_us
-from rcx_harness.verify.debug.recording import Recorded, write_recording
+from rcx_harness.verify.debug.recording import write_recording
+from structured_text.debug.recording import Recorded
+from structured_text.engines.base import Program
+from structured_text.errors import InputError
+from structured_text.units import format_us
 
 __all__ = ["Build", "Cells", "folder_of", "shorten"]
 
@@ -37,7 +39,8 @@ _FILES = re.compile(r"(chart|trace|view|recording)(-\d+)?\.(svg|jsonl|html)")
 _LONGEST = 80
 #: Times of a cell, and how a message about them begins (clocks.py).
 _TIMES = {"scan": "the scan", "rpi": "the RPI", "jitter": "the jitter", "timeout": "the time-out"}
-_PACKAGE = Path(__file__).resolve().parents[1]
+#: The packages of the harness.
+_PACKAGES = (Path(__file__).resolve().parents[1], Path(structured_text.__file__).resolve().parent)
 
 
 class Cells:
@@ -235,7 +238,8 @@ def _file_name(name: str) -> str:
 def shorten(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
     """Let pytest leave out the harness's frames below the user's line (not with --full-trace)."""
     for entry in excinfo.traceback:
-        if isinstance(entry.path, Path) and entry.path.is_relative_to(_PACKAGE):
+        path = entry.path
+        if isinstance(path, Path) and any(map(path.is_relative_to, _PACKAGES)):
             entry.frame.f_globals["__tracebackhide__"] = _tells_the_user
 
 

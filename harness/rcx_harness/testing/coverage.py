@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell.sources import default_lib
-from rcx_harness.engine.builtin.collector import Collector, counting
-from rcx_harness.errors import InputError
 from rcx_harness.testing import COVERAGE
 from rcx_harness.testing.settings import is_on, project
-from rcx_harness.verify.coverage.output import check_fail_under, check_folder, conclude
-from rcx_harness.verify.coverage.parts import Part, merge, part_of
+from structured_text.coverage.output import check_fail_under, check_folder, conclude
+from structured_text.coverage.parts import Part, merge, part_of
+from structured_text.engines.builtin.collector import Collector, counting
+from structured_text.errors import InputError
 
 __all__ = ["Gathering", "start"]
 

@@ -10,14 +10,15 @@ from pathlib import Path
 
 from rcx_harness import spec
 from rcx_harness.cell import Cell
-from rcx_harness.engine.types import BlockType, ElementaryType, EnumType
-from rcx_harness.output.console import draws
-from rcx_harness.output.files import replace_files
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.explaining import shown_errors
 from rcx_harness.trace.view.page import View
-from rcx_harness.units import format_us
+from structured_text.language.types import BlockType, ElementaryType, EnumType
+from structured_text.output.console import draws
+from structured_text.output.files import replace_files
+from structured_text.output.toml_files import load_toml
+from structured_text.units import format_us
 
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
 
@@ -138,5 +139,5 @@ def _shown(cell: Cell, path: str, kind: ElementaryType | EnumType) -> str:
 
 @lru_cache(maxsize=1)
 def _errors() -> dict[int, str]:
-    table = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    table = load_toml(spec.folder() / "errors.toml")["error"]
     return {entry["id"]: entry["name"] for entry in table}

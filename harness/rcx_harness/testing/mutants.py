@@ -18,13 +18,14 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.cell import sources
-from rcx_harness.engine.builtin.collector import Collector, counting
-from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.output.system import copied, copy_ended
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.testing.tracing import PerTest
-from rcx_harness.verify.coverage.listing import Text, listing
-from rcx_harness.verify.mutants.order import Order
+from structured_text.coverage.listing import Text, listing
+from structured_text.engines.builtin.collector import Collector, counting
+from structured_text.language.parser import parse
+from structured_text.mutants.order import Order
+from structured_text.output.system import copied, copy_ended
+from structured_text.projects.sources import INSTEAD
 
 __all__ = ["start"]
 
@@ -39,7 +40,7 @@ def start(config: pytest.Config, order_file: Path) -> None:
     if hasattr(config.option, "numprocesses"):  # xdist: one process, and no other
         config.option.numprocesses, config.option.dist, config.option.tx = None, "no", []
     # By name: the package has a function of the same name.
-    chooser: Any = import_module("rcx_harness.engine.load")
+    chooser: Any = import_module("structured_text.engines.load")
     chooser.find_matiec = lambda *_: None
     _settle_hypothesis()
     if order.port:
@@ -47,7 +48,7 @@ def start(config: pytest.Config, order_file: Path) -> None:
     elif order.tests is None:
         config.pluginmanager.register(_Original(config, order))
     else:
-        sources.INSTEAD.update(order.instead)
+        INSTEAD.update(order.instead)
         config.option.maxfail = 1
         config.pluginmanager.register(_Mutant(order))
 
@@ -78,7 +79,7 @@ class _Original(PerTest):
         super().__init__()
         self._order, self._root = order, config.rootpath
         self._collector = Collector(library=False)
-        self._collector.leave_out(sources.default_lib())
+        self._collector.leave_out(default_lib())
         self._why: list[str] = []
         stack = ExitStack()
         stack.enter_context(counting(self._collector))
@@ -210,7 +211,7 @@ def _in_copy(session: pytest.Session, order: Order) -> None:
     if factory is not None:
         factory._basetemp = order.folder / "tests"  # noqa: SLF001 - pytest has no other way
         factory._basetemp.mkdir()  # noqa: SLF001
-    sources.INSTEAD.update(order.instead)
+    INSTEAD.update(order.instead)
     mutant = _Mutant(order)
     config.pluginmanager.register(mutant)
     items = wanted(order, session.items)

@@ -53,7 +53,7 @@ def pytest_configure(config: pytest.Config) -> None:
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
     _check_keys(config)
-    if order := os.environ.get("RCX_MUTANT_ORDER"):  # as rcx_harness.verify.mutants.order says
+    if order := os.environ.get("RCX_MUTANT_ORDER"):  # as structured_text.mutants.order says
         from rcx_harness.testing.mutants import start as start_mutants
 
         start_mutants(config, Path(order))
@@ -105,7 +105,7 @@ def rcx_build(
 @pytest.fixture
 def cell(rcx_build: Build) -> Cell:
     """This project's PLC program and a virtual robot, at time 0; new for every test."""
-    from rcx_harness.errors import InputError
+    from structured_text.errors import InputError
 
     try:
         return rcx_build()
@@ -126,7 +126,7 @@ def rcx_machine(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[...,
 
     Further names are hypothesis's settings: `max_examples`, `stateful_step_count` ...
     """
-    from rcx_harness.errors import InputError
+    from structured_text.errors import InputError
 
     def run(*demands: str, machine: Any = None, **settings: Any) -> None:
         try:
@@ -179,8 +179,8 @@ def pytest_runtest_makereport(
 
 
 def _duration(text: str) -> str:
-    from rcx_harness.errors import InputError
-    from rcx_harness.units import parse_us
+    from structured_text.errors import InputError
+    from structured_text.units import parse_us
 
     try:
         parse_us(text)

@@ -13,12 +13,11 @@ from typing import Any
 import pytest
 
 from rcx_harness.cell import Cell
-from rcx_harness.engine.load import why_not
-from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
-from rcx_harness.spec.telegram import did_you_mean
 from rcx_harness.testing import OPTIONS, VALUES
-from rcx_harness.units import parse_us
+from structured_text.engines.load import why_not
+from structured_text.errors import InputError, did_you_mean
+from structured_text.units import parse_us
 
 __all__ = ["RULES", "artifacts", "check_settings", "header", "is_on", "known", "project"]
 __all__ += ["settings_of", "unknown_key", "wrong_marker"]
@@ -85,7 +84,7 @@ def check_settings(config: pytest.Config) -> None:
         _engine(settings)
         if is_on(config, "coverage") and settings.get("engine", "auto") not in ("auto", "builtin"):
             hint = f"leave out the engine {settings['engine']}, or the coverage"
-            from rcx_harness.verify.coverage.output import ENGINE
+            from structured_text.coverage.output import ENGINE
 
             raise InputError(ENGINE, hint=hint)
     except InputError as error:

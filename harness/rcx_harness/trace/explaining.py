@@ -9,9 +9,10 @@ import re
 from collections.abc import Collection, Iterable, Iterator
 from functools import lru_cache
 
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.types import BlockType, ElementaryType
-from rcx_harness.spec import folder, load_toml
+from rcx_harness.spec import folder
+from structured_text.engines.base import Program
+from structured_text.language.types import BlockType, ElementaryType
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["named", "of_alarms", "of_errors", "shown_errors", "unanswered"]
 

@@ -11,13 +11,13 @@ from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, TypeVar
 
-from rcx_harness.engine.types import Type
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import OutputFile
-from rcx_harness.output.limits import MOST_LINE_BYTES, MOST_TRACE_US, TRACE
-from rcx_harness.output.reading import open_file
 from rcx_harness.robot import Violation
-from rcx_harness.trace.values import described, literal
+from structured_text.errors import InputError
+from structured_text.language.displayed import described, literal
+from structured_text.language.types import Type
+from structured_text.output.files import OutputFile
+from structured_text.output.limits import MOST_LINE_BYTES, MOST_TRACE_US, TRACE
+from structured_text.output.reading import open_file
 
 __all__ = [
     "FORMAT",

@@ -14,12 +14,12 @@ from typing import Any, TextIO, cast
 from vcd import VCDWriter
 from vcd.writer import Variable
 
-from rcx_harness.engine.types import ElementaryType, Type
-from rcx_harness.output.files import OutputFile
 from rcx_harness.spec import Signal, signals
 from rcx_harness.trace.records import Cycle, Record, Scan, Trace
-from rcx_harness.trace.values import Changed, Part, value_text
 from rcx_harness.watch.wire import word
+from structured_text.language.displayed import Changed, Part, value_text
+from structured_text.language.types import ElementaryType, Type
+from structured_text.output.files import OutputFile
 
 __all__ = ["Wave"]
 

@@ -27,13 +27,13 @@ from typing import Any, overload
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.clock import Duration
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.conditions import Condition, conditions
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Violation
 from rcx_harness.trace import Record, Scan
-from rcx_harness.trace.values import value_text
-from rcx_harness.units import format_us, parse_us
+from structured_text.engines.base import Program
+from structured_text.engines.conditions import Condition, conditions
+from structured_text.errors import InputError
+from structured_text.language.displayed import value_text
+from structured_text.units import format_us, parse_us
 
 __all__ = [
     "Declared",

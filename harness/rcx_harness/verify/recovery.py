@@ -9,10 +9,10 @@ from typing import Any, Protocol
 
 from rcx_harness.cell import Cell, CellTimeout
 from rcx_harness.cell.stimulus import Entry, typed
-from rcx_harness.engine.conditions import Condition, conditions
-from rcx_harness.errors import InputError
-from rcx_harness.trace.values import value_text
-from rcx_harness.units import format_us, parse_us
+from structured_text.engines.conditions import Condition, conditions
+from structured_text.errors import InputError
+from structured_text.language.displayed import value_text
+from structured_text.units import format_us, parse_us
 
 __all__ = ["NotRecoveredError", "Operator", "Recovery", "Step", "recovery_of"]
 

@@ -9,10 +9,10 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.types import BlockType
 from rcx_harness.robot import Violation
 from rcx_harness.watch.calls_source import AREAS, CallPlan
+from structured_text.engines.base import Program
+from structured_text.language.types import BlockType
 
 __all__ = ["CallMonitor"]
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
-from rcx_harness.engine import cache
-from rcx_harness.engine.frontend import syntax as s
+from structured_text.language import cache
+from structured_text.language import syntax as s
 
 __all__ = ["AREAS", "CallFinding", "CallPlan", "call_findings", "call_plan", "steady_instances"]
 
@@ -153,7 +153,7 @@ class _Block:
 
 
 def _declarations(file: Path) -> tuple[s.Declaration, ...]:
-    from rcx_harness.engine.frontend.parser import parse  # only where no answer is kept
+    from structured_text.language.parser import parse  # only where no answer is kept
 
     return parse(file).declarations
 

@@ -16,9 +16,9 @@ from functools import lru_cache
 from itertools import islice
 from typing import Any, NamedTuple
 
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.types import BlockType, ElementaryType
 from rcx_harness.robot import Violation
+from structured_text.engines.base import Program
+from structured_text.language.types import BlockType, ElementaryType
 
 __all__ = ["ContractMonitor"]
 

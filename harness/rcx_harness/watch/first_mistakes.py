@@ -12,13 +12,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rcx_harness.engine import cache
-from rcx_harness.engine.checked import analysed
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.syntax import Position
-from rcx_harness.engine.types import BlockType
 from rcx_harness.watch.calls_source import AREAS
 from rcx_harness.watch.robots_used import Call, Robot, RobotsUsed, pins_of, robot_pins
+from structured_text.language import cache
+from structured_text.language.checked import analysed
+from structured_text.language.project import Project
+from structured_text.language.syntax import Position
+from structured_text.language.types import BlockType
 
 __all__ = ["Mistake", "first_mistakes"]
 

@@ -13,13 +13,13 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rcx_harness.engine import cache
-from rcx_harness.engine.checked import analysed
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.syntax import Position
-from rcx_harness.engine.types import ArrayType, BlockType, StructType, Type
 from rcx_harness.watch.calls_source import AREAS, CallFinding
+from structured_text.language import cache
+from structured_text.language import tree as t
+from structured_text.language.checked import analysed
+from structured_text.language.project import Project
+from structured_text.language.syntax import Position
+from structured_text.language.types import ArrayType, BlockType, StructType, Type
 
 __all__ = ["ImageUse", "image_use", "reads_located"]
 

@@ -10,10 +10,10 @@ from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.types import ArrayType, BlockType, StructType, Type
 from rcx_harness.watch.calls_source import AREAS
+from structured_text.language import tree as t
+from structured_text.language.project import Project
+from structured_text.language.types import ArrayType, BlockType, StructType, Type
 
 __all__ = ["Call", "Robot", "RobotsUsed", "pins_of", "robot_pins"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from rcx_harness.engine import cache
-from rcx_harness.engine.checked import analysed
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.tree import CallBlock, Use
 from rcx_harness.watch.calls_source import AREAS
+from structured_text.language import cache
+from structured_text.language.checked import analysed
+from structured_text.language.project import Project
+from structured_text.language.tree import CallBlock, Use
 
 __all__ = ["safety_inputs"]
 

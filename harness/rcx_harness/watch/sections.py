@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 
-from rcx_harness.spec import folder, load_toml
+from rcx_harness.spec import folder
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["section_of"]
 

@@ -15,9 +15,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from rcx_harness.errors import InputError
-from rcx_harness.units import parse_us
 from rcx_tools.bench.figure import Figure, Options, as_table, store
+from structured_text.errors import InputError
+from structured_text.units import parse_us
 
 __all__ = ["POINTS", "main"]
 

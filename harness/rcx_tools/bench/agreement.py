@@ -10,16 +10,16 @@ from datetime import date, datetime, time, timedelta
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import analyse, load
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.scalars import INT_RANGE
-from rcx_harness.engine.frontend.tree import Pou
-from rcx_harness.engine.load import Matiec
-from rcx_harness.engine.matiec.program import MatiecProgram
-from rcx_harness.engine.needed import declared_names, needed
-from rcx_harness.engine.types import ElementaryType, EnumType, Type
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.load import Matiec
+from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.errors import InputError
+from structured_text.language.load import analyse, load
+from structured_text.language.project import Project
+from structured_text.language.scalars import INT_RANGE
+from structured_text.language.tree import Pou
+from structured_text.language.types import ElementaryType, EnumType, Type
+from structured_text.projects.needed import declared_names, needed
 
 __all__ = ["Compared", "candidates", "compared"]
 

@@ -15,15 +15,15 @@ from pathlib import Path
 from statistics import median
 
 from rcx_harness import Cell
-from rcx_harness.cell.build import default_lib
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.load import MISSING, Matiec, find_c_compiler, find_matiec
-from rcx_harness.engine.matiec.source import join_sources
-from rcx_harness.engine.needed import needed
-from rcx_harness.errors import InputError
 from rcx_harness.trace import Record, Scan
 from rcx_tools.bench.figure import OUT_OF_REACH, Figure, Options, at_most, missing, shown
+from structured_text.engines.load import MISSING, Matiec, find_c_compiler, find_matiec
+from structured_text.engines.matiec.source import join_sources
+from structured_text.errors import InputError
+from structured_text.language.load import load
+from structured_text.projects.needed import needed
 
 __all__ = ["HIGHEST_RATIO", "PROGRAMS", "Cost", "costs", "measure"]
 

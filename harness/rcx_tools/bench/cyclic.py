@@ -29,7 +29,6 @@ from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.enip.target.adapter import Adapter
-from rcx_harness.units import format_us
 from rcx_tools.bench.figure import (
     OUT_OF_REACH,
     Figure,
@@ -46,6 +45,7 @@ from rcx_tools.bench.processes import (
     in_ordinary_time,
     running,
 )
+from structured_text.units import format_us
 
 __all__ = [
     "Case",

@@ -11,10 +11,10 @@ from random import Random
 from rcx_harness.cell import Cell
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.verify.debug.machine import CellMachine
-from rcx_harness.verify.debug.places import Places
-from rcx_harness.verify.debug.player import Player
 from rcx_tools.bench.figure import Figure, Options, at_most, shown
 from rcx_tools.bench.simulation import demo_program
+from structured_text.debug.places import Places
+from structured_text.debug.player import Player
 
 __all__ = ["measure"]
 

@@ -16,12 +16,12 @@ from random import Random
 from typing import NamedTuple
 
 from rcx_harness.cli.options import counted
-from rcx_harness.output.system import processors
 from rcx_harness.spec.wire import CYCLE_US
-from rcx_harness.verify.farm import Farm
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
 from rcx_tools.bench.handshake import Case, Simulated, simulate_command
 from rcx_tools.bench.pace import Slower
+from structured_text.farm import Farm
+from structured_text.output.system import processors
 
 __all__ = ["Timed", "busy", "measure", "timed", "verdict"]
 

@@ -18,18 +18,18 @@ from random import Random
 from typing import NamedTuple
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import default_lib, source_files
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.errors import InputError
+from rcx_harness.cell.sources import default_lib, source_files
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Scan
-from rcx_harness.verify.farm import Farm
 from rcx_tools.bench.figure import Figure, Options, at_most, shown
 from rcx_tools.bench.minimum import Clocks, Command, command, sequence
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
+from structured_text.farm import Farm
+from structured_text.language.load import load
 
 __all__ = ["Case", "Simulated", "grid", "measure", "simulate_command", "simulate_sequence"]
 

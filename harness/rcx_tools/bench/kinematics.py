@@ -24,13 +24,13 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from rcx_harness.cell.build import default_lib
-from rcx_harness.engine import build
-from rcx_harness.engine.needed import needed
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.robot.config.models import axis_keys
 from rcx_harness.robot.geometry import Frame
 from rcx_harness.robot.kinematics import Scara
 from rcx_harness.spec.robots import robot_models
+from structured_text.engines import build
+from structured_text.projects.needed import needed
 
 __all__ = ["LIMITS", "Pose", "Worst", "compare", "main", "poses"]
 

@@ -19,14 +19,14 @@ from pathlib import Path
 
 from rich.console import Console
 
-from rcx_harness.cell.build import named_files
-from rcx_harness.engine.frontend.load import check
-from rcx_harness.engine.load import find_c_compiler, find_matiec
-from rcx_harness.engine.projects.formats import is_project
-from rcx_harness.engine.projects.open import project_sources
-from rcx_harness.errors import InputError
 from rcx_tools.bench.agreement import compared
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
+from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.errors import InputError
+from structured_text.language.load import check
+from structured_text.projects.formats import is_project
+from structured_text.projects.open import project_sources
+from structured_text.projects.sources import named_files
 
 __all__ = ["CALLS", "LEAST", "Share", "accepted", "measure", "sources_of"]
 

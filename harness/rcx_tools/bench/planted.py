@@ -18,11 +18,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.system import processors
-from rcx_harness.spec import load_toml
 from rcx_harness.verify.storm.replay import MARK
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
+from structured_text.errors import InputError
+from structured_text.output.system import processors
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["FAULTS", "PLANTED", "Fault", "Result", "commands", "found_by", "measure", "planted"]
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 __all__ = [
     "PROC",

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from rcx_harness.cell.build import default_lib
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build, why_not
-from rcx_harness.engine.needed import needed
-from rcx_harness.errors import InputError
+from rcx_harness.cell.sources import default_lib
 from rcx_tools.bench.figure import Figure, Options, missing, shown
+from structured_text.engines.base import Program
+from structured_text.engines.load import build, why_not
+from structured_text.errors import InputError
+from structured_text.projects.needed import needed
 
 __all__ = ["ENGINES", "ROWS", "RUNNING", "Paid", "measure", "paid"]
 

@@ -11,8 +11,7 @@ from pathlib import Path
 from statistics import median
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import default_lib, source_files
-from rcx_harness.engine.load import build, find_c_compiler, find_matiec
+from rcx_harness.cell.sources import default_lib, source_files
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_tools.bench.figure import (
@@ -26,6 +25,7 @@ from rcx_tools.bench.figure import (
 )
 from rcx_tools.bench.pace import Cost, beside, paced, paced_throughout
 from rcx_tools.bench.processes import keeping, on_one_processor
+from structured_text.engines.load import build, find_c_compiler, find_matiec
 
 __all__ = ["compile_library", "demo_cell", "demo_program", "measure"]
 

@@ -16,9 +16,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.cell.build import default_lib
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.load import (
+from rcx_harness.cell.sources import default_lib
+from rcx_tools.bench.figure import Figure, Options, at_most, missing
+from structured_text.engines.load import (
     MISSING,
     Matiec,
     find_c_compiler,
@@ -26,11 +26,11 @@ from rcx_harness.engine.load import (
     find_matiec,
     find_strucpp,
 )
-from rcx_harness.engine.matiec.source import join_sources
-from rcx_harness.engine.strucpp.build import Strucpp, compile_project
-from rcx_harness.engine.strucpp.memory import NAMESPACE
-from rcx_harness.errors import InputError
-from rcx_tools.bench.figure import Figure, Options, at_most, missing
+from structured_text.engines.matiec.source import join_sources
+from structured_text.engines.strucpp.build import Strucpp, compile_project
+from structured_text.engines.strucpp.memory import NAMESPACE
+from structured_text.errors import InputError
+from structured_text.language.load import load
 
 __all__ = ["LARGEST_COMMAND", "LARGEST_REF", "Size", "measure", "sizes", "strucpp_sizes", "table"]
 
@@ -127,7 +127,7 @@ def strucpp_sizes(strucpp: Strucpp, compiler: str) -> list[Size]:
         project = load(_sources(folder))
         shared = folder / "sizes.so"
         shared.write_bytes(compile_project(project, wanted, strucpp, compiler))
-        found = (ctypes.c_size_t * len(wanted)).in_dll(ctypes.CDLL(str(shared)), "rcx_layout")
+        found = (ctypes.c_size_t * len(wanted)).in_dll(ctypes.CDLL(str(shared)), "shim_layout")
         return _sorted(places, found)
 
 

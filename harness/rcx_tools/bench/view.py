@@ -15,7 +15,7 @@ from statistics import median
 from typing import Any
 
 from rcx_harness import Cell
-from rcx_harness.cell.build import default_lib
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.trace import Cycle, Record, Violation
 from rcx_harness.trace.view.page import View

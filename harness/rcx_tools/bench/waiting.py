@@ -19,12 +19,12 @@ from pathlib import Path
 from statistics import median
 
 from rcx_harness import Cell
-from rcx_harness.cell.build import default_lib
-from rcx_harness.engine.load import why_not
+from rcx_harness.cell.sources import default_lib
 from rcx_harness.new import new_project
 from rcx_tools.bench.figure import Figure, Options, at_most, missing
 from rcx_tools.bench.pace import Cost, beside, paced
 from rcx_tools.bench.processes import PROC, children, keeping, on_one_processor, running
+from structured_text.engines.load import why_not
 
 __all__ = ["measure"]
 

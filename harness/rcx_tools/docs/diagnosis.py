@@ -16,6 +16,7 @@ from typing import Any
 
 from rcx_harness import spec
 from rcx_harness.cli.codec import decode
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["PROGRAM", "diagnosis_page", "panel", "run_panel"]
 
@@ -135,16 +136,14 @@ def _telegram() -> str:
 
 
 def _alarms() -> str:
-    rows = [
-        (row["number"], row, "") for row in spec.load_toml(spec.folder() / "alarms.toml")["alarm"]
-    ]
+    rows = [(row["number"], row, "") for row in load_toml(spec.folder() / "alarms.toml")["alarm"]]
     return "\n".join(_both("Alarm", rows))
 
 
 def _errors() -> str:
     rows = [
         (f"`16#{row['id']:04X}`", row, "errors.md")
-        for row in spec.load_toml(spec.folder() / "errors.toml")["error"]
+        for row in load_toml(spec.folder() / "errors.toml")["error"]
     ]
     return "\n".join(_both("ErrorID", rows))
 

@@ -18,14 +18,15 @@ from typing import Any
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Controller
 from rcx_harness.robot.ports import port
-from rcx_harness.spec import load_toml, signals
+from rcx_harness.spec import signals
 from rcx_harness.trace import Cycle, Record, Scan, Violation
 from rcx_harness.trace.chart import Lane
 from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, draw_lane, rule, text
-from rcx_harness.units import parse_us
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
+from structured_text.units import parse_us
 
 __all__ = ["FOLDER", "ChartSpec", "Example", "Recorder", "chart_specs", "example_chart", "examples"]
 __all__ += ["files"]

@@ -33,6 +33,7 @@ from rcx_tools.library import files as library_files
 from rcx_tools.library.alarm_texts import text_files
 from rcx_tools.library.signals import signal_files
 from rcx_tools.library.version import version_files
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["PATIENCE_S", "Header", "every_page", "headers", "main", "pages"]
 
@@ -193,7 +194,7 @@ def _errors() -> Iterator[str]:
     yield "`ErrorID` of the blocks: the library's own codes. Alarms of the controller itself are"
     yield "shown as `AlarmGroup` and `AlarmCategory` and explained in the controller's manual.\n"
     yield "| ErrorID | Name | Cause | Remedy |\n|---|---|---|---|"
-    for error in spec.load_toml(spec.folder() / "errors.toml")["error"]:
+    for error in load_toml(spec.folder() / "errors.toml")["error"]:
         code = f"16#{error['id']:04X}"
         yield f"| `{code}` | {error['name']} | {error['cause']} | {error['remedy']} |"
 
@@ -248,14 +249,17 @@ def pages() -> dict[str, Callable[[], str]]:
         "docs/diagnosis.md": diagnosis_page,
         "docs/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
         "docs/export-words.md": lambda: _page(
-            "What each tool's Structured Text has", "harness/rcx_harness/export/words", words_page()
+            "What each tool's Structured Text has",
+            "harness/structured_text/export/words",
+            words_page(),
         ),
         "docs/first.svg": moving_svg,
         "docs/fidelity.md": fidelity.fidelity_page,
         "docs/panel.html": panel_page,
         "docs/probes.md": probes_page,
         "docs/robots.md": robots_page,
-        "docs/rooms.svg": rooms_svg,
+        "docs/rooms.svg": partial(rooms_svg, "rcx_harness"),
+        "docs/rooms_toolkit.svg": partial(rooms_svg, "structured_text"),
         "docs/processes.md": lambda: _page(
             "Processes and their timing charts", "docs/charts", _processes()
         ),

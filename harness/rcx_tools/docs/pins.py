@@ -15,9 +15,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
 
-from rcx_harness.spec import load_toml
 from rcx_tools.docs.blocks.source import ROOT, Kind, kinds, pous
 from rcx_tools.library.version import version, version_number
+from structured_text.output.toml_files import load_toml
 
 __all__ = [
     "FOLDER",

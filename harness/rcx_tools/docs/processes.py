@@ -16,12 +16,13 @@ from typing import Any
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.errors import InputError
-from rcx_harness.spec import command_name, load_toml, signals
+from rcx_harness.spec import command_name, signals
 from rcx_harness.trace import Cycle, Record, Scan
 from rcx_harness.trace.chart import Lane, time_labels
-from rcx_harness.units import parse_us
 from rcx_harness.watch.wire import word
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
+from structured_text.units import parse_us
 
 __all__ = ["FOLDER", "Process", "ProcessChart", "Step", "TimedStep", "Track", "process_chart"]
 __all__ += ["processes", "run_process"]

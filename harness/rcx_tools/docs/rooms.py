@@ -1,4 +1,4 @@
-"""The rooms of rcx_harness and the arrows between them, as their imports draw them."""
+"""The rooms of both packages and the arrows between them, as their imports draw them."""
 
 from __future__ import annotations
 
@@ -6,47 +6,62 @@ import ast
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
+from typing import TypeAlias
 
-__all__ = ["PLAN", "against", "arrows", "drawn", "rooms", "rooms_svg"]
+__all__ = ["PLANS", "against", "arrows", "drawn", "rooms", "rooms_svg"]
 
-_PACKAGE = Path(__file__).resolve().parents[2] / "rcx_harness"
+_HARNESS = Path(__file__).resolve().parents[2]
 
-#: Row by row, with the column of each: a room imports rooms below it, or to the right of it. The
-#: last row is the ground that any room may stand on.
-PLAN: tuple[Mapping[str, float], ...] = (
-    {"cli": 3.5},
-    {"new": 1, "testing": 2, "export": 3, "bridge": 4, "serve": 5, "look": 6},
-    {"verify": 0},
-    {"cell": 2.5},
-    {"trace": 1.5},
-    {"watch": 1.5},
-    {"engine": 0.8, "robot": 2.2, "enip": 4.5},
-    {"spec": 1.5, "output": 2.5, "units": 3.5, "errors": 4.5},
-)
+#: Rooms row by row, with the column of each.
+Plan: TypeAlias = tuple[Mapping[str, float], ...]
+
+#: The plans of both packages: a room imports rooms below it, or to the right of it. The last row is
+#: the ground that any room may stand on. All rooms of rcx_harness may import structured_text.
+PLANS: Mapping[str, Plan] = {
+    "rcx_harness": (
+        {"cli": 2.5},
+        {"testing": 0.8, "new": 1.8, "bridge": 2.8, "serve": 3.8, "look": 4.8},
+        {"verify": 0},
+        {"cell": 2},
+        {"trace": 1.5},
+        {"watch": 1.5},
+        {"robot": 1.5, "enip": 3.5},
+        {"spec": 2},
+    ),
+    "structured_text": (
+        {"debug": 3, "explore": 4.3},
+        {"export": 0, "mutants": 1.1, "coverage": 2.3, "prove": 3.5},
+        {"projects": 0.5, "engines": 2.3, "farm": 4.3},
+        {"language": 1.5},
+        {"output": 1, "units": 2, "errors": 3},
+    ),
+}
 
 _COLUMN, _ROW, _WIDTH, _HEIGHT, _EDGE = 108, 78, 84, 30, 16
 
 
-def rooms() -> set[str]:
+def rooms(package: str) -> set[str]:
     """What stands at the top of the package: folders and modules, but for its own face."""
-    folders = {path.parent.name for path in _PACKAGE.glob("*/__init__.py")}
-    every = folders | {path.stem for path in _PACKAGE.glob("*.py")}
+    home = _HARNESS / package
+    folders = {path.parent.name for path in home.glob("*/__init__.py")}
+    every = folders | {path.stem for path in home.glob("*.py")}
     return {name for name in every if not name.startswith("_")}
 
 
 @cache
-def arrows() -> dict[str, set[str]]:
-    """Which rooms each room imports, types included."""
-    found: dict[str, set[str]] = {name: set() for name in rooms()}
-    for file in _PACKAGE.rglob("*.py"):
-        here = file.relative_to(_PACKAGE).parts[0].removesuffix(".py")
+def arrows(package: str) -> dict[str, set[str]]:
+    """Return the rooms of the same package that each room imports, types included."""
+    found: dict[str, set[str]] = {name: set() for name in rooms(package)}
+    for file in (_HARNESS / package).rglob("*.py"):
+        here = file.relative_to(_HARNESS / package).parts[0].removesuffix(".py")
         if here in found and "template" not in file.parts:
-            found[here] |= _imported(ast.parse(file.read_text(encoding="utf-8"))) & set(found)
+            tree = ast.parse(file.read_text(encoding="utf-8"))
+            found[here] |= _imported(tree, package) & set(found)
     return {name: below - {name} for name, below in found.items()}
 
 
-def _imported(tree: ast.AST) -> set[str]:
-    """The rooms that a module names."""
+def _imported(tree: ast.AST, package: str) -> set[str]:
+    """Return the rooms of a package that a module names."""
     paths: list[str] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
@@ -54,7 +69,7 @@ def _imported(tree: ast.AST) -> set[str]:
         elif isinstance(node, ast.Import):
             paths += [one.name for one in node.names]
     split = [path.split(".") for path in paths]
-    return {parts[1] for parts in split if parts[0] == _PACKAGE.name and len(parts) > 1}
+    return {parts[1] for parts in split if parts[0] == package and len(parts) > 1}
 
 
 def drawn(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
@@ -71,42 +86,43 @@ def drawn(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
     )
 
 
-def against(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
-    """The arrows that the plan forbids: they go up, or to the left. Without any there is no circle.
+def against(plan: Plan, every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
+    """The arrows that a plan forbids: they go up, or to the left. Without any there is no circle.
 
     Raises:
         KeyError: a room that has no place in the plan.
     """
-    order = {name: (row, line[name]) for row, line in enumerate(PLAN) for name in line}
+    order = {name: (row, line[name]) for row, line in enumerate(plan) for name in line}
     return [(name, one) for name in every for one in every[name] if order[one] <= order[name]]
 
 
-def rooms_svg() -> str:
-    """The plan as the text of an SVG file.
+def rooms_svg(package: str) -> str:
+    """Return the plan of a package as the text of an SVG file.
 
     Raises:
         ValueError: an import goes against the plan.
     """
-    if wrong := against(arrows()):
+    plan, every = PLANS[package], arrows(package)
+    if wrong := against(plan, every):
         raise ValueError(f"against the plan of the rooms: {wrong}")
     places = {
         name: (_EDGE + round(column * _COLUMN), _EDGE + row * _ROW)
-        for row, line in enumerate(PLAN)
+        for row, line in enumerate(plan)
         for name, column in line.items()
     }
-    upper = {name: below - set(PLAN[-1]) for name, below in arrows().items()}
+    upper = {name: below - set(plan[-1]) for name, below in every.items()}
     body = [_arrow(places[name], places[below]) for name, below in drawn(upper)]
-    ground = _EDGE + (len(PLAN) - 1) * _ROW - 10
-    body.append(f'<path class="g" d="M{_EDGE} {ground}H{_EDGE + 6 * _COLUMN + _WIDTH}"/>')
+    ground = _EDGE + (len(plan) - 1) * _ROW - 10
+    body.append(f'<path class="g" d="M{_EDGE} {ground}H{_EDGE + 5 * _COLUMN + _WIDTH}"/>')
     for name, (x, y) in places.items():
         body.append(f'<rect class="b" x="{x}" y="{y}" width="{_WIDTH}" height="{_HEIGHT}" rx="4"/>')
         body.append(f'<text x="{x + _WIDTH // 2}" y="{y + 20}">{name}</text>')
-    width = 2 * _EDGE + 6 * _COLUMN + _WIDTH
-    height = 2 * _EDGE + (len(PLAN) - 1) * _ROW + _HEIGHT
+    width = 2 * _EDGE + 5 * _COLUMN + _WIDTH
+    height = 2 * _EDGE + (len(plan) - 1) * _ROW + _HEIGHT
     size = f'width="{width}" height="{height}"'
     head = [
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {width} {height}">',
-        "<title>The rooms of rcx_harness and what each imports</title>",
+        f"<title>The rooms of {package} and what each imports</title>",
         "<style>text{font:13px sans-serif;text-anchor:middle}.b{fill:#eef3f8;stroke:#456}"
         ".a{fill:none;stroke:#789}.g{stroke:#789;stroke-dasharray:5 4}</style>",
         '<defs><marker id="t" viewBox="0 0 8 8" refX="8" refY="4" markerWidth="8" '

@@ -17,9 +17,9 @@ from pathlib import Path
 
 from rcx_harness import Cell
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.errors import InputError
 from rcx_harness.trace.view.page import View
 from rcx_tools.chromium import MISSING, chromium, is_there, opened
+from structured_text.errors import InputError
 
 __all__ = ["PICTURE", "digest", "digest_in", "main", "page"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rcx_harness.engine.frontend.constructs import CONSTRUCTS
-from rcx_harness.export.refused import tools
-from rcx_harness.export.words import Form, Words, words
+from structured_text.export.refused import tools
+from structured_text.export.words import Form, Words, words
+from structured_text.language.constructs import CONSTRUCTS
 
 __all__ = ["words_page"]
 

@@ -23,8 +23,9 @@ _BASE = (
     "plc/lib",
     "spec",
     "harness/rcx_tools/library",
-    *(f"harness/rcx_harness/{name}" for name in ("cell", "engine", "errors", "robot", "spec")),
-    *(f"harness/rcx_harness/{name}" for name in ("trace", "units", "watch")),
+    *(f"harness/rcx_harness/{name}" for name in ("cell", "robot", "spec", "trace", "watch")),
+    *(f"harness/structured_text/{name}" for name in ("engines", "errors", "language")),
+    *(f"harness/structured_text/{name}" for name in ("projects", "units")),
 )
 _KINDS = {".py", ".st", ".toml", ".lark", ".c", ".jsonl"}
 
@@ -60,7 +61,11 @@ class Check:
     @property
     def sources(self) -> tuple[str, ...]:
         """Everything that it depends on."""
-        rooms = ("harness/rcx_harness/verify", "harness/rcx_tools/evidence")
+        rooms = (
+            "harness/structured_text",
+            "harness/rcx_harness/verify",
+            "harness/rcx_tools/evidence",
+        )
         own = (f"{room}/{self.name}" for room in rooms if any((ROOT / room).glob(f"{self.name}*")))
         shared = (f"harness/rcx_tools/evidence/{name}.py" for name in ("broken", "results"))
         return (*_BASE, *own, *shared, *self.inputs)

@@ -19,10 +19,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.errors import InputError
 from rcx_tools.evidence import page
 from rcx_tools.evidence.checks import CHECKS, Check, digest, library_state
 from rcx_tools.evidence.results import FOLDER, ROOT
+from structured_text.errors import InputError
 
 __all__ = ["is_current", "kept_figures", "main", "result_of", "stale", "stamped_run", "update"]
 

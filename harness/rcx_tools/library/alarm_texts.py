@@ -17,7 +17,8 @@ from itertools import groupby
 from typing import Any
 
 from rcx_harness import spec
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["LANGUAGES", "literal", "text_files", "wrapped"]
 
@@ -127,7 +128,7 @@ def _alarm_block(name: str, language: str) -> str:
         *("", f"Part of FB_AlarmText. Generated from {_ALARMS} by `make docs`."),
     ]
     body = ["CASE WORD_TO_INT(Group) OF"]
-    rows = spec.load_toml(spec.folder() / "alarms.toml")["alarm"]
+    rows = load_toml(spec.folder() / "alarms.toml")["alarm"]
     for group, alarms in groupby(rows, key=lambda row: int(row["group"])):
         body += [f"  {group}:", "    CASE WORD_TO_INT(Category) OF"]
         for row in alarms:
@@ -145,7 +146,7 @@ def _error_block(kind: str, language: str) -> str:
         *("", f"Part of FB_ErrorText. Generated from {_ERRORS} by `make docs`."),
     ]
     body = ["CASE Number OF"]
-    for row in spec.load_toml(spec.folder() / "errors.toml")["error"]:
+    for row in load_toml(spec.folder() / "errors.toml")["error"]:
         if row["id"] in numbers:
             body.append(f"  {row['id'] & 0xFF}:  (* 16#{row['id']:04X} *)")
             body += [f"    {line}" for line in _assigned(row, LANGUAGES[language])]
@@ -161,7 +162,7 @@ def _panel_block(language: str) -> str:
         f"Generated from {_ERRORS} by `make docs`.",
     ]
     body = ["CASE Number OF"]
-    for row in spec.load_toml(spec.folder() / "errors.toml")["error"]:
+    for row in load_toml(spec.folder() / "errors.toml")["error"]:
         if f"panel_remedy{suffix}" not in row:
             continue
         body.append(f"  {row['id'] & 0xFF}:  (* 16#{row['id']:04X} *)")
@@ -240,14 +241,14 @@ def _table() -> str:
     page.write("\N{ZERO WIDTH NO-BREAK SPACE}")
     writer = csv.writer(page, lineterminator="\n")
     writer.writerow(["list", "number", *columns])
-    alarms = spec.load_toml(spec.folder() / "alarms.toml")["alarm"]
+    alarms = load_toml(spec.folder() / "alarms.toml")["alarm"]
     for row in alarms:
         writer.writerow(["alarm", row["number"], *(row[column] for column in columns)])
     known, blank = {row["number"] for row in alarms}, [""] * (len(columns) - 1)
     for number, name in spec.public_alarms().items():
         if number not in known:
             writer.writerow(["alarm, public list", number, name, *blank])
-    for row in spec.load_toml(spec.folder() / "errors.toml")["error"]:
+    for row in load_toml(spec.folder() / "errors.toml")["error"]:
         number = f"16#{row['id']:04X}"
         writer.writerow(["ErrorID", number, *(row[column] for column in columns)])
         if "panel_remedy" in row:

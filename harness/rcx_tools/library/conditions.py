@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rcx_harness.errors import InputError
 from rcx_harness.spec.telegram import Field
 from rcx_tools.library.tables import Block, Enumeration, Input, Member
+from structured_text.errors import InputError
 
 __all__ = ["Conditions", "both", "either"]
 

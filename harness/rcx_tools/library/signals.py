@@ -10,9 +10,9 @@ from functools import partial
 from pathlib import Path
 
 from rcx_harness import spec
-from rcx_harness.errors import InputError
 from rcx_harness.spec import Signal
 from rcx_tools.library.st import word
+from structured_text.errors import InputError
 
 __all__ = ["signal_files"]
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 
 from rcx_harness import spec
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["WIDTH", "case", "guarded", "indent", "loop", "named", "real", "statement", "word"]
 
@@ -27,7 +28,7 @@ def real(value: float) -> str:
 
 @cache
 def _errors() -> dict[str, str]:
-    rows = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    rows = load_toml(spec.folder() / "errors.toml")["error"]
     return {f"{row['id']:04X}": row["name"] for row in rows}
 
 

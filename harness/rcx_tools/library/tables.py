@@ -9,8 +9,9 @@ from functools import lru_cache
 from typing import Any
 
 from rcx_harness import spec
-from rcx_harness.errors import InputError
-from rcx_harness.spec.telegram import Command, Field, did_you_mean
+from rcx_harness.spec.telegram import Command, Field
+from structured_text.errors import InputError, did_you_mean
+from structured_text.output.toml_files import load_toml
 
 __all__ = [
     "CATEGORIES",
@@ -162,7 +163,7 @@ def library() -> Library:
         InputError: something that is not known, or a field that no pin fills.
     """
     path = spec.folder() / "blocks.toml"
-    tables = spec.load_toml(path)
+    tables = load_toml(path)
     shared = {entry["pin"]: entry for entry in tables["pin"]}
     blocks = {}
     for entry in tables["block"]:

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["version", "version_files", "version_number"]
 

@@ -9,11 +9,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rcx_harness.errors import InputError
 from rcx_tools.site.bundle import bake, bundle
 from rcx_tools.site.checked import problems
 from rcx_tools.site.pages import staged
 from rcx_tools.site.programs import ROOT, bake_job, programs_json
+from structured_text.errors import InputError
 
 _HERE = Path(__file__).resolve().parent
 _WORK = ROOT / "out/site-work"

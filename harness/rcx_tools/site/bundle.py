@@ -9,15 +9,17 @@ from importlib.metadata import files as files_of
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 __all__ = ["bake", "bundle"]
 
 ROOT = Path(__file__).resolve().parents[3]
 _HERE = Path(__file__).resolve().parent
 #: The rooms that a cell is made of; no other room is needed by one of these.
-_ROOMS = ("cell", "engine", "output", "robot", "spec", "trace", "watch")
-_MODULES = ("__init__.py", "errors.py", "units.py")
+_ROOMS = {
+    "rcx_harness": ("cell", "robot", "spec", "trace", "watch"),
+    "structured_text": ("engines", "language", "output", "projects"),
+}
 #: Of lark, what nobody imports here.
 _LEFT_OUT = ("__pyinstaller", "tools")
 _DATA = (".lark", ".py", ".st", ".toml", ".html", ".css", ".js")
@@ -36,9 +38,11 @@ def bundle() -> bytes:
 
 
 def _files() -> Iterator[tuple[str, bytes]]:
-    harness = ROOT / "harness/rcx_harness"
-    every = [harness / name for name in _MODULES]
-    for folder in (*(harness / room for room in _ROOMS), ROOT / "plc/lib", ROOT / "spec"):
+    packages = {ROOT / "harness" / name: rooms for name, rooms in _ROOMS.items()}
+    every = [file for package in packages for file in package.glob("*.py")]
+    every = [file for file in every if file.stem != "__main__"]
+    folders = [package / room for package, rooms in packages.items() for room in rooms]
+    for folder in (*folders, ROOT / "plc/lib", ROOT / "spec"):
         every += (file for file in folder.rglob("*") if file.suffix in _DATA)
     every += [_HERE.parent / "__init__.py", _HERE / "__init__.py", _HERE / "drive.py"]
     for file in every:

@@ -15,9 +15,9 @@ from typing import Any
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.errors import InputError
 from rcx_harness.trace.view.page import View
-from rcx_harness.units import format_us, parse_us
+from structured_text.errors import InputError
+from structured_text.units import format_us, parse_us
 
 __all__ = ["STIMULUS", "Runner"]
 

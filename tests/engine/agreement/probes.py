@@ -17,8 +17,8 @@ from datetime import date, datetime, time, timedelta
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.types import BlockType, StructType
+from structured_text.engines.base import Program
+from structured_text.language.types import BlockType, StructType
 
 __all__ = ["Probe", "differences", "language_probes", "recorded_trace", "trace", "trace_file"]
 

@@ -6,8 +6,8 @@ import sys
 
 from probes import language_probes, trace, trace_file
 
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
+from structured_text.engines.load import build
+from structured_text.errors import InputError
 
 
 def main() -> int:

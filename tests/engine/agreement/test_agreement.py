@@ -6,8 +6,8 @@ import pytest
 from probes import Probe, differences, language_probes, recorded_trace, trace
 
 from both_engines import needs
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
+from structured_text.engines.load import build
+from structured_text.errors import InputError
 
 PROBES = [pytest.param(probe, id=probe.name) for probe in language_probes()]
 

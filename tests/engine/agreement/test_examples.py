@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from both_engines import COMPILED
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
-from rcx_harness.engine.needed import needed
-from rcx_harness.engine.types import BlockType, StructType
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.language.types import BlockType, StructType
+from structured_text.projects.needed import needed
 
 _PLC = Path(__file__).parents[3] / "plc"
 #: Those whose image is a pair of arrays; the others have tests of their own.

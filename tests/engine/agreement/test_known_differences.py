@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.load import build
+from structured_text.engines.load import build
 
 
 def _values(tmp_path: Path, variables: str, body: str) -> dict[str, object]:

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import load
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.language.load import load
 
 
 @pytest.fixture

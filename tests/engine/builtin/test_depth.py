@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.collector import Collector
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.collector import Collector
+from structured_text.errors import InputError
+from structured_text.language.load import load
 
 Run = Callable[..., Any]
 _TERMS = 2_000

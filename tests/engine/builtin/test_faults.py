@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
 
 Build = Callable[[str], BuiltinProgram]
 

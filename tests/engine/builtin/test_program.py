@@ -7,10 +7,10 @@ from datetime import timedelta
 
 import pytest
 
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.types import ElementaryType
-from rcx_harness.errors import InputError
+from structured_text.engines.base import Program
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
+from structured_text.language.types import ElementaryType
 
 Build = Callable[[str], BuiltinProgram]
 

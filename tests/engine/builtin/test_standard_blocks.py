@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
+from structured_text.engines.builtin import BuiltinProgram
 
 Build = Callable[[str], BuiltinProgram]
 

@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.load import Matiec, find_c_compiler
-from rcx_harness.engine.matiec.program import MatiecProgram
-from rcx_harness.errors import InputError
 from standard_rows import Row
 from standard_table import TABLE
+from structured_text.engines.base import Program
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.load import Matiec, find_c_compiler
+from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.errors import InputError
+from structured_text.language.load import load
 
 _BY_NAME = ("BOOL", "STRING")
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
+from structured_text.engines.builtin import BuiltinProgram
 
 Run = Callable[..., Any]
 Build = Callable[[str], BuiltinProgram]

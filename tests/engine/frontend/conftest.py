@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import check, load
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
+from structured_text.language.load import check, load
+from structured_text.language.project import Project
 
 
 def _write(folder: Path, sources: tuple[str, ...]) -> list[Path]:

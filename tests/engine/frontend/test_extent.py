@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend import extent, load, parser, recovery
-from rcx_harness.engine.frontend.load import check
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.language import extent, load, parser, recovery
+from structured_text.language.load import check
 
 Errors = Callable[[str], list[InputError]]
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse_text
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse_text
 
 
 def _shown(node: s.Expression) -> str:
@@ -63,7 +63,7 @@ def test_a_sign_and_not_bind_most_and_brackets_are_kept() -> None:
 
 
 def test_an_operation_is_where_its_operator_is() -> None:
-    """Source: engine/frontend/syntax.py: positions are where a construct is named."""
+    """Source: language/syntax.py: positions are where a construct is named."""
     found = _parsed("a + b * c")
     assert isinstance(found, s.Binary)
     assert isinstance(found.right, s.Binary)

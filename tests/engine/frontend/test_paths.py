@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.frontend.paths import resolve, walk
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.types import ElementaryType
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.language.load import load
+from structured_text.language.paths import resolve, walk
+from structured_text.language.project import Project
+from structured_text.language.types import ElementaryType
 
 _SOURCE = """\
 TYPE Outputs : STRUCT Ready : BOOL; Servo : BOOL; END_STRUCT; END_TYPE

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import check, load
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, StructType
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
+from structured_text.language.load import check, load
+from structured_text.language.project import Project
+from structured_text.language.types import ArrayType, ElementaryType, EnumType, StructType
 
 INT, WORD = ElementaryType("INT"), ElementaryType("WORD")
 

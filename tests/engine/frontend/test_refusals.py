@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend.load import check
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.language.load import check
 
 _FRAME = """\
 TYPE Colour : (RED, GREEN, BLUE); END_TYPE

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.frontend.values import from_python, scalar_to_python
-from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, StructType, Type
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.language.types import ArrayType, ElementaryType, EnumType, StructType, Type
+from structured_text.language.values import from_python, scalar_to_python
 
 COLOUR = EnumType("Colour", ("RED", "GREEN"))
 INT = ElementaryType("INT")

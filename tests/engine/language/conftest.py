@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import check, load
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
+from structured_text.language.load import check, load
 
 Evaluate = Callable[..., list[Any]]
 

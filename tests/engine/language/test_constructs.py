@@ -14,14 +14,15 @@ from typing import Any, NamedTuple
 import pytest
 
 from matiec_habits import iec2c_takes
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.constructs import CONSTRUCTS, TRANSLATED, refuse
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.load import find_matiec
-from rcx_harness.engine.portability import lint
-from rcx_harness.errors import InputError
-from rcx_harness.export.refused import tools
-from rcx_harness.export.targets import TARGETS, export
+from rcx_harness.cell.exports import export
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.load import find_matiec
+from structured_text.errors import InputError
+from structured_text.export.refused import tools
+from structured_text.export.targets import TARGETS
+from structured_text.language.constructs import CONSTRUCTS, TRANSLATED, refuse
+from structured_text.language.load import load
+from structured_text.language.portability import lint
 
 
 class Row(NamedTuple):
@@ -476,7 +477,7 @@ def test_the_library_and_the_examples_have_none(repository: Path) -> None:
 
 def load_library(files: list[Path]) -> tuple[Any, ...]:
     """The constructs of files without a program."""
-    from rcx_harness.engine.frontend.load import checked
+    from structured_text.language.load import checked
 
     return checked(files).uses
 

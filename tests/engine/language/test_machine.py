@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine import portability
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.collector import Collector
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.frontend.parser import parse_portable
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.collector import Collector
+from structured_text.errors import InputError
+from structured_text.language import portability
+from structured_text.language.load import load
+from structured_text.language.parser import parse_portable
 
 _MACHINE = Path(__file__).parent / "machine.st"
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
 
 _TYPES = """
 TYPE ST_Pair : STRUCT Low : INT; High : INT; END_STRUCT END_TYPE

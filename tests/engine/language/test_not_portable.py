@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.load import Matiec, build
-from rcx_harness.engine.portability import lint
+from structured_text.engines.load import Matiec, build
+from structured_text.language.load import load
+from structured_text.language.portability import lint
 
 _VARIABLES = (
     "I : INT; J : INT; D : DINT; U : UINT; W : WORD; R : REAL; L : LREAL; B : BOOL; T1 : TIME;"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from rcx_harness.engine.frontend.constructs import CONSTRUCTS, TRANSLATED
+from structured_text.language.constructs import CONSTRUCTS, TRANSLATED
 
 
 def test_the_page_lists_every_construct_and_no_other(repository: Path) -> None:

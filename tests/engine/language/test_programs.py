@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import check, load
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
+from structured_text.language.load import check, load
 
 Build = Callable[[str], BuiltinProgram]
 Mistakes = Callable[[str], list[InputError]]

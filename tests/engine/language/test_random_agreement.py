@@ -14,10 +14,10 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.load import Matiec, find_c_compiler
-from rcx_harness.engine.matiec.program import MatiecProgram
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.load import Matiec, find_c_compiler
+from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.language.load import load
 
 _WIDTHS = {"SINT": 8, "INT": 16, "DINT": 32, "LINT": 64}
 _UNSIGNED = {"USINT": 8, "UINT": 16, "UDINT": 32, "ULINT": 64}

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
 
 _TYPES = """
 TYPE ST_Point : STRUCT X : INT; Y : INT; END_STRUCT; END_TYPE

@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.errors import InputError
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import InputError
+from structured_text.language.load import load
 
 Evaluate = Callable[..., list[Any]]
 Errors = Callable[[str, str], list[InputError]]

@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.engine.frontend.widening import common, widening
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.language.widening import common, widening
 
 Evaluate = Callable[..., list[Any]]
 Errors = Callable[[str, str], list[InputError]]

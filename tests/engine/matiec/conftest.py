@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.load import Matiec, find_c_compiler
-from rcx_harness.engine.matiec.program import MatiecProgram
+from structured_text.engines.load import Matiec, find_c_compiler
+from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.language.load import load
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.matiec.build import Matiec, Wanted, compile_program
-from rcx_harness.engine.native.toolchain import find_c_compiler
-from rcx_harness.errors import InputError
+from structured_text.engines.matiec.build import Matiec, Wanted, compile_program
+from structured_text.engines.native.toolchain import find_c_compiler
+from structured_text.errors import InputError
 
 WANTED = Wanted(instances=("MAIN",), globals=(), layout=("sizeof(PROBE)",))
 
@@ -80,7 +80,7 @@ def test_a_cache_that_cannot_be_written_does_not_matter(
 def test_the_cache_forgets_the_oldest_programs(
     cache: Path, matiec: Matiec, compiler: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rcx_harness.engine.cache.IN_FOLDER", 2)
+    monkeypatch.setattr("structured_text.language.cache.IN_FOLDER", 2)
     for step in (1, 2, 3):
         compile_program(_text(step), WANTED, matiec, compiler)
     assert len(list(cache.iterdir())) == 2

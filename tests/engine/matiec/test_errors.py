@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.matiec.build import Matiec, Message, TranslationError
-from rcx_harness.engine.matiec.program import MatiecProgram
-from rcx_harness.engine.matiec.source import SourceText, explain, join_sources
-from rcx_harness.errors import InputError
+from structured_text.engines.matiec.build import Matiec, Message, TranslationError
+from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.engines.matiec.source import SourceText, explain, join_sources
+from structured_text.errors import InputError
+from structured_text.language.load import load
+from structured_text.language.project import Project
 
 Compile = Callable[..., MatiecProgram]
 
@@ -45,7 +45,7 @@ def test_files_are_joined_in_the_order_that_matiec_wants(
 def test_a_configuration_is_added_where_the_sources_have_none(
     joined: tuple[Project, SourceText],
 ) -> None:
-    assert "RCX_HIDDEN_INSTANCE WITH RCX_HIDDEN_TASK : PROBE;" in joined[1].text
+    assert "HARNESS_HIDDEN_INSTANCE WITH HARNESS_HIDDEN_TASK : PROBE;" in joined[1].text
 
 
 def test_an_error_of_iec2c_is_told_at_the_users_line(

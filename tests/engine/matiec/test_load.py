@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.load import MISSING, Matiec, build
-from rcx_harness.errors import InputError
+from structured_text.engines.load import MISSING, Matiec, build
+from structured_text.errors import InputError
 
 
 @pytest.fixture

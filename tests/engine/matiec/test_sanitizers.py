@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.load import Matiec, find_c_compiler
+from structured_text.engines.load import Matiec, find_c_compiler
 
 _SUPPORT = Path(__file__).parents[2] / "support"
 

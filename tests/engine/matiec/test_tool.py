@@ -4,14 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.matiec.build import (
-    Matiec,
-    Message,
-    TranslationError,
-    find_matiec,
-)
-from rcx_harness.engine.native.toolchain import find_c_compiler
-from rcx_harness.errors import InputError
+from structured_text.engines.matiec.build import Matiec, Message, TranslationError, find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
+from structured_text.errors import InputError
 
 
 def _executable(path: Path, body: str = "exit 0") -> Path:
@@ -34,7 +29,7 @@ def _nothing_installed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.delenv("RCX_MATIEC", raising=False)
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path / "empty"))
-    monkeypatch.setattr("rcx_harness.engine.matiec.build.PACKAGED", ())
+    monkeypatch.setattr("structured_text.engines.matiec.build.PACKAGED", ())
 
 
 def test_a_machine_without_matiec_has_none() -> None:

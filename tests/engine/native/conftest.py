@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from both_engines import COMPILED
-from rcx_harness.engine.load import build
-from rcx_harness.engine.native.program import NativeProgram
+from structured_text.engines.load import build
+from structured_text.engines.native.program import NativeProgram
 
 
 @pytest.fixture(params=COMPILED)

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.base import Located, Program
-from rcx_harness.engine.native.program import NativeProgram
-from rcx_harness.engine.types import ElementaryType
-from rcx_harness.errors import InputError
+from structured_text.engines.base import Program
+from structured_text.engines.native.program import NativeProgram
+from structured_text.errors import InputError
+from structured_text.language.types import ElementaryType, Located
 
 Compile = Callable[..., NativeProgram]
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.native.toolchain import run_tool
-from rcx_harness.errors import InputError
-from rcx_harness.output import programs
+from structured_text.engines.native.toolchain import run_tool
+from structured_text.errors import InputError
+from structured_text.output import programs
 
 
 def test_a_compiler_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -31,6 +31,6 @@ def test_a_compiler_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_what_it_prints_is_kept() -> None:
-    """Source: engine/native/toolchain.py."""
+    """Source: engines/native/toolchain.py."""
     done = run_tool([sys.executable, "-c", "print('said'); raise SystemExit(3)"])
     assert (done.returncode, done.stdout.split()) == (3, [b"said"])

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.native.toolchain import compile_shared, find_c_compiler
+from structured_text.engines.native.toolchain import compile_shared, find_c_compiler
 
 _UNIT = """#include "faults.h"
 static const char *scan(void) { return "scanned"; }
-const char *rcx_try(void) { return rcx_guarded(scan); }
+const char *rcx_try(void) { return shim_guarded(scan); }
 """
 
 

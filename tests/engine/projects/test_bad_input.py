@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.engine.frontend.load import check
-from rcx_harness.engine.projects.open import project_sources
-from rcx_harness.engine.source import source_text
+from structured_text.language.load import check
+from structured_text.language.source import source_text
+from structured_text.projects.open import project_sources
 
 _DATA = Path(__file__).parent / "data"
 _HEAD = '<?xml version="1.0"?>\n'

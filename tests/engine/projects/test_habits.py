@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import Cell, RobotConfig
-from rcx_harness.engine.projects.open import project_sources
 from rcx_harness.robot import Point
+from structured_text.projects.open import project_sources
 
 _ROBOT = Path(__file__).parent / "data/Robot_Cell.st"
 _POINT = (120_000, -45_000, 30_000, 0, 0, 0)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.frontend.load import checked
-from rcx_harness.engine.projects.numbers import interval_text, milliseconds_us, whole
-from rcx_harness.engine.projects.open import project_sources, read_project
-from rcx_harness.engine.source import Extract, source_text
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
+from structured_text.language.load import checked
+from structured_text.language.source import Extract, source_text
+from structured_text.projects.numbers import interval_text, milliseconds_us, whole
+from structured_text.projects.open import project_sources, read_project
 
 _PLCOPEN = """\
 <?xml version="1.0" encoding="{encoding}"?>

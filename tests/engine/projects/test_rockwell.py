@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cell.build import source_files
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import Built, build
+from rcx_harness.cell.sources import source_files
+from structured_text.engines.base import Program
+from structured_text.engines.load import Built, build
 
 _L5X = """\
 <RSLogix5000Content><Controller Name="C">

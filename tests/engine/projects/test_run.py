@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import source_files
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
-from rcx_harness.engine.load import build
-from rcx_harness.engine.projects.open import project_sources
+from structured_text.engines.load import build
+from structured_text.projects.open import project_sources
 
 _DATA = Path(__file__).parent / "data"
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from both_engines import needs
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
-from rcx_harness.errors import InputError
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.errors import InputError
 
 pytestmark = needs("strucpp")
 

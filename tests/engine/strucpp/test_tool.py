@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.load import build, why_not
-from rcx_harness.engine.strucpp.build import Strucpp, find_strucpp
-from rcx_harness.errors import InputError
+from structured_text.engines.load import build, why_not
+from structured_text.engines.strucpp.build import Strucpp, find_strucpp
+from structured_text.errors import InputError
 
 
 def _executable(path: Path, body: str = "exit 0") -> Path:
@@ -100,9 +100,9 @@ def test_a_wrong_rcx_strucpp_is_an_error_that_says_what_to_name(
 @pytest.mark.parametrize(
     ("said", "place", "message"),
     [
-        ("rcx0.st:3:5: error: Undeclared 'x'.", ("program.st", 3, 5), "STruC++: Undeclared 'x'"),
+        ("part0.st:3:5: error: Undeclared 'x'.", ("program.st", 3, 5), "STruC++: Undeclared 'x'"),
         (
-            "rcx0.st:0:0: error: unexpected character: ->#<- at offset: 39, skipped 1 characters.",
+            "part0.st:0:0: error: unexpected character: ->#<- at offset: 39, skipped 1 characters.",
             ("program.st", 3, 3),
             "STruC++: unexpected character: ->#<- at offset: 39, skipped 1 characters",
         ),
@@ -131,7 +131,7 @@ def test_what_strucpp_refuses_is_told_at_the_users_line(
 def test_what_the_cxx_compiler_refuses_is_told_at_the_users_line(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, program: Path
 ) -> None:
-    refusal = "echo 'iec.hpp:9:1: error: no match\n  rcx0.st:3:2: required from here' >&2; exit 1"
+    refusal = "echo 'iec.hpp:9:1: error: no match\n  part0.st:3:2: required from here' >&2; exit 1"
     _install(monkeypatch, tmp_path / "own", "exit 0", refusal)
     with pytest.raises(InputError) as caught:
         build([program], "strucpp")

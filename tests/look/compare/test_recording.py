@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from captures import Story, area, pcap
-from rcx_harness.errors import InputError
 from rcx_harness.look.compare.recording import load
+from structured_text.errors import InputError
 
 
 def test_a_recording_of_days_is_not_replayed_in_cycles_of_5_ms(tmp_path: Path) -> None:

@@ -20,8 +20,8 @@ from captures import (
     tcp,
     udp,
 )
-from rcx_harness.errors import InputError
 from rcx_harness.look.judge.capture import Capture, Packet, host_text
+from structured_text.errors import InputError
 
 DATAGRAM = udp("10.0.0.1", "10.0.0.2", b"hello", (2222, 2223))
 QINQ = (0x88A8, 0x8100)

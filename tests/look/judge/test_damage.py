@@ -11,8 +11,8 @@ import pytest
 
 from captures import Story, area, pcap, pcapng
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
 from rcx_harness.trace import read_trace
+from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
 _HEADER, _RECORD = 24, 16  # of a pcap file, and before each packet

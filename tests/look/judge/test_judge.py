@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from captures import Story, area, pcap
-from rcx_harness.errors import InputError
 from rcx_harness.look.judge.judge import Judgement, JudgeOptions, judge
 from rcx_harness.look.judge.text import as_json, summary
 from rcx_harness.trace.chart import text_chart
+from structured_text.errors import InputError
 
 #: Bytes 32 and 33 to the PLC: CPU_OK, MP RDY, AUTO mode; with the servos; in emergency stop.
 IDLE, SERVO = 0x0112, 0x0116

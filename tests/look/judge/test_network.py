@@ -9,10 +9,10 @@ import pytest
 
 from captures import Story, area, pcap
 from forward_open_bytes import forward_open
-from rcx_harness.errors import InputError
 from rcx_harness.look.judge.judge import Judgement, JudgeOptions, judge
 from rcx_harness.look.judge.network import Robot
 from rcx_harness.trace import Scan, read_trace
+from structured_text.errors import InputError
 
 OK = area(dedicated=0x0312)  # CPU_OK, MP RDY, AUTO mode, return-to-origin complete
 FREE = area(dedicated=0x0041)  # SI(00), SI(06)

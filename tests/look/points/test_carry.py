@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from probed_robot import StationLine
-from rcx_harness.errors import InputError
 from rcx_harness.look.points.carry import Carrier, RefusedError
 from rcx_harness.look.points.stored import (
     Key,
@@ -27,6 +26,7 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.config import Axis
 from rcx_harness.robot.stored import Hand, Pallet, Point
 from rcx_harness.spec.wire import CYCLE_US
+from structured_text.errors import InputError
 
 #: The largest numbers, both units, all flags, texts that a file has to quote.
 _CONFIG: dict[str, Any] = {

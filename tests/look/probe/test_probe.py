@@ -13,10 +13,10 @@ from rcx_harness.look.probe.question import Risk
 from rcx_harness.look.probe.report import Subject, as_markdown, as_toml, unasked, verdicts
 from rcx_harness.look.probe.run import Person, probe
 from rcx_harness.robot import RobotConfig
-from rcx_harness.spec import parse_toml
 from rcx_harness.spec.rules import rules
 from rcx_harness.spec.wire import SIZE
 from rcx_harness.trace import read_trace
+from structured_text.output.toml_files import parse_toml
 
 #: By question: its keys, each with what is assumed and with other values.
 KEYS: dict[str, dict[str, tuple[Any, ...]]] = {

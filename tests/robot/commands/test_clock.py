@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from robot_master import NORMAL_END, Master, abnormal_end, powered_up
+from structured_text.errors import InputError
 
 READ_DATE, READ_TIME, SET_DATE, SET_TIME = 0x511, 0x512, 0x602, 0x603
 #: Milliseconds that pass from one command to the next.

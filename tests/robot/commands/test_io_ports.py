@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig, RobotProgram
 from rcx_harness.robot.ports import port
 from robot_master import NORMAL_END, Master, abnormal_end, powered_up
+from structured_text.errors import InputError
 
 WRITE, WRITE_BIT, READ = 0x300, 0x301, 0x304
 DI, DO, MO, LO, TO, SI, SO = range(7)

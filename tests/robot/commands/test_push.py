@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from movements import ABNORMAL, FORMAT_ERROR, MM, NORMAL, PULSES, mover
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Axis, Point, RobotConfig
 from robot_master import Master
+from structured_text.errors import InputError
 
 ONE, FORCE, TIME = 0x0001, 0x0080, 0x0100  # flags
 AXIS_3 = 0x0004

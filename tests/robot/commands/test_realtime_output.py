@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import Axis, RobotConfig
 from rcx_harness.robot.stored import QUANTITIES
 from robot_master import NORMAL_END, Master, abnormal_end
+from structured_text.errors import InputError
 
 DEFINE, READ, ENABLE = 0x701, 0x702, 0x703
 DUTY = 13

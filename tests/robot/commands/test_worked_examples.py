@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from example_states import found, in_state
-from rcx_harness.spec import load_toml
 from robot_master import NORMAL_END, Master, abnormal_end
+from structured_text.output.toml_files import load_toml
 
 _FILE = Path(__file__).resolve().parents[2] / "data" / "worked_examples.toml"
 EXAMPLES: Mapping[int, Mapping[str, Any]] = {

@@ -8,11 +8,11 @@ import pytest
 
 from browser import NEEDS_BROWSER, chromium
 from plc_bench import LIBRARY, ROOT
-from rcx_harness.engine import build
-from rcx_harness.engine.needed import needed
 from rcx_harness.serve.panel.plate import HOLD_S, Plate, plates_of
 from rcx_harness.serve.panel.server import PanelServer
 from rcx_tools.library.version import version
+from structured_text.engines import build
+from structured_text.projects.needed import needed
 
 pytestmark = NEEDS_BROWSER
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")

@@ -13,11 +13,11 @@ from aiohttp.test_utils import TestClient, TestServer
 from aiohttp.web import Application, Request
 
 from plc_bench import LIBRARY, ROOT
-from rcx_harness.engine import build
-from rcx_harness.engine.needed import needed
-from rcx_harness.errors import InputError
 from rcx_harness.serve.panel.plate import Plate, plates_of
 from rcx_harness.serve.panel.server import FILES, PanelServer, application
+from structured_text.engines import build
+from structured_text.errors import InputError
+from structured_text.projects.needed import needed
 
 Client = TestClient[Request, Application]
 _BENCH = ROOT / "tests/data/library/Operator.st"

@@ -8,11 +8,11 @@ import pytest
 
 from both_engines import ENGINES
 from plc_bench import LIBRARY, ROOT
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.needed import needed
-from rcx_harness.errors import InputError
 from rcx_harness.serve.panel.plate import HOLD_S, Plate, plates_of
+from structured_text.engines import build
+from structured_text.engines.base import Program
+from structured_text.errors import InputError
+from structured_text.projects.needed import needed
 
 _BENCH = ROOT / "tests/data/library/Operator.st"
 

@@ -1,7 +1,7 @@
-"""Makes a Python process, and those that it starts, one of Windows to `rcx_harness`.
+"""Makes a Python process, and those that it starts, one of Windows to the packages of the wheel.
 
 Python imports this module at its start where its folder is on PYTHONPATH (`windows.py` beside the
-folder puts it there). The modules of rcx_harness then see: `sys.platform` of win32; none of the
+folder puts it there). Their modules then see: `sys.platform` of win32; none of the
 names and modules that Windows lacks, with stand-ins for those that only Windows has; `select` for
 sockets alone; no group address to bind to; no loop that can wait for a signal; no file removed or
 replaced while it is open or loaded; and an error where a text file has no encoding. Processes
@@ -95,6 +95,9 @@ class _Tagged(mmap.mmap):
             self.made = ""
 
 
+#: To whom it is one.
+_PACKAGES = ("rcx_harness", "structured_text")
+
 _INSTEAD: dict[str, dict[str, Any]] = {
     "sys": {"platform": "win32"},
     "ctypes": {"WinDLL": _dll},
@@ -119,10 +122,10 @@ def _install(lacks: Mapping[str, Sequence[str]], absent: Sequence[str]) -> None:
         level: int = 0,
     ) -> ModuleType:
         package = str((globals or {}).get("__package__")).partition(".")[0]
-        if package == "rcx_harness" and name in absent:
+        if package in _PACKAGES and name in absent:
             raise ModuleNotFoundError(f"Windows has no module {name}", name=name)
         module = real(name, globals, locals, fromlist, level)
-        if package != "rcx_harness" or module.__name__ not in lacks:
+        if package not in _PACKAGES or module.__name__ not in lacks:
             return module
         own = module.__name__
         if own not in seen:
@@ -164,6 +167,6 @@ if "RCX_AS_WINDOWS" in os.environ:
     _loop: Any = asyncio.SelectorEventLoop
     _loop.add_signal_handler = _no_signals
     multiprocessing.set_start_method("spawn")
-    warnings.filterwarnings("error", category=EncodingWarning, module=r"rcx_harness\b")
+    warnings.filterwarnings("error", category=EncodingWarning, module=rf"({'|'.join(_PACKAGES)})\b")
     sys.addaudithook(_guard_files)
     _install(_told["lacks"], _told["absent"])

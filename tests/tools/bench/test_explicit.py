@@ -6,9 +6,9 @@ import os
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_tools.bench import explicit
 from rcx_tools.bench.processes import first_line, on_one_processor, running
+from structured_text.errors import InputError
 
 
 def test_the_server_that_only_sends_answers_as_a_get_is_answered() -> None:

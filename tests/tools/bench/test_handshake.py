@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cell.build import default_lib
 from rcx_harness.cell.clock import Timing
+from rcx_harness.cell.sources import default_lib
 from rcx_tools.bench import handshake
 from rcx_tools.bench.handshake import Case, grid, simulate_command, simulate_sequence
 from rcx_tools.bench.minimum import Clocks, command, sequence

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.load import find_c_compiler, find_matiec
-from rcx_harness.errors import InputError
 from rcx_tools.bench.agreement import candidates, compared
 from rcx_tools.bench.figure import Options
 from rcx_tools.bench.language import accepted, measure, sources_of
+from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.errors import InputError
 
 _GOOD = "FUNCTION_BLOCK {0}\nVAR A : INT; END_VAR\nA := A + 1; // counts\nEND_FUNCTION_BLOCK\n"
 _BAD = "FUNCTION_BLOCK {0}\nVAR A : INT; END_VAR\nA := TRUE;\nA := FALSE;\nEND_FUNCTION_BLOCK\n"

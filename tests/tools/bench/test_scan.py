@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_tools.bench import scan
 from rcx_tools.bench.figure import Options
+from structured_text.errors import InputError
 
 
 def test_without_a_compiler_its_figures_are_said_to_be_missing(

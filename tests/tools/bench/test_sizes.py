@@ -7,17 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.cell.build import default_lib
-from rcx_harness.engine.load import (
+from rcx_harness.cell.sources import default_lib
+from rcx_tools.bench import cost, sizes
+from rcx_tools.bench.figure import Options
+from structured_text.engines.load import (
     MISSING,
     find_c_compiler,
     find_cxx_compiler,
     find_matiec,
     find_strucpp,
 )
-from rcx_harness.engine.strucpp.build import MISSING_STRUCPP
-from rcx_tools.bench import cost, sizes
-from rcx_tools.bench.figure import Options
+from structured_text.engines.strucpp.build import MISSING_STRUCPP
 
 _PAGE = Path(__file__).resolve().parents[3] / "docs" / "timing.md"
 #: Folders of the library whose blocks are built of others.

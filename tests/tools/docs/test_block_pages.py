@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 
 from rcx_harness import spec
-from rcx_harness.engine.load import find_c_compiler, find_matiec
-from rcx_harness.engine.portability import lint
-from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
 from rcx_tools.docs import blocks as docs_blocks
 from rcx_tools.docs import pages as docs
 from rcx_tools.docs.blocks import examples, ranges
 from rcx_tools.docs.blocks.panel import panel_page
 from rcx_tools.docs.blocks.runs import run_of, run_snippet
 from rcx_tools.docs.blocks.source import ROOT, pous
+from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.errors import InputError
+from structured_text.language.portability import lint
+from structured_text.output.toml_files import load_toml
 
 _BLOCKS = [name for name, pou in pous().items() if not pou.is_function]
 _LINK = re.compile(r"\]\(([^)#:]+)[^)]*\)")

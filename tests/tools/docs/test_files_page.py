@@ -14,11 +14,11 @@ import pytest
 from rcx_harness.cell import EVENTS
 from rcx_harness.cell.stimulus import KEYS
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
 from rcx_harness.robot.config import Axis, RobotConfig, RobotProgram
 from rcx_harness.robot.config.checks import CHOICES, RANGES
 from rcx_harness.robot.stored import QUANTITIES, parameter_names, parameter_ranges
 from rcx_harness.spec.rules import rules
+from structured_text.errors import InputError
 
 _PAGE = (Path(__file__).resolve().parents[3] / "docs/files.md").read_text(encoding="utf-8")
 _PLAIN = re.compile(r"`([^`]+)`")

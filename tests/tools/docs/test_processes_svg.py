@@ -9,13 +9,13 @@ from xml.etree import ElementTree
 
 import pytest
 
-from rcx_harness.engine.load import find_c_compiler, find_matiec
-from rcx_harness.engine.portability import lint
-from rcx_harness.errors import InputError
 from rcx_harness.trace.chart import Lane
 from rcx_tools.docs import pages as docs
 from rcx_tools.docs.processes import FOLDER, Step, process_chart, processes, run_process
 from rcx_tools.docs.processes_svg import process_svg
+from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.errors import InputError
+from structured_text.language.portability import lint
 
 _SVG = "{http://www.w3.org/2000/svg}"
 _each = pytest.mark.parametrize("name", processes())

@@ -10,9 +10,9 @@ import pytest
 from rcx_harness import Cell, RobotConfig
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
-from rcx_harness.export.refused import tools
 from rcx_harness.robot import Point
 from rcx_harness.spec.wire import EXTENDED_SIZE, SIZE, TO_MASTER, TO_ROBOT
+from structured_text.export.refused import tools
 
 _ROOT = Path(__file__).resolve().parents[3]
 _FOLDER = _ROOT / "docs" / "setup"

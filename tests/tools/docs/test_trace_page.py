@@ -16,7 +16,7 @@ import pytest
 from rcx_harness.cli.app import main
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.trace.chart import MOST_INSTANTS
-from rcx_harness.trace.values import LONGEST
+from structured_text.language.displayed import LONGEST
 
 _ROOT = Path(__file__).resolve().parents[3]
 _PAGE = (_ROOT / "docs/trace.md").read_text(encoding="utf-8")

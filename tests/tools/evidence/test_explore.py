@@ -14,7 +14,6 @@ import pytest
 
 from rcx_harness.trace import Scan, Violation, read_trace
 from rcx_harness.verify.explore import kept
-from rcx_harness.verify.explore.search import Result
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.explore import command, interlock
 from rcx_tools.evidence.explore import known as known_outcomes
@@ -25,6 +24,7 @@ from rcx_tools.evidence.explore.models_small import SMALL
 from rcx_tools.evidence.explore.replay import replay
 from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
+from structured_text.explore.search import Result
 
 #: States that are explored of each model; `make explore` explores all of them.
 BOUND = 20

@@ -7,13 +7,13 @@ from functools import cache
 
 import pytest
 
-from rcx_harness.engine.builtin import BuiltinProgram
 from rcx_harness.enip import LockstepLink
 from rcx_tools.evidence.metamorphic.changes import in_bytes, in_words, resized, shifted, slower
 from rcx_tools.evidence.metamorphic.course import Course, Options, follow
 from rcx_tools.evidence.metamorphic.programs import Subject, every_command, subjects
 from rcx_tools.evidence.metamorphic.relations import RELATIONS
 from rcx_tools.evidence.metamorphic.seeded import SEEDED, Seeded, find
+from structured_text.engines.builtin import BuiltinProgram
 
 SUBJECTS = {one.name: one for one in subjects()}
 BUILTIN = Options(engine="builtin")

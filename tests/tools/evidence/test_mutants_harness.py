@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.verify.mutants.judging import Task
-from rcx_harness.verify.mutants.text import edited
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.mutants import __main__ as command
 from rcx_tools.evidence.mutants.copies import Copies
@@ -19,6 +17,7 @@ from rcx_tools.evidence.mutants.pool import run_tasks
 from rcx_tools.evidence.mutants.python import (
     PYTHON_OPERATORS,
     concerned,
+    file_key,
     function_at,
     functions,
     python_changes,
@@ -33,6 +32,8 @@ from rcx_tools.evidence.mutants.tables import (
     table_changes,
     table_meaning,
 )
+from structured_text.mutants.judging import Task
+from structured_text.mutants.text import edited
 
 _MODULE = '''"""A robot that has it all."""
 
@@ -508,15 +509,17 @@ def test_each_seeded_bug_can_be_put_in(bug: Bug, repository: Path) -> None:
 def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
     files = [bug.file for bug in _BUGS]
     assert len({bug.what for bug in _BUGS}) == len(_BUGS) >= 30
-    for part in ("spec/", "/robot/", "/watch/wire.py", "/watch/contract.py", "/engine/"):
+    for part in ("spec/", "/robot/", "/watch/wire.py", "/watch/contract.py", "/engines/"):
         assert sum(part in file for file in files) >= 3, part
 
 
 @pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.what)
 def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
     """So that a row does not name tests that were moved with the code."""
-    part = bug.file.removeprefix("harness/rcx_harness/").partition("/")[0]
-    folders = ("tests/spec", "tests/command") if part == "spec" else (f"tests/{part}",)
+    part = file_key(bug.file).partition("/")[0]
+    others = {"spec": ("tests/spec", "tests/command"), "engines": ("tests/engine",)}
+    others["language"] = others["engines"]
+    folders = others.get(part, (f"tests/{part}",))
     assert all(tests.startswith(folders) for tests in bug.tests)
 
 

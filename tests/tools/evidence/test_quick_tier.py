@@ -7,10 +7,10 @@ import io
 import pytest
 from rich.console import Console
 
-from rcx_harness.verify.mutants.mutant import Mutant
-from rcx_harness.verify.mutants.report import Judged
 from rcx_tools.evidence.mutants.select import Judges, TestStates
 from rcx_tools.evidence.mutants.tiers import print_quick_tier, quick_tier
+from structured_text.mutants.mutant import Mutant
+from structured_text.mutants.report import Judged
 from tiers import keep_samples
 
 _MUTANT = Mutant("", "FB_X", "", 0, "", "", "", None)

@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_tools.docs import pages as docs
 from rcx_tools.evidence import checks, page, report
 from rcx_tools.evidence.checks import CHECKS, Check, digest
+from structured_text.errors import InputError
 
 _MAKEFILE = (docs.ROOT / "Makefile").read_text(encoding="utf-8")
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from plc_bench import LIBRARY
-from rcx_harness.engine import build
-from rcx_harness.engine.base import Value
-from rcx_harness.engine.frontend import syntax as s
-from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.engine.needed import needed
-from rcx_harness.engine.types import BlockType
+from structured_text.engines import build
+from structured_text.engines.base import Value
+from structured_text.language import syntax as s
+from structured_text.language.parser import parse
+from structured_text.language.types import BlockType
+from structured_text.projects.needed import needed
 
 _ANY = timedelta(seconds=5)
 #: Where a default is not that of its type. Size is 256 where the words lie beyond 48 bytes.

@@ -9,10 +9,11 @@ import pytest
 
 from plc_bench import LIBRARY, ROOT
 from rcx_harness import spec
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.types import BlockType, StructType
 from rcx_tools.docs.pages import headers
 from rcx_tools.library import library
+from structured_text.language.load import load
+from structured_text.language.types import BlockType, StructType
+from structured_text.output.toml_files import load_toml
 
 _POU = re.compile(r"^(?:FUNCTION_BLOCK|FUNCTION|PROGRAM|TYPE\s+)\s*(\w+)", re.MULTILINE)
 
@@ -52,12 +53,12 @@ def test_every_error_id_of_the_blocks_is_in_the_table_and_every_entry_is_used() 
         for file in LIBRARY
         for number in re.findall(r"WORD#16#(8(?!000)[0-9A-F]{3})\b", _code(file))
     }
-    listed = [error["id"] for error in spec.load_toml(spec.folder() / "errors.toml")["error"]]
+    listed = [error["id"] for error in load_toml(spec.folder() / "errors.toml")["error"]]
     assert sorted(used) == listed
 
 
 def test_each_error_id_has_its_name_beside_it() -> None:
-    table = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    table = load_toml(spec.folder() / "errors.toml")["error"]
     names = {f"{error['id']:04X}": error["name"] for error in table}
     lines = [(file, line) for file in LIBRARY for line in file.read_text("utf-8").splitlines()]
     for file, line in lines:

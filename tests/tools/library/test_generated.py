@@ -8,8 +8,9 @@ import pytest
 
 from plc_bench import ROOT
 from rcx_harness import spec
-from rcx_harness.errors import InputError
 from rcx_tools.library import files, library
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
 
 BLOCKS = [name for name, block in library().blocks.items() if not block.handwritten]
 
@@ -100,10 +101,10 @@ def test_no_file_is_left_of_a_block_that_is_not_in_the_table() -> None:
 def test_a_mistake_in_the_table_is_told_with_the_block(
     change: dict[str, object], message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = spec.load_toml(spec.folder() / "blocks.toml")
+    real = load_toml(spec.folder() / "blocks.toml")
     entry = next(one for one in real["block"] if one["name"] == "FB_MovePtp")
     table = {**real, "block": [{**entry, **change}]}
-    monkeypatch.setattr(spec, "load_toml", lambda path: table)
+    monkeypatch.setattr("rcx_tools.library.tables.load_toml", lambda path: table)
     library.cache_clear()
     try:
         with pytest.raises(InputError, match=f"FB_MovePtp: .*{message}"):

@@ -10,8 +10,8 @@ import pytest
 
 from plc_bench import LIBRARY, ROOT
 from rcx_harness import spec
-from rcx_harness.errors import InputError
 from rcx_tools.library.signals import signal_files
+from structured_text.errors import InputError
 
 _FILES = sorted(signal_files())
 

@@ -85,7 +85,7 @@ def test_the_bundle_is_the_harness_unchanged(repository: Path, tmp_path: Path) -
             if not name.startswith("harness/lark"):
                 assert archive.read(name) == (repository / name).read_bytes()
     assert {"spec/signals.toml", "plc/lib/area/FB_ReadArea.st"} <= names
-    assert "harness/rcx_harness/engine/frontend/grammar.lark" in names
+    assert "harness/structured_text/language/grammar.lark" in names
     assert any(re.fullmatch(r"harness/lark-.*/LICENSE", name) for name in names)
     assert not any("rcx_harness/cli" in name or "rcx_harness/enip" in name for name in names)
     assert bundle() == bundle()

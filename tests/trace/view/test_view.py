@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.trace import Cycle, Record, Scan, Violation
 from rcx_harness.trace.view import BEGINNING
 from rcx_harness.trace.view.page import View
+from structured_text.errors import InputError
 from view_page import PageContent
 
 _HEADER: dict[str, Any] = {"format": "rcx-trace/1", "scan_us": 10_000, "size": 48, "seed": 0}

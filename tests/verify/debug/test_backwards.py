@@ -9,8 +9,9 @@ import pytest
 
 from editor import Editor, RefusedError
 from rcx_harness.cli.debug import launched
-from rcx_harness.verify.debug.places import Places
-from rcx_harness.verify.debug.player import Player
+from rcx_harness.verify.debug.machine import CellMachine
+from structured_text.debug.places import Places
+from structured_text.debug.player import Player
 
 Start = Callable[..., Editor]
 
@@ -192,6 +193,7 @@ def test_a_scan_that_is_run_again_is_the_same_to_the_last_byte(
     example = repository / "plc" / "examples" / "04_pick_and_place"
     options = {"jitter": "7ms", "seed": 5, "phases": "random", "stimulus": str(stimulus)}
     machine = launched({"sources": [str(example)], "for": "3s", **options}, []).machine
+    assert isinstance(machine, CellMachine)
     player = Player(machine, Places(machine.program))
 
     def area() -> tuple[bytes, bytes]:

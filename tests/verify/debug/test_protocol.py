@@ -17,8 +17,8 @@ import pytest
 
 from editor import Editor, RefusedError
 from rcx_harness.cli.app import main as rcx
-from rcx_harness.errors import InputError
-from rcx_harness.verify.debug.protocol import encoded, read_message
+from structured_text.debug.protocol import encoded, read_message
+from structured_text.errors import InputError
 
 _RCX = [sys.executable, "-m", "rcx_harness", "debug"]
 _LONGEST = 60

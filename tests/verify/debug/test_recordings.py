@@ -12,8 +12,9 @@ import pytest
 
 from editor import Editor, RefusedError
 from rcx_harness import Cell
-from rcx_harness.engine.base import Program
-from rcx_harness.verify.debug.recording import Recorded, opened, write_recording
+from rcx_harness.verify.debug.recording import opened, write_recording
+from structured_text.debug.recording import Recorded
+from structured_text.engines.base import Program
 
 LAMPS = Path(__file__).parent / "programs" / "Lamps.st"
 

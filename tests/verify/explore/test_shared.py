@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from explore_work import EVERY, Choice, Numbers
-from rcx_harness.errors import InputError
-from rcx_harness.verify.explore import shared as shared_module
-from rcx_harness.verify.explore.search import Result, Search
-from rcx_harness.verify.explore.shared import Some, Stepping, shared
-from rcx_harness.verify.farm import Farm
-from rcx_harness.verify.farm.work import LostError
+from structured_text.errors import InputError
+from structured_text.explore import shared as shared_module
+from structured_text.explore.search import Result, Search
+from structured_text.explore.shared import Some, Stepping, shared
+from structured_text.farm import Farm
+from structured_text.farm.work import LostError
 
 _SIZE = 300
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Cluster, Farm
-from rcx_harness.verify.farm.cluster import is_here
+from structured_text.errors import InputError
+from structured_text.farm import Cluster, Farm
+from structured_text.farm.cluster import is_here
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def test_without_the_extra_one_message_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.delitem(sys.modules, "rcx_harness.verify.farm.dask", raising=False)
+    monkeypatch.delitem(sys.modules, "structured_text.farm.dask", raising=False)
     farm = Farm(cluster=Cluster("tcp://127.0.0.1:8786"))
     with pytest.raises(InputError) as caught:
         list(farm.run(math.factorial, [1]))

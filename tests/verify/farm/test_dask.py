@@ -19,8 +19,8 @@ import pytest
 
 from farm_work import Counted, Killed, process_number, refuse
 from rcx_harness.cli.app import main
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Cluster, Farm, Lost
+from structured_text.errors import InputError
+from structured_text.farm import Cluster, Farm, Lost
 
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster")
 
@@ -116,7 +116,7 @@ def test_a_program_is_explored_there_from_its_first_state_on(
     cluster: Any, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By hand: the state before the first scan, and each of Button with 0, 1, 2 after one."""
-    from rcx_harness.verify.farm.dask import ClusterCrew
+    from structured_text.farm.dask import ClusterCrew
 
     file, given, give = tmp_path / "Count.st", [], ClusterCrew.give
     file.write_text(_COUNT)
@@ -196,11 +196,9 @@ def test_a_cluster_without_workers_is_told() -> None:
 def other_package(folder: Path, repository: Path) -> Path:
     """A copy of this package with another line; the folder to import it from."""
     harness = folder / "harness"
-    shutil.copytree(repository / "harness/rcx_harness", harness / "rcx_harness")
-    with (harness / "rcx_harness/units.py").open("a") as stream:
+    shutil.copytree(repository / "harness/structured_text", harness / "structured_text")
+    with (harness / "structured_text/units.py").open("a") as stream:
         stream.write("# another line\n")
-    for name in ("spec", "plc"):
-        (folder / name).symlink_to(repository / name)
     return harness
 
 
@@ -239,8 +237,8 @@ def test_a_worker_with_other_sources_is_refused_with_both_named(
 
 @pytest.mark.exhaustive
 def test_a_worker_without_us_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "rcx_harness").mkdir()
-    (tmp_path / "rcx_harness/__init__.py").touch()
+    (tmp_path / "structured_text").mkdir()
+    (tmp_path / "structured_text/__init__.py").touch()
     with distributed.LocalCluster(n_workers=0, **_ALONE) as cluster:
         address = cluster.scheduler_address
         told = pytest.raises(InputError, match=r"the worker tcp.* it has no such rcx-harness \(")

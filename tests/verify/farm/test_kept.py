@@ -11,8 +11,8 @@ import pytest
 from rich.console import Console
 
 from farm_work import Killed, noted, refuse
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Farm, Kept, Lost
+from structured_text.errors import InputError
+from structured_text.farm import Farm, Kept, Lost
 
 ABOUT = {"sources": "a1b2"}
 

@@ -24,10 +24,10 @@ from farm_work import (
     process_number,
     refuse,
 )
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import NOT_YET, Farm, Kept, Lost, NotYet
-from rcx_harness.verify.farm.farm import AHEAD
-from rcx_harness.verify.farm.work import LostError, RemoteError
+from structured_text.errors import InputError
+from structured_text.farm import NOT_YET, Farm, Kept, Lost, NotYet
+from structured_text.farm.farm import AHEAD
+from structured_text.farm.work import LostError, RemoteError
 
 
 @pytest.mark.parametrize("workers", [0, 1, 3])
@@ -201,7 +201,7 @@ def test_what_a_worker_has_started_ends_with_it() -> None:
 _PARENT = """
 import sys
 from farm_work import waits_with_a_folder
-from rcx_harness.verify.farm import Farm
+from structured_text.farm import Farm
 list(Farm(1).run(waits_with_a_folder, [sys.argv[1]]))
 """
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Parcel
+from structured_text.errors import InputError
+from structured_text.farm import Parcel
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 import z3
 
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.verify.prove.naming import Names
-from rcx_harness.verify.prove.program import ProgramMachine
-from rcx_harness.verify.prove.surroundings import Surroundings
+from rcx_harness.verify.prove.surroundings import CellSurroundings
+from structured_text.language.load import load
+from structured_text.prove.naming import Names
+from structured_text.prove.program import ProgramMachine
 
 PROGRAM = """TYPE CELL_STEP : (CELL_WAITS, CELL_MOVES); END_TYPE
 TYPE WAITS : ARRAY [1..2] OF TIME; END_TYPE
@@ -37,7 +37,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> tuple[ProgramMachine, N
     file = tmp_path_factory.mktemp("named") / "Cell.st"
     file.write_text(PROGRAM)
     project = load([file])
-    around = Surroundings(project)
+    around = CellSurroundings(project)
     made = ProgramMachine(project, frozenset(), exact=False, outline=True)
     around.anything(made)
     return made, Names(made, around)

@@ -7,8 +7,8 @@ from itertools import product
 import pytest
 import z3
 
-from rcx_harness.engine.frontend.scalars import ELEMENTARY
-from rcx_harness.verify.prove import overflow
+from structured_text.language.scalars import ELEMENTARY
+from structured_text.prove import overflow
 
 _EDGES = {"SINT": (-128, -127, -64, -1, 0, 1, 2, 127), "USINT": (0, 1, 2, 16, 128, 255)}
 

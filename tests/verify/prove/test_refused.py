@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_tools.evidence.prove.agreement.bench import Subject
 from rcx_tools.evidence.prove.agreement.comparing import agree
+from structured_text.prove.logic import UnsupportedError
 
 _REFUSED = {
     "R := SIN(R);": "the standard function SIN",

@@ -8,7 +8,8 @@ import pytest
 
 from rcx_harness import InputError
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.verify.prove.user import Result, Settings, prove
+from rcx_harness.verify.prove.user import Settings, prove
+from structured_text.prove.user import Result
 
 HEAD = """PROGRAM Cell
   VAR

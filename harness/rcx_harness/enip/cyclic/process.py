@@ -19,7 +19,7 @@ from rcx_harness.enip.child import be_punctual, tell
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason
 from rcx_harness.enip.cyclic.exchange import Exchange, Role
 from rcx_harness.enip.cyclic.shared import Drop, LinkState, SharedImages, Word, now_us
-from rcx_harness.output.system import DirectInput, RelayedInput, StandardInput, group_address
+from structured_text.output.system import DirectInput, RelayedInput, StandardInput, group_address
 
 __all__ = ["BEAT_US", "main"]
 

@@ -19,7 +19,7 @@ from typing import Literal, Protocol
 from rcx_harness.enip.closing import Closing
 from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
 from rcx_harness.enip.cyclic.journal import Journal
-from rcx_harness.output.system import SharedMemory
+from structured_text.output.system import SharedMemory
 
 __all__ = [
     "GAPS",

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 from rcx_harness.enip.errors import CipError
 from rcx_harness.enip.originator.opening import MasterLink, Opener, refusal_hint
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
-from rcx_harness.errors import InputError
+from structured_text.errors import InputError
 
 __all__ = ["WAITS", "KeptConnection"]
 

@@ -12,9 +12,9 @@ from rcx_harness.enip.codec.cip import ExtendedStatus
 from rcx_harness.enip.cyclic.connections import EndReason
 from rcx_harness.enip.errors import CipError
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import AREA_SIZES
-from rcx_harness.units import format_us
+from structured_text.errors import InputError
+from structured_text.units import format_us
 
 __all__ = ["MasterLink", "Opener", "multiplier_of", "refusal_hint"]
 

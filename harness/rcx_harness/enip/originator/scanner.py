@@ -33,8 +33,8 @@ from rcx_harness.enip.cyclic.shared import LinkState, SharedImages, drops_text, 
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.client import PORT, Client
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import SIZE, TO_MASTER, TO_ROBOT, check_size
+from structured_text.errors import InputError
 
 __all__ = ["LARGEST", "Assemblies", "Received", "Scanner", "ScannerStatistics", "no_packet"]
 

@@ -10,7 +10,7 @@ import ipaddress
 import socket
 from dataclasses import dataclass
 
-from rcx_harness.output.system import addresses
+from structured_text.output.system import addresses
 
 __all__ = ["ANY", "NetworkInterface", "address_toward", "find_interface"]
 

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.look.compare.channels import RESPONSE, STATUS, Difference
 from rcx_harness.look.compare.delays import DELAYS, Drawn, asked
 from rcx_harness.look.compare.knobs import KNOBS, Seen, has_few_values, seen_at, values
@@ -20,6 +19,7 @@ from rcx_harness.look.compare.replay import Replay, Replayed, watched
 from rcx_harness.robot import RobotConfig
 from rcx_harness.spec.wire import CYCLE_US, READY
 from rcx_harness.watch.wire import word
+from structured_text.errors import InputError
 
 __all__ = ["Fit", "Knob", "fit"]
 

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
 from rcx_harness.look.judge.advice import advice
 from rcx_harness.look.judge.capture import Capture, host_text
 from rcx_harness.look.judge.judge import is_capture
 from rcx_harness.look.judge.network import Network, Sample
-from rcx_harness.output.limits import MOST_REPLAYED_US
 from rcx_harness.spec.wire import AREA_SIZES, CYCLE_US, READY
 from rcx_harness.trace import Cycle, Scan, read_trace
 from rcx_harness.watch.wire import word
+from structured_text.errors import InputError
+from structured_text.output.limits import MOST_REPLAYED_US
 
 __all__ = ["Recording", "load", "of_cycles"]
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.look.compare.fit import Fit
 from rcx_harness.robot import RobotConfig
-from rcx_harness.spec import toml_text
+from structured_text.errors import InputError
+from structured_text.output.toml_files import toml_text
 
 __all__ = ["robot_file"]
 

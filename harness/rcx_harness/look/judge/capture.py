@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.reading import check_file
+from structured_text.errors import InputError
+from structured_text.output.reading import check_file
 
 __all__ = ["ENDINGS", "Capture", "Packet", "host_text"]
 

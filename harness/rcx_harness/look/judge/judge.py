@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.errors import InputError
 from rcx_harness.look.judge.advice import advice
 from rcx_harness.look.judge.capture import ENDINGS, Capture
 from rcx_harness.look.judge.follow import Follower
 from rcx_harness.look.judge.network import Network, Note, Sample
-from rcx_harness.output.limits import CAPTURE
-from rcx_harness.output.reading import beginning
 from rcx_harness.robot import Violation
 from rcx_harness.spec.wire import AREA_SIZES, DEDICATED_AT
 from rcx_harness.trace import Cycle, Record, Scan, Trace, read_trace
 from rcx_harness.trace.chart import MOST_INSTANTS, Timeline
+from structured_text.errors import InputError
+from structured_text.output.limits import CAPTURE
+from structured_text.output.reading import beginning
 
 __all__ = ["REPORT_EVERY", "JudgeOptions", "Judgement", "is_capture", "is_judged", "judge"]
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot import RobotConfig
 from rcx_harness.robot.stored import Hand, Pallet, Point, Shift
-from rcx_harness.spec import load_toml
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["KINDS", "Key", "Stored", "as_csv", "as_toml", "from_toml", "shown", "without_foreign"]
 

@@ -10,8 +10,9 @@ from typing import Any
 from rcx_harness.look.probe.catalogue import questions
 from rcx_harness.look.probe.finding import Finding
 from rcx_harness.look.probe.run import Outcome
-from rcx_harness.spec import folder, load_toml
+from rcx_harness.spec import folder
 from rcx_harness.spec.rules import Rule, rules
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["Subject", "Verdict", "as_markdown", "as_toml", "unasked", "verdicts"]
 

@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from rcx_harness.errors import InputError
 from rcx_harness.look.probe.asker import Asker
 from rcx_harness.look.probe.finding import Finding, SkipError
 from rcx_harness.look.probe.line import Line, LostError, NotConnectedError
 from rcx_harness.look.probe.question import Question, Risk
 from rcx_harness.spec.wire import READY
 from rcx_harness.trace import Trace
+from structured_text.errors import InputError
 
 __all__ = ["Outcome", "Person", "probe"]
 

@@ -9,7 +9,6 @@ from datetime import datetime
 from difflib import get_close_matches
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot.script import Task, script
 from rcx_harness.robot.stored import (
     AXES,
@@ -28,6 +27,7 @@ from rcx_harness.robot.stored import (
 )
 from rcx_harness.spec.robots import robot_models
 from rcx_harness.spec.wire import AREA_SIZES
+from structured_text.errors import InputError
 
 __all__ = [
     "AREA_HINT",

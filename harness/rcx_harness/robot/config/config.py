@@ -12,14 +12,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot.config.checks import STORED, check_programs, check_stored, check_value
 from rcx_harness.robot.config.file import line_of, read_value
 from rcx_harness.robot.config.models import merged, model_of
 from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
-from rcx_harness.spec import parse_toml, toml_text
 from rcx_harness.spec.robots import RobotModel
 from rcx_harness.spec.wire import SIZE
+from structured_text.errors import InputError
+from structured_text.output.toml_files import parse_toml, toml_text
 
 __all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]
 

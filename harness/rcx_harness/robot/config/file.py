@@ -17,7 +17,6 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.errors import InputError
 from rcx_harness.robot.config.checks import (
     AREA_HINT,
     STORED,
@@ -29,7 +28,8 @@ from rcx_harness.robot.config.checks import (
     shown,
 )
 from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point
-from rcx_harness.spec import toml_text
+from structured_text.errors import InputError
+from structured_text.output.toml_files import toml_text
 
 __all__ = ["line_of", "read_value"]
 

@@ -12,10 +12,9 @@ from dataclasses import dataclass, field
 from threading import Lock
 from typing import Any
 
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.types import BlockType, EnumType, StructType
-from rcx_harness.errors import InputError
-from rcx_harness.spec.telegram import did_you_mean
+from structured_text.engines.base import Program
+from structured_text.errors import InputError, did_you_mean
+from structured_text.language.types import BlockType, EnumType, StructType
 
 __all__ = ["HOLD_S", "Plate", "plates_of"]
 

@@ -10,9 +10,9 @@ from types import TracebackType
 
 from aiohttp import web
 
-from rcx_harness.errors import InputError
 from rcx_harness.serve.guard import TokenServer, add_files, guarded, read_message
 from rcx_harness.serve.panel.plate import Plate
+from structured_text.errors import InputError
 
 __all__ = ["FILES", "PanelServer", "application"]
 

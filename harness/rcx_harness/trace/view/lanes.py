@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rcx_harness.engine.types import ElementaryType, Type
 from rcx_harness.spec import signals
 from rcx_harness.spec.plain import request_text, response_text
 from rcx_harness.spec.wire import DEDICATED_AT, RESERVED_AT, SIZE
-from rcx_harness.trace.values import Changed, literal, typed, value_text
 from rcx_harness.trace.view.pack import Bits, Numbers, Packed, Reals, Texts
 from rcx_harness.watch.wire import word
+from structured_text.language.displayed import Changed, literal, typed, value_text
+from structured_text.language.types import ElementaryType, Type
 
 __all__ = ["Group", "Lane", "Lanes", "Variables", "Wire"]
 

@@ -1,5 +1,1 @@
-"""`rcx debug`: the Debug Adapter Protocol over the built-in engine, forwards and backwards.
-
-`places` knows which lines have statements, `tracer` stops at them, `machine` is what runs,
-`history` and `player` go back in it, `debugger` steps, `session` talks to the client.
-"""
+"""What a debugger shows of a cell, and recordings of cells."""

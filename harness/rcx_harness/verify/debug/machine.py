@@ -1,93 +1,17 @@
-"""What is debugged: a cell, or the program of a recording; scan by scan, and back."""
+"""A cell under the debugger: scan by scan, and back."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.image import Image
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.builtin.program import BuiltinProgram
-from rcx_harness.errors import InputError
-from rcx_harness.robot import Violation
 from rcx_harness.trace import Record, Scan
+from rcx_harness.verify.debug.around import scopes
 from rcx_harness.verify.debug.telegrams import Telegrams
+from structured_text.debug.machine import Scope, builtin_of
 
-__all__ = ["CellMachine", "Machine", "builtin_of", "live_input"]
-
-
-class Machine(Protocol):
-    """A program and what is around it.
-
-    Attributes:
-        program: The program, on the built-in engine.
-        violations: The broken rules so far.
-    """
-
-    program: BuiltinProgram
-    violations: list[Violation]
-
-    @property
-    def telegrams(self) -> Sequence[Telegrams]:
-        """The last telegrams of each controller."""
-
-    @property
-    def images(self) -> Sequence[Image]:
-        """The areas of each controller in the process image."""
-
-    @property
-    def ended(self) -> str:
-        """Why there is no further scan; empty while there is one."""
-
-    @property
-    def scans(self) -> int:
-        """How many scans have run."""
-
-    @property
-    def now_us(self) -> int:
-        """The time of the last scan."""
-
-    def scan(self) -> None:
-        """Let all happen until one more scan has run."""
-
-    def snapshot(self) -> Any:
-        """The state between two scans."""
-
-    def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave, also from the middle of a scan."""
-
-    def inject(self, event: str, controller: int) -> None:
-        """Let something befall a controller, as in a stimulus."""
-
-    def close(self) -> None:
-        """Free what it holds."""
-
-
-def builtin_of(program: Program) -> BuiltinProgram:
-    """The program, if it is one of the built-in engine.
-
-    Raises:
-        InputError: it runs on another.
-    """
-    if not isinstance(program, BuiltinProgram):
-        hint = "leave the engine out"
-        raise InputError(f"the {program.engine} engine cannot be debugged", hint=hint)
-    return program
-
-
-def live_input(image: Image, program: Program, size: int) -> bytes:
-    """The area from the controller as it stands in the process image."""
-    area = bytearray(size)
-    for slot in image.slots:
-        value = int(program.read(slot.path))
-        if slot.width:
-            mask = (1 << 8 * slot.width) - 1
-            part = (value & mask).to_bytes(slot.width, "little")
-            area[slot.start : slot.start + slot.width] = part
-        else:
-            area[slot.start] |= value << slot.bit
-    return bytes(area)
+__all__ = ["CellMachine"]
 
 
 class CellMachine:
@@ -103,8 +27,8 @@ class CellMachine:
         self.cell, self.program = cell, builtin_of(cell.program)
         self._end_us, self._shown = end_us, shown
         self.violations = cell.violations
-        self.images: Sequence[Image] = cell.images
         self.telegrams: Sequence[Telegrams] = [Telegrams(size) for size, _, _ in cell.areas]
+        self.around: Sequence[Scope] = scopes(self.program, cell.images, self.telegrams)
         cell.trace.listen(self._take)
 
     def _take(self, record: Record) -> None:
@@ -144,9 +68,9 @@ class CellMachine:
         for one, state in zip(self.telegrams, telegrams, strict=True):
             one.restore(state)
 
-    def inject(self, event: str, controller: int) -> None:
+    def inject(self, event: str, device: int) -> None:
         """Let something befall a controller."""
-        self.cell.inject(event, controller=controller)
+        self.cell.inject(event, controller=device)
 
     def close(self) -> None:
         """End the cell."""

@@ -1,7 +1,6 @@
-"""All that a program was given in a run, scan by scan: recorded in a test, replayed in a debugger.
+"""Recordings of cells: what a program was given in a test, in a file that a debugger replays.
 
-A program sees its inputs, what a test sets, and the time; with these it does the same again,
-without a robot. A recording has them and a digest of each source.
+A recording has it and a digest of each source.
 """
 
 from __future__ import annotations
@@ -9,169 +8,32 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from datetime import date, datetime, time, timedelta
-from itertools import groupby, pairwise
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.image import Image, find_image
 from rcx_harness.cell.sources import source_files
-from rcx_harness.engine.base import Program, Value
-from rcx_harness.engine.load import build
-from rcx_harness.engine.source import source_text
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
-from rcx_harness.output.limits import OTHER
-from rcx_harness.output.reading import file_bytes, open_file
 from rcx_harness.robot import Violation
-from rcx_harness.verify.debug.machine import builtin_of, live_input
+from rcx_harness.verify.debug.around import live_input, scopes
 from rcx_harness.verify.debug.telegrams import Telegrams
 from rcx_harness.watch.image_source import reads_located
+from structured_text.debug.machine import Scope
+from structured_text.debug.recording import COMPACT, Recorded, Tape
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.errors import InputError
+from structured_text.language.source import source_text
+from structured_text.output.files import replace_files
+from structured_text.output.limits import OTHER
+from structured_text.output.reading import file_bytes, open_file
 
-__all__ = ["FORMAT", "Recorded", "Tape", "is_recording", "opened", "write_recording"]
+__all__ = ["FORMAT", "CellTape", "is_recording", "opened", "write_recording"]
 
 #: First entry of the first line.
 FORMAT = "rcx-recording/1"
-
-_COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
-
-
-class _Scan(NamedTuple):
-    """A scan: the one before it, its time, and the numbers of what was done before it."""
-
-    before: _Scan | None
-    t_us: int
-    done: tuple[int, ...]
-
-
-class _Marked(NamedTuple):
-    """A snapshot, and what was recorded until then."""
-
-    snapshot: object
-    last: _Scan | None
-    done: tuple[int, ...]
-
-
-class Recorded:
-    """A program that records what is done with it; everything else goes through.
-
-    A run that is set back to a snapshot forgets what was recorded since.
-
-    Args:
-        program: The program, on any engine.
-    """
-
-    def __init__(self, program: Program) -> None:
-        self.program, self.engine = program, program.engine
-        self.read, self.reader, self.read_bytes = program.read, program.reader, program.read_bytes
-        self._last: _Scan | None = None
-        self._done: list[int] = []
-        self._numbers: dict[Any, int] = {}
-        self._deeds: list[list[Any]] = []
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.program, name)
-
-    def scan(self, now_us: int) -> None:
-        """See `engine.base.Program`."""
-        self._last = _Scan(self._last, now_us, tuple(self._done))
-        self._done.clear()
-        self.program.scan(now_us)
-
-    def write(self, path: str, value: Value) -> None:
-        """See `engine.base.Program`."""
-        self.program.write(path, value)
-        self._note(("set", path, type(value), _key(value)), "set", path, value)
-
-    def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
-        """See `engine.base.Program`."""
-        self.program.write_bytes(path, data, start)
-        self._note(("bytes", path, start, data), "bytes", path, data, start)
-
-    def _note(self, key: Any, *deed: Any) -> None:
-        number = self._numbers.get(key)
-        if number is None:
-            number = self._numbers[key] = len(self._deeds)
-            self._deeds.append(list(deed))
-        self._done.append(number)
-
-    def snapshot(self) -> object:
-        """See `engine.base.Program`."""
-        return _Marked(self.program.snapshot(), self._last, tuple(self._done))
-
-    def restore(self, snapshot: object) -> None:
-        """See `engine.base.Program`."""
-        assert isinstance(snapshot, _Marked), "not a snapshot of this program"
-        self.program.restore(snapshot.snapshot)
-        self._last, self._done = snapshot.last, list(snapshot.done)
-
-    def lines(self) -> Iterator[str]:
-        """What was recorded, as the lines of a file behind the first."""
-        scans: list[_Scan] = []
-        last = self._last
-        while last is not None:
-            scans.append(last)
-            last = last.before
-        scans.reverse()
-        used = {number for one in scans for number in one.done} | set(self._done)
-        for number in sorted(used):
-            deed = [_literal(part) for part in self._deeds[number]]
-            yield json.dumps({"deed": number, "is": deed}, **_COMPACT)
-        steps = [0, *(b.t_us - a.t_us for a, b in pairwise(scans))][: len(scans)]
-        alike = groupby(zip(scans, steps, strict=True), key=lambda pair: (pair[0].done, pair[1]))
-        for (done, step), group in alike:
-            some = [one for one, _ in group]
-            entry = {"t_us": some[0].t_us, "scans": len(some), "every_us": step, "done": done}
-            yield json.dumps(entry, **_COMPACT)
-        if self._done:
-            yield json.dumps({"after": self._done}, **_COMPACT)
-
-
-def _key(value: Any) -> Any:
-    try:
-        hash(value)
-    except TypeError:
-        return json.dumps(_literal(value), **_COMPACT)
-    # -0.0 and 0.0 are one key, and not one value.
-    return str(value) if isinstance(value, float) else value
-
-
-def _literal(value: Any) -> Any:
-    """A value as JSON has it."""
-    if isinstance(value, bytes):
-        return {"hex": value.hex()}
-    if isinstance(value, timedelta):
-        return {"us": value // timedelta(microseconds=1)}
-    if isinstance(value, (datetime, date, time)):
-        return {type(value).__name__: value.isoformat()}
-    if isinstance(value, Mapping):
-        return {"fields": {name: _literal(one) for name, one in value.items()}}
-    if isinstance(value, (list, tuple)):
-        return [_literal(one) for one in value]
-    return value
-
-
-_MADE: dict[str, Callable[[Any], Any]] = {
-    "hex": bytes.fromhex,
-    "us": lambda us: timedelta(microseconds=us),
-    "datetime": datetime.fromisoformat,
-    "date": date.fromisoformat,
-    "time": time.fromisoformat,
-}
-
-
-def _value(found: Any) -> Any:
-    """What `_literal` was made of."""
-    if isinstance(found, list):
-        return [_value(one) for one in found]
-    if isinstance(found, dict):
-        ((kind, inner),) = found.items()
-        if kind == "fields":
-            return {name: _value(one) for name, one in inner.items()}
-        return _MADE[kind](inner)
-    return found
 
 
 def _digest(lines: Sequence[str]) -> str:
@@ -239,7 +101,7 @@ def write_recording(
     }
     rest = list(recorded.lines())
     head["digest"] = _digest(rest)
-    lines = [json.dumps(head, **_COMPACT), *rest, ""]
+    lines = [json.dumps(head, **COMPACT), *rest, ""]
     replace_files({file: "\n".join(lines)})
 
 
@@ -255,7 +117,7 @@ def is_recording(file: Path) -> bool:
         return False
 
 
-def opened(file: Path) -> tuple[Tape, str, str]:
+def opened(file: Path) -> tuple[CellTape, str, str]:
     """The program of a recording, at its start.
 
     Returns:
@@ -285,7 +147,7 @@ def opened(file: Path) -> tuple[Tape, str, str]:
         _check(head["files"], _digests(sources.all, folder), file)
         program = build(sources.all, "builtin").program
         violations = [Violation(t_us, rule, text) for t_us, rule, text in head["violations"]]
-        tape = Tape(program, rest, [tuple(one) for one in head["areas"]], violations)
+        tape = CellTape(program, rest, [tuple(one) for one in head["areas"]], violations)
         test, failed, engine = head["test"], head["failed"], head["engine"]
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, RecursionError):
         raise InputError("the recording is damaged", file=file, hint="run the test again") from None
@@ -312,14 +174,17 @@ def _check(before: Mapping[str, str], after: Mapping[str, str], file: Path) -> N
     raise InputError(text, file=file, hint="run the test again")
 
 
-class Tape:
-    """The program of a recording; see `machine.Machine`.
+class CellTape(Tape):
+    """The program of a cell's recording.
 
     Args:
         program: On the built-in engine, as it is before its first scan.
         lines: Of the recording, behind the first.
         areas: Of each controller size, m and n.
         violations: What was found wrong.
+
+    Attributes:
+        telegrams: The last ones of each controller.
     """
 
     def __init__(
@@ -329,91 +194,34 @@ class Tape:
         areas: Sequence[tuple[int, ...]],
         violations: Sequence[Violation],
     ) -> None:
-        self.program = builtin_of(program)
+        super().__init__(program, lines, violations)
         located = reads_located(self.program.module.project)
-        self.images: Sequence[Image] = [
+        self._images: Sequence[Image] = [
             find_image(program, size=size, m=m, n=n, located=located) for size, m, n in areas
         ]
         self.telegrams: Sequence[Telegrams] = [Telegrams(size) for size, _, _ in areas]
-        self.violations: list[Violation] = []
-        self._found = list(violations)
-        self._deeds: dict[int, list[Any]] = {}
-        self._scans: list[tuple[int, list[int]]] = []
-        self._after: list[int] = []
-        self._done = 0
-        for one in lines:
-            if "deed" in one:
-                self._deeds[one["deed"]] = [_value(part) for part in one["is"]]
-            elif "after" in one:
-                self._after = one["after"]
-            else:
-                for number in range(one["scans"]):
-                    t_us = one["t_us"] + number * one["every_us"]
-                    self._scans.append((t_us, one["done"]))
+        self.around: Sequence[Scope] = scopes(self.program, self._images, self.telegrams)
 
-    @property
-    def length(self) -> int:
-        """How many scans there are."""
-        return len(self._scans)
-
-    @property
-    def ended(self) -> str:
-        """Why there is no further scan."""
-        return "" if self._done < len(self._scans) else "the end of the recording"
-
-    @property
-    def scans(self) -> int:
-        """How many scans have run."""
-        return self._done
-
-    @property
-    def now_us(self) -> int:
-        """The time of the last scan."""
-        return self._scans[self._done - 1][0] if self._done else 0
-
-    def scan(self) -> None:
-        """Do what was done before the next scan, and run it."""
-        t_us, done = self._scans[self._done]
-        self._do(done)
-        areas = [live_input(one, self.program, len(one.get())) for one in self.images]
-        self.program.scan(t_us)
-        self._done += 1
-        for telegrams, so, image in zip(self.telegrams, areas, self.images, strict=True):
+    @contextmanager
+    def watched(self, t_us: int) -> Iterator[None]:
+        """Take the telegrams of a scan."""
+        areas = [live_input(one, self.program, len(one.get())) for one in self._images]
+        yield
+        for telegrams, so, image in zip(self.telegrams, areas, self._images, strict=True):
             telegrams.take(t_us, so, image.get())
-        if self._done == len(self._scans):
-            self._do(self._after)
-        known = len(self.violations)
-        next_us = self._scans[self._done][0] if self._done < len(self._scans) else None
-        for one in self._found[known:]:
-            if next_us is not None and one.t_us >= next_us:
-                break
-            self.violations.append(one)
-
-    def _do(self, numbers: Sequence[int]) -> None:
-        for number in numbers:
-            kind, path, *rest = self._deeds[number]
-            if kind == "set":
-                self.program.write(path, rest[0])
-            else:
-                self.program.write_bytes(path, *rest)
 
     def snapshot(self) -> Any:
-        """The state between two scans."""
-        states = [one.snapshot() for one in self.telegrams]
-        return self.program.snapshot(), self._done, len(self.violations), states
+        """Return the state between two scans."""
+        return super().snapshot(), [one.snapshot() for one in self.telegrams]
 
     def restore(self, snapshot: Any) -> None:
         """Go back to what `snapshot` gave."""
-        program, self._done, found, telegrams = snapshot
-        self.program.restore(program)
-        del self.violations[found:]
+        tape, telegrams = snapshot
+        super().restore(tape)
         for one, state in zip(self.telegrams, telegrams, strict=True):
             one.restore(state)
 
-    def inject(self, event: str, controller: int) -> None:
-        """There is no robot in a recording."""
+    def inject(self, event: str, device: int) -> None:
+        """Refuse it: there is no robot in a recording."""
         hint = "launch the program itself to let something befall the robot"
         raise InputError("a recording has no robot", hint=hint)
-
-    def close(self) -> None:
-        """Nothing to free."""

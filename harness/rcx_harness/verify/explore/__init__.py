@@ -1,5 +1,5 @@
-"""Every reachable state of a program, with every choice of its environment.
+"""Every reachable state of a user's program, with his panel and a small controller around it.
 
-`search` goes through all states of a world, breadth first; `abstraction` and `kept` tell states of
-a program apart; `user` is the world of a user's program, with `controller` as its surroundings.
+`user` is the world of the program, with `controller` as its surroundings; `kept` says what of the
+state of the library's blocks has an effect later.
 """

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from typing import Any
 
-from rcx_harness.engine.base import Program
-from rcx_harness.errors import InputError
 from rcx_harness.verify.properties import Declared, followed
+from structured_text.engines.base import Program
+from structured_text.errors import InputError
 
 __all__ = ["Demanded"]
 

@@ -1,41 +1,10 @@
-"""What of a program's state has an effect later: the tables behind the abstraction.
-
-A variable that is not named here is kept as it is. One is named only if every call writes it
-before it is read (dropped), or if it has the same value after every scan (fixed), or if it is read
-only under a condition. No entry is believed: for every state that is found one scan is repeated
-with arbitrary values in whatever the tables leave out, with all tickets shifted and at another
-time, and must lead to the same state (`search`).
-"""
+"""What of the state of the library's blocks has an effect later: the tables of the abstraction."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from structured_text.explore.kept import Kept, Tables
 
-__all__ = ["TYPES", "Kept"]
-
-
-@dataclass(frozen=True)
-class Kept:
-    """Which variables of one type are not kept as they are.
-
-    Attributes:
-        dropped: Written before they are read, in every scan in which they are read.
-        fixed: The same after every scan: constants, and requests that are cleared at its end.
-        flags: Words of which only "is it 0" has an effect later: the shown ErrorID.
-        while_true: Condition -> what is read only while it is true. The condition is Python, with
-            `o` for the object itself and `robot` for the program's RCX_ARBITRATION.
-        tickets: Ticket -> channel on which it stands, as `command`, `sequence` or `own`.
-        scans: Numbers of scans: that of the last one, or of one before.
-    """
-
-    dropped: str = ""
-    fixed: str = ""
-    flags: str = ""
-    while_true: Mapping[str, str] = field(default_factory=dict)
-    tickets: Mapping[str, str] = field(default_factory=dict)
-    scans: str = ""
-
+__all__ = ["TABLES", "TYPES"]
 
 _RUN = "robot.PHASE == 3"
 _DATA = "robot.PHASE == 2"
@@ -124,3 +93,19 @@ TYPES: dict[str, Kept] = {
     "FB_SEQUENCECONTROL": Kept(dropped="Enable Timeout", flags="ErrorID"),
     "R_TRIG": Kept(dropped="CLK Q"),
 }
+
+TABLES = Tables(
+    types=TYPES,
+    reference="RCX_REF",
+    variable="ROBOT",
+    member="INNER",
+    shared="RCX_ARBITRATION",
+    devices="robots",
+    unless={"LOSSES": "FB_RCXPICKMEMORY"},
+    channel="RCX_CHANNEL",
+    job="FB_RCXJOB",
+    owners=dict.fromkeys(("FB_REMOTECOMMAND", "FB_JOG", "FB_CONTINUOUSPOSITION"), "command"),
+    own=("FB_EMERGENCYSTOP", "FB_POWERUP", "FB_PROGRAMSTOP", "FB_SERVOONFROMEMERGENCYSTOP"),
+    clock="FB_RCXSCANTIME",
+    core=("FB_RCX", "RCX_"),
+)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from rcx_harness.engine.base import Program
 from rcx_harness.watch.contract import ContractMonitor
 from rcx_harness.watch.wire import INTERVAL_US, WireMonitor
+from structured_text.engines.base import Program
 
 __all__ = ["Monitors"]
 

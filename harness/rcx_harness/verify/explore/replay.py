@@ -7,14 +7,14 @@ from pathlib import Path
 
 from rcx_harness.cell.cell import Cell
 from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
 from rcx_harness.robot import RobotConfig
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.verify.explore.user import Choice, Explored, Settings
 from rcx_harness.verify.properties import judge_run
-from rcx_harness.verify.replays import MARK, check
+from structured_text.errors import InputError
+from structured_text.output.files import replace_files
+from structured_text.output.replays import MARK, check
 
 __all__ = ["replay"]
 

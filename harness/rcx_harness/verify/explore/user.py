@@ -15,30 +15,32 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from rcx_harness.cell.build import SourceFiles, blame_lib
 from rcx_harness.cell.image import find_image
 from rcx_harness.cell.node import status_path
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.storage import is_scalar
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.types import ElementaryType, EnumType, Type
-from rcx_harness.errors import InputError
+from rcx_harness.cell.sources import blame_lib
 from rcx_harness.spec.wire import SIZE
-from rcx_harness.units import parse_us
-from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
-from rcx_harness.verify.explore.always import with_always
 from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
 from rcx_harness.verify.explore.demanded import Demanded
+from rcx_harness.verify.explore.kept import TABLES
 from rcx_harness.verify.explore.monitors import Monitors
-from rcx_harness.verify.explore.search import Result, Search, World
-from rcx_harness.verify.explore.shared import Stepping, shared
-from rcx_harness.verify.farm import Farm
 from rcx_harness.verify.properties import Declared
-from rcx_harness.verify.prove.assertions import Copies
-from rcx_harness.verify.prove.tree import written
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.image_source import reads_located
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.storage import is_scalar
+from structured_text.errors import InputError
+from structured_text.explore.abstraction import NOW_US, Abstraction
+from structured_text.explore.always import with_always
+from structured_text.explore.search import Result, Search, World
+from structured_text.explore.shared import Stepping, shared
+from structured_text.farm import Farm
+from structured_text.language.load import load
+from structured_text.language.project import Project
+from structured_text.language.types import ElementaryType, EnumType, Type
+from structured_text.projects.sources import SourceFiles
+from structured_text.prove.assertions import VARIABLE, Copies
+from structured_text.prove.tree import written
+from structured_text.units import parse_us
 
 __all__ = ["Choice", "Explored", "Settings", "explore"]
 
@@ -178,7 +180,7 @@ class _Program(World[Choice]):
         self.inputs = {
             path: list(_values(program, path, texts)) for path, texts in settings.inputs.items()
         }
-        self._state = Abstraction(program, settings.scan_us, 0, set(), exact=True)
+        self._state = Abstraction(program, settings.scan_us, 0, set(), exact=True, tables=TABLES)
         self._monitors = Monitors(program, settings.size, settings.scan_us, steady)
         self._demanded = Demanded(program, settings.properties, settings.scan_us)
         sets = [("", "", None)]
@@ -357,4 +359,4 @@ def _left(project: Project, world: _Program) -> list[str]:
             free = own and is_scalar(symbol.type) and symbol.address is None
             if free and symbol.name.upper() not in writes and path.upper() not in given:
                 names.append(path)
-    return [one for one in names if one != world.status and "RcxProveHere" not in one]
+    return [one for one in names if one != world.status and VARIABLE not in one]

@@ -1,1 +1,1 @@
-"""Proof: the checked Structured Text as formulas, and what a solver says of them."""
+"""Proofs of a program in a cell: what surrounds it, and how a found run is shown."""

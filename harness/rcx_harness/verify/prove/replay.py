@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell.cell import Cell
 from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
-from rcx_harness.engine.frontend.values import scalar_to_python
-from rcx_harness.engine.types import ArrayType, BlockType, EnumType, StructType
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
-from rcx_harness.robot import RobotConfig, Violation
+from rcx_harness.robot import RobotConfig
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_harness.verify.prove import values
-from rcx_harness.verify.prove.machine import Path as Place
-from rcx_harness.verify.prove.search import Run
-from rcx_harness.verify.prove.surroundings import Surroundings, path_of
-from rcx_harness.verify.replays import MARK, check
+from rcx_harness.verify.prove.surroundings import CellSurroundings
+from structured_text.errors import InputError
+from structured_text.language.types import ArrayType, BlockType, EnumType, StructType
+from structured_text.language.values import scalar_to_python
+from structured_text.output.files import replace_files
+from structured_text.output.replays import MARK, check
+from structured_text.prove import values
+from structured_text.prove.machine import Path as Place
+from structured_text.prove.search import Run
+from structured_text.prove.surroundings import path_of
+from structured_text.prove.user import Replayed
 
-__all__ = ["Replayed", "entries", "replay"]
+__all__ = ["entries", "replay"]
 
 
-def entries(run: Run, around: Surroundings) -> Iterator[Entry]:
+def entries(run: Run, around: CellSurroundings) -> Iterator[Entry]:
     """The stimulus of a run: what changes, when it changes."""
     before: dict[int, tuple[bytes, bool]] = {}
     values = {one.name: one.initial for one in around.inputs}
@@ -51,33 +52,15 @@ def _told(value: Any, kind: Any) -> Any:
     return kind.members[value] if isinstance(kind, EnumType) else value
 
 
-@dataclass(frozen=True)
-class Replayed:
-    """What came of a run on the built-in engine.
-
-    Attributes:
-        scans: How many scans ran to their end.
-        error: What stopped the program, if something did.
-        differences: Where a variable has not the value that the run says; empty where they agree.
-        violations: The rules that were broken.
-    """
-
-    scans: int
-    error: InputError | None
-    differences: tuple[str, ...]
-    violations: tuple[Violation, ...]
-
-
 def replay(
     run: Run,
-    around: Surroundings,
-    files: list[Path],
+    around: CellSurroundings,
+    files: Sequence[Path],
     stimulus: Path,
     *,
     about: str = "",
     lib: Path | None = None,
     chart: Path | None = None,
-    see: Callable[[Cell, int], None] | None = None,
 ) -> Replayed:
     """Write the stimulus file of a run, and run it in a cell on the built-in engine.
 
@@ -89,7 +72,6 @@ def replay(
         about: Comment at the beginning of that file.
         lib: Folder of the library.
         chart: Where its timing chart (SVG) goes.
-        see: Is called after each scan, with the cell and the number of the scan.
 
     Raises:
         InputError: a file cannot be written, or is there already and none of a search.
@@ -113,17 +95,17 @@ def replay(
                 error = found
                 break
             differences += _differences(cell, number, state, compared)
-            if see is not None:
-                see(cell, number)
         if chart is not None:
             replace_files({chart: svg_chart(timeline, stimulus.name)})
-        return Replayed(cell.scans, error, tuple(differences), tuple(cell.violations))
+        return Replayed(
+            cell.scans, error, tuple(differences), tuple(one.text for one in cell.violations)
+        )
 
 
-def cell_of(run: Run, around: Surroundings, files: list[Path], lib: Path | None) -> Cell:
+def cell_of(run: Run, around: CellSurroundings, files: Sequence[Path], lib: Path | None) -> Cell:
     """A cell as the run's stimulus wants it."""
     return Cell.build(
-        files,
+        list(files),
         lib=lib,
         engine="builtin",
         scan=run.scan_us,
@@ -133,7 +115,7 @@ def cell_of(run: Run, around: Surroundings, files: list[Path], lib: Path | None)
     )
 
 
-def _compared(cell: Cell, around: Surroundings) -> dict[str, Place]:
+def _compared(cell: Cell, around: CellSurroundings) -> dict[str, Place]:
     """All scalars of the program with their places in a machine."""
     return {
         name: path_of(around.project, name)[0]

@@ -1,4 +1,4 @@
-"""A whole program on terms: where it starts, what its surroundings may do to it, and its scans."""
+"""What surrounds a program in a cell: the areas of its controllers, and their scanner."""
 
 from __future__ import annotations
 
@@ -9,22 +9,19 @@ from typing import Any
 import z3
 
 from rcx_harness.cell.image import Image, Slot, find_image
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.builtin.storage import address_slot, is_scalar, stored
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.paths import resolve
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.scalars import ANY_DURATION, WIDTH
-from rcx_harness.engine.types import BlockType, ElementaryType, EnumType, Type
 from rcx_harness.spec.wire import SIZE
-from rcx_harness.verify.prove import reals, values
-from rcx_harness.verify.prove.logic import UnsupportedError
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.program import ProgramMachine
-from rcx_harness.verify.prove.tree import calls_of, written
 from rcx_harness.watch.image_source import reads_located
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.language import tree as t
+from structured_text.language.project import Project
+from structured_text.language.types import ElementaryType
+from structured_text.prove import reals, values
+from structured_text.prove.logic import UnsupportedError
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.surroundings import Surroundings, path_of
+from structured_text.prove.tree import calls_of
 
-__all__ = ["Area", "Given", "Input", "Surroundings", "path_of"]
+__all__ = ["Area", "CellSurroundings"]
 
 
 @dataclass(frozen=True)
@@ -39,53 +36,20 @@ class Area:
     status: Path | None
 
 
-@dataclass(frozen=True)
-class Input:
-    """A variable that the surroundings may set before each scan: its name is its path in a cell."""
-
-    name: str
-    path: Path
-    type: Type
-    initial: Any = None
-
-    @property
-    def searched(self) -> bool:
-        """A stimulus can set it to any value that the solver chooses."""
-        if isinstance(self.type, EnumType):
-            return True
-        name = self.type.name if isinstance(self.type, ElementaryType) else ""
-        return name == "BOOL" or name in ANY_DURATION or name in WIDTH
-
-
-@dataclass(frozen=True)
-class Given:
-    """What the surroundings do before a scan, as terms: bytes and status of each area, inputs."""
-
-    areas: dict[int, tuple[list[Any], Any]]
-    inputs: dict[str, Any]
-
-
-class Surroundings:
-    """The program of a project with all that may happen to it from outside.
+class CellSurroundings(Surroundings):
+    """The program of a project in a cell with its controllers.
 
     Args:
         project: The sources, with the programs that run.
 
     Attributes:
         areas: The input area of each controller.
-        inputs: Variables that no program writes: those of the panel, of the scanner, of others.
 
     Raises:
         InputError: the program has no process image.
     """
 
     def __init__(self, project: Project) -> None:
-        self.project = project
-        self.writes = {
-            name: written(pou)
-            for name, pou in project.pous.items()
-            if pou.kind in ("PROGRAM", "FUNCTION_BLOCK")
-        }
         program, located = BuiltinProgram.build(project), reads_located(project)
         self.areas = [
             Area(
@@ -94,12 +58,34 @@ class Surroundings:
                 m,
                 n,
                 find_image(program, size=size, m=m, n=n, located=located),
-                self._status(number),
+                _status(project, number),
             )
             for number, (size, m, n) in enumerate(_places(project), 1)
         ]
-        held = {path for area in self.areas for path in self._held(area)}
-        self.inputs = [one for one in self._inputs() if one.path not in held]
+        super().__init__(project)
+        self.linked = {one.controller: one.status for one in self.areas if one.status}
+
+    def held(self) -> Iterator[Path]:
+        """Yield the places of the scanner's own variables, and of the output area."""
+        for area in self.areas:
+            yield from self._held(area)
+        for instance in self.project.instances:
+            yield (instance.upper(), "OUTPUTAREA")
+
+    def give_areas(self, machine: Machine, number: int) -> dict[int, tuple[list[Any], Any]]:
+        """Put into the process image what comes from each controller before a scan."""
+        areas = {}
+        for area in self.areas:
+            name = f"{area.controller}.{number}"
+            content = [z3.BitVec(f"area.{name}.{k}", 8) for k in range(area.size)]
+            connected = z3.Bool(f"connected.{name}")
+            self._put(machine, area, content, connected)
+            areas[area.controller] = (content, connected)
+        return areas
+
+    def byte_name(self, number: str) -> str:
+        """Return how the manual calls a byte of an area."""
+        return f"byte m+{number}"
 
     def _held(self, area: Area) -> Iterator[Path]:
         """What is the scanner's own."""
@@ -110,93 +96,6 @@ class Surroundings:
             yield path_of(self.project, area.image.life_path)[0]
         if area.status is not None:
             yield area.status
-
-    def _status(self, number: int) -> Path | None:
-        """As a cell finds it: `Main.Connected`, `Main.Connected2` of the second controller."""
-        wanted = "CONNECTED" if number == 1 else f"CONNECTED{number}"
-        for name, block in self.project.instances.items():
-            for variable in block.variables:
-                if variable.name.upper() == wanted and variable.type == ElementaryType("BOOL"):
-                    return path_of(self.project, f"{name}.{variable.name}")[0]
-        return None
-
-    def _inputs(self) -> Iterator[Input]:
-        everywhere = set().union(*self.writes.values())
-        for instance, block in self.project.instances.items():
-            pou = self.project.pous[block.name.upper()]
-            for symbol in pou.symbols.values():
-                own = symbol.section in ("VAR", "VAR_INPUT") and not symbol.constant
-                key = symbol.name.upper()
-                if not own or key == "OUTPUTAREA" or key in self.writes[pou.name.upper()]:
-                    continue
-                if symbol.address is not None and symbol.address.upper() in everywhere:
-                    continue
-                if not isinstance(symbol.type, BlockType):
-                    name = f"{instance}.{symbol.name}"
-                    yield Input(name, path_of(self.project, name)[0], symbol.type, symbol.initial)
-        for symbol in self.project.global_symbols.values():
-            key = symbol.address.upper() if symbol.address else symbol.name.upper()
-            if not symbol.constant and key not in everywhere and is_scalar(symbol.type):
-                place, _ = path_of(self.project, symbol.name)
-                yield Input(symbol.name, place, symbol.type, symbol.initial)
-
-    # --- memory ---
-
-    def start(self, machine: Machine) -> None:
-        """Everything with its initial value."""
-        for path, symbol in self.roots():
-            machine.create(path, symbol.type, symbol.initial)
-
-    def anything(self, machine: Machine) -> None:
-        """Any state: all that can change may be anything."""
-        for path, symbol in self.roots():
-            if symbol.constant:
-                machine.create(path, symbol.type, symbol.initial)
-            else:
-                machine.havoc(path, symbol.type)
-
-    def roots(self) -> Iterator[tuple[Path, t.Symbol]]:
-        """Yield the variables of the programs, global and located ones, each with its place."""
-        for symbol in self.project.global_symbols.values():
-            slot = address_slot(symbol.address) if symbol.address else symbol.name.upper()
-            yield ("", slot), symbol
-        for pou in self.project.pous.values():
-            for symbol in pou.symbols.values():
-                if symbol.address is not None:
-                    yield ("", address_slot(symbol.address)), symbol
-        for instance, block in self.project.instances.items():
-            for symbol in stored(self.project.pous[block.name.upper()].symbols.values()):
-                yield (instance.upper(), symbol.name.upper()), symbol
-
-    # --- scans ---
-
-    def give(self, machine: Machine, number: int, *, everything: bool = False) -> Given:
-        """Let the surroundings do what they may before a scan.
-
-        Inputs that no stimulus can set to what the solver chooses (REAL, STRING, arrays) stay as
-        they are, or are anything where `everything` is to be thought of.
-        """
-        areas = {}
-        for area in self.areas:
-            name = f"{area.controller}.{number}"
-            content = [z3.BitVec(f"area.{name}.{k}", 8) for k in range(area.size)]
-            connected = z3.Bool(f"connected.{name}")
-            self._put(machine, area, content, connected)
-            areas[area.controller] = (content, connected)
-        inputs: dict[str, Any] = {}
-        for one in self.inputs:
-            if one.searched:
-                value = values.anything(one.type, f"{one.name}.{number}")
-                if values.is_duration(one.type) and not everything:  # as a file writes it
-                    whole = z3.BitVec(f"{one.name}.{number}", 32)
-                    value = z3.ZeroExt(values.TIME_BITS - 32, whole) * 1_000_000
-                inputs[one.name] = value
-                legal = values.legal(one.type, inputs[one.name])
-                machine.assume(legal)
-                machine[one.path] = inputs[one.name]
-            elif everything:
-                machine.havoc(one.path, one.type)
-        return Given(areas, inputs)
 
     def _put(self, machine: Machine, area: Area, content: list[Any], connected: Any) -> None:
         image = area.image
@@ -230,16 +129,15 @@ class Surroundings:
         else:
             raise UnsupportedError(f"{slot.path}: a {slot.kind} in the process image")
 
-    def scan(self, machine: ProgramMachine, number: int) -> None:
-        """Run the scan with this number; what a machine has noted is then of this scan."""
-        machine.calls.clear()
-        machine.own.clear()
-        machine.obligations.clear()
-        machine.operations.clear()
-        for run in self.project.schedule:
-            if number % run.every == 0:
-                kind = self.project.instances[run.instance]
-                machine.call_block((run.instance.upper(),), kind.name, {})
+
+def _status(project: Project, number: int) -> Path | None:
+    """As a cell finds it: `Main.Connected`, `Main.Connected2` of the second controller."""
+    wanted = "CONNECTED" if number == 1 else f"CONNECTED{number}"
+    for name, block in project.instances.items():
+        for variable in block.variables:
+            if variable.name.upper() == wanted and variable.type == ElementaryType("BOOL"):
+                return path_of(project, f"{name}.{variable.name}")[0]
+    return None
 
 
 def _places(project: Project) -> list[tuple[int, int, int]]:
@@ -261,14 +159,3 @@ def _pin(call: t.CallBlock, name: str, default: int) -> int:
         if pin.upper() == name:
             return int(value.value) if isinstance(value, t.Constant) else default
     return default
-
-
-def path_of(project: Project, name: str) -> tuple[Path, Type]:
-    """Where a machine has what a cell calls `Main.Stage`."""
-    found = resolve(project, name)
-    if found.address is not None:
-        inside = (step.upper() if isinstance(step, str) else step for step in found.inside)
-        return ("", address_slot(found.address), *inside), found.type
-    steps = tuple(step.upper() if isinstance(step, str) else step for step in found.steps)
-    root = ("", found.root.upper()) if found.is_global else (found.root.upper(),)
-    return (*root, *steps), found.type

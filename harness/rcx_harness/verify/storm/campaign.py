@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from rcx_harness.cell.stimulus import Entry
-from rcx_harness.verify.farm import Farm, Kept
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import RECOVERY, Course
 from rcx_harness.verify.storm.draw import draw_storms
@@ -15,6 +14,7 @@ from rcx_harness.verify.storm.moments import moments
 from rcx_harness.verify.storm.replay import Replay, replay_of
 from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
+from structured_text.farm import Farm, Kept
 
 __all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
 

@@ -10,20 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.build import (
-    blame_lib,
-    make_robot,
-    named_files,
-    several,
-    source_files,
-    st_files,
-)
+from rcx_harness.cell.build import make_robot, several
 from rcx_harness.cell.compiled import Compiled
-from rcx_harness.cell.sources import library_folder
-from rcx_harness.engine.needed import declared_names
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Parcel
+from rcx_harness.cell.sources import blame_lib, library_folder, source_files
 from rcx_harness.verify.storm.demands import Demands
+from structured_text.errors import InputError
+from structured_text.farm import Parcel
+from structured_text.projects.needed import declared_names
+from structured_text.projects.sources import named_files, st_files
 
 __all__ = ["Cells", "CellsOf"]
 

@@ -12,14 +12,13 @@ from typing import Any
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Entry, Stimulus, typed
 from rcx_harness.cell.surroundings import OPPOSITES
-from rcx_harness.engine.types import ElementaryType
-from rcx_harness.errors import InputError
-from rcx_harness.output.reading import check_file
-from rcx_harness.spec import load_toml
-from rcx_harness.spec.telegram import did_you_mean
-from rcx_harness.units import parse_us
 from rcx_harness.verify.properties import Declared, declared_in, from_python
 from rcx_harness.verify.recovery import Recovery, recovery_of
+from structured_text.errors import InputError, did_you_mean
+from structured_text.language.types import ElementaryType
+from structured_text.output.reading import check_file
+from structured_text.output.toml_files import load_toml
+from structured_text.units import parse_us
 
 __all__ = ["FAULTS", "Demands"]
 

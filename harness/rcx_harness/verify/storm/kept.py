@@ -8,13 +8,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.limits import MOST_LINE_BYTES, OTHER
-from rcx_harness.output.reading import open_file
-from rcx_harness.verify.farm import Kept
 from rcx_harness.verify.storm.campaign import Explained, Seed, Unexplained
 from rcx_harness.verify.storm.replay import Replay
 from rcx_harness.verify.storm.sweep import Moments, Shown
+from structured_text.errors import InputError
+from structured_text.farm import Kept
+from structured_text.output.limits import MOST_LINE_BYTES, OTHER
+from structured_text.output.reading import open_file
 
 __all__ = ["keep"]
 

@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterator
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Entry
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.types import BlockType, ElementaryType, EnumType, StructType, Type
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.storms import Failure
+from structured_text.engines.base import Program
+from structured_text.language.types import BlockType, ElementaryType, EnumType, StructType, Type
 
 __all__ = ["Moments", "moments"]
 

@@ -10,12 +10,12 @@ from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
 from rcx_harness.robot import Violation
 from rcx_harness.trace.chart import Band, Lane, Timeline
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_harness.units import format_us
 from rcx_harness.verify.properties import Judge
-from rcx_harness.verify.replays import MARK
 from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.storms import Failure, kind_of
+from structured_text.output.replays import MARK
+from structured_text.units import format_us
 
 __all__ = ["MARK", "Replay", "Replayed", "replay", "replay_of"]
 

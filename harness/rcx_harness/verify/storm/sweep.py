@@ -10,14 +10,13 @@ from typing import Any, NamedTuple
 from rcx_harness.cell import EVENTS
 from rcx_harness.cell.stimulus import Entry
 from rcx_harness.cell.surroundings import check, opposite
-from rcx_harness.errors import InputError
-from rcx_harness.spec.telegram import did_you_mean
-from rcx_harness.units import format_us
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import RECOVERY, Course
 from rcx_harness.verify.storm.replay import Replay, replay_of
 from rcx_harness.verify.storm.shrink import thin_out
 from rcx_harness.verify.storm.storms import Failure
+from structured_text.errors import InputError, did_you_mean
+from structured_text.units import format_us
 
 __all__ = ["Failing", "Inject", "Moments", "Shown", "Sweep", "injects", "pieces", "ranges", "told"]
 

@@ -7,10 +7,10 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.files import replace_files
-from rcx_harness.verify.replays import BEGINS, check
 from rcx_harness.verify.storm.replay import Replay
+from structured_text.errors import InputError
+from structured_text.output.files import replace_files
+from structured_text.output.replays import BEGINS, check
 
 __all__ = ["check_folder", "command", "file_name", "forget", "write"]
 

@@ -9,10 +9,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
 from rcx_tools.docs.blocks.source import ROOT, Pin, Pou, kinds, pous
 from rcx_tools.library import library
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["FOLDER", "START_US", "Snippet", "Step", "own_pins", "program", "snippets", "stimulus"]
 __all__ += ["without"]

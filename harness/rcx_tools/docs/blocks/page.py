@@ -17,6 +17,7 @@ from rcx_tools.docs.blocks.runs import Run, run_of
 from rcx_tools.docs.blocks.source import ROOT, Pin, Pou, kinds, pous
 from rcx_tools.docs.processes import processes
 from rcx_tools.library import library
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page"]
 
@@ -278,7 +279,7 @@ def _structure(value: Mapping[str, Any], types: Mapping[str, str]) -> str:
 
 @cache
 def _error_table() -> dict[int, dict[str, Any]]:
-    return {one["id"]: one for one in spec.load_toml(spec.folder() / "errors.toml")["error"]}
+    return {one["id"]: one for one in load_toml(spec.folder() / "errors.toml")["error"]}
 
 
 def _errors(pou: Pou) -> Iterator[str]:

@@ -9,6 +9,7 @@ from typing import Any
 from rcx_harness import spec
 from rcx_harness.spec import Command, Signal
 from rcx_tools.library import library
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["panel_page"]
 
@@ -127,7 +128,7 @@ def _back() -> Iterator[str]:
         yield f"<div><code>{command.shown[2:]}</code><span>{escape(_sender(command))}</span></div>"
     yield "</div>"
     yield "<h2>ErrorID of the blocks</h2>"
-    errors = spec.load_toml(spec.folder() / "errors.toml")["error"]
+    errors = load_toml(spec.folder() / "errors.toml")["error"]
     yield '<div class="small">'
     yield from _rows(("ErrorID", "Name", "Remedy"), map(_error, errors))
     yield "</div>"

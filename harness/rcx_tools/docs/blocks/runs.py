@@ -12,11 +12,11 @@ from typing import Any
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.errors import InputError
 from rcx_harness.trace.chart import Lane, Timeline
 from rcx_tools.docs.blocks.examples import FOLDER, START_US, Snippet, program, snippets, stimulus
 from rcx_tools.docs.blocks.source import CONTRACT
 from rcx_tools.docs.blocks.tracks import DRAWN, not_too_many, tracks_of
+from structured_text.errors import InputError
 
 __all__ = ["Run", "run_of", "run_snippet"]
 

@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rcx_harness.engine.base import Program
 from rcx_harness.trace import Record, Scan
 from rcx_tools.evidence.campaign.commands import COMMANDS, LEVELS, Telegrams
 from rcx_tools.evidence.campaign.requests import Comparison, Request, hexed
 from rcx_tools.evidence.campaign.station import Execution
+from structured_text.engines.base import Program
 
 __all__ = ["SEQUENCES", "Judge"]
 

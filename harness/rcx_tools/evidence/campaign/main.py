@@ -14,11 +14,9 @@ from rich.table import Table
 
 from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.stimulus import entry_text
-from rcx_harness.engine.load import find_c_compiler, find_matiec
 from rcx_harness.trace import Record
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_harness.verify.farm import Farm
 from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
 from rcx_tools.evidence.broken import library_copy
@@ -29,6 +27,8 @@ from rcx_tools.evidence.campaign.run import compiled, run_storms
 from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
 from rcx_tools.evidence.results import FOLDER, write_result
+from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.farm import Farm
 
 __all__ = ["main"]
 

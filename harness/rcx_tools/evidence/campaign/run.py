@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rcx_harness.cell.build import source_files
 from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.link import PacketNetwork
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Entry
-from rcx_harness.errors import InputError
 from rcx_harness.spec.wire import SIZE
 from rcx_harness.trace import Record, Scan
 from rcx_harness.verify.storm.storms import Run, Storm
@@ -17,6 +16,7 @@ from rcx_tools.evidence.campaign.commands import COMMANDS
 from rcx_tools.evidence.campaign.judge import SEQUENCES, Judge
 from rcx_tools.evidence.campaign.outcome import Outcome
 from rcx_tools.evidence.campaign.station import Conditions, Station
+from structured_text.errors import InputError
 
 __all__ = ["compiled", "run_storms"]
 

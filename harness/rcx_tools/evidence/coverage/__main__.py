@@ -11,16 +11,16 @@ from typing import Any
 
 from rich.console import Console
 
-from rcx_harness.engine.builtin.collector import Collector
-from rcx_harness.engine.builtin.coverage import Plan
-from rcx_harness.engine.frontend.load import checked
-from rcx_harness.spec import load_toml
-from rcx_harness.verify.coverage.measure import FileResult, Share, measure
-from rcx_harness.verify.coverage.output import write_report
-from rcx_harness.verify.coverage.parts import Part, merge, part_of
-from rcx_harness.verify.coverage.report import gaps, totals
 from rcx_tools.evidence.coverage.run import Run, run_tests
 from rcx_tools.evidence.coverage.text import folder_table, full_text
+from structured_text.coverage.measure import FileResult, Share, measure
+from structured_text.coverage.output import write_report
+from structured_text.coverage.parts import Part, merge, part_of
+from structured_text.coverage.report import gaps, totals
+from structured_text.engines.builtin.collector import Collector
+from structured_text.engines.builtin.coverage import Plan
+from structured_text.language.load import checked
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["figures", "main", "reasons", "uncounted"]
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.builtin.collector import Collector
 from rcx_harness.testing.coverage import Gathering
-from rcx_harness.verify.coverage.parts import Part
+from structured_text.coverage.parts import Part
+from structured_text.engines.builtin.collector import Collector
 
 __all__ = ["pytest_addoption", "pytest_configure"]
 

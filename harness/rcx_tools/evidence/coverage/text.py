@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.verify.coverage.measure import FileResult, Share
-from rcx_harness.verify.coverage.report import Gap, gaps, totals
+from structured_text.coverage.measure import FileResult, Share
+from structured_text.coverage.report import Gap, gaps, totals
 
 __all__ = ["folder_table", "full_text"]
 

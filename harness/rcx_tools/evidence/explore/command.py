@@ -23,9 +23,6 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from rcx_harness.output.system import processors
-from rcx_harness.verify.explore.search import Broken, Result
-from rcx_harness.verify.farm import Farm
 from rcx_tools.evidence.explore import interlock
 from rcx_tools.evidence.explore.interlock import InterlockModel
 from rcx_tools.evidence.explore.known import AnyModel, Done, Found, Known
@@ -35,6 +32,9 @@ from rcx_tools.evidence.explore.replay import replay
 from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
 from rcx_tools.evidence.results import ROOT
+from structured_text.explore.search import Broken, Result
+from structured_text.farm import Farm
+from structured_text.output.system import processors
 
 __all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "items_of", "main", "without_collector"]
 

@@ -25,12 +25,12 @@ from pathlib import Path
 from random import Random
 from typing import Any, ClassVar, NamedTuple
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.engine.frontend.load import load
-from rcx_harness.engine.needed import needed
-from rcx_harness.verify.explore.search import Broken, Paths, Result, Search, World
 from rcx_tools.evidence.explore.search import LIBRARY, longest
 from rcx_tools.evidence.explore.seeded import Seeded
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.explore.search import Broken, Paths, Result, Search, World
+from structured_text.language.load import load
+from structured_text.projects.needed import needed
 
 __all__ = ["MODELS", "SEEDED", "InterlockModel", "explored", "replay", "told"]
 

@@ -8,15 +8,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from rcx_harness.engine.needed import needed
-from rcx_harness.verify.explore.search import Result
-from rcx_harness.verify.kept import Results, digest
 from rcx_tools.evidence.explore.interlock import InterlockModel
 from rcx_tools.evidence.explore.model import Model
 from rcx_tools.evidence.explore.models import MODELS
 from rcx_tools.evidence.explore.search import LIBRARY
 from rcx_tools.evidence.explore.seeded import Seeded
 from rcx_tools.evidence.results import ROOT
+from structured_text.explore.search import Result
+from structured_text.output.results import Results, digest
+from structured_text.projects.needed import needed
 
 __all__ = ["OWN", "AnyModel", "Done", "Found", "Known", "defined_by"]
 
@@ -25,10 +25,16 @@ AnyModel = Model | InterlockModel
 
 _HERE = Path(__file__).parent
 #: What decides over states and rules, beside blocks and models: the engine, these of this package.
-_ENGINE = ("*.py", "*.lark")
+_ENGINE = ("engines", "language", "projects")
+_KINDS = ("*.py", "*.lark")
 #: The modules beside this one that decide what is found, and those of all explorations.
 OWN = ("model", "contract", "oracle", "search", "stages", "models")
-_SHARED = ("abstraction", "kept", "search")
+_SHARED = (
+    "structured_text/explore/abstraction.py",
+    "structured_text/explore/kept.py",
+    "rcx_harness/verify/explore/kept.py",
+    "structured_text/explore/search.py",
+)
 
 
 class Done(NamedTuple):
@@ -93,10 +99,11 @@ class Known:
         if name not in self._keys:
             with TemporaryDirectory() as folder:
                 files = needed([model.write(Path(folder))], self._library)
-            engine = ROOT / "harness/rcx_harness/engine"
-            rules = [file for pattern in _ENGINE for file in engine.rglob(pattern)]
+            rooms = [ROOT / "harness/structured_text" / name for name in _ENGINE]
+            found = (file for room in rooms for kind in _KINDS for file in room.rglob(kind))
+            rules = list(found)
             own = [_HERE / f"{part}.py" for part in defined_by(model)]
-            shared = [ROOT / f"harness/rcx_harness/verify/explore/{part}.py" for part in _SHARED]
+            shared = [ROOT / "harness" / part for part in _SHARED]
             state = digest(ROOT, [*files, *rules, *own, *shared])
             self._keys[name] = f"{model.name} {state} {self._seed} {name}"
         return self._keys[name]

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from rcx_harness.engine.base import Program
 from rcx_harness.spec.wire import CYCLE_US, SIZE
 from rcx_harness.trace import Record, Scan, Trace, Violation
 from rcx_harness.trace.chart import Lane, Timeline
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_harness.verify.explore.search import Broken
 from rcx_harness.watch.wire import WireMonitor, word
 from rcx_tools.evidence.explore.model import Choice, Model
 from rcx_tools.evidence.explore.oracle import Oracle
 from rcx_tools.evidence.explore.search import LIBRARY, compiled, quiet_choices
+from structured_text.engines.base import Program
+from structured_text.explore.search import Broken
 
 __all__ = ["Replay", "replay"]
 

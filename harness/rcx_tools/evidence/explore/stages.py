@@ -17,9 +17,9 @@ from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from rcx_harness.engine.builtin import BuiltinProgram
-from rcx_harness.verify.explore.abstraction import NOW_US, Abstraction
 from rcx_tools.evidence.explore.model import Choice, Model
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.explore.abstraction import NOW_US, Abstraction
 
 __all__ = ["End", "Stages"]
 

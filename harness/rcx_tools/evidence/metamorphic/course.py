@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.types import BlockType
 from rcx_harness.trace import Cycle, Record, Scan
 from rcx_tools.evidence.metamorphic.programs import Subject
+from structured_text.engines.base import Program
+from structured_text.language.types import BlockType
 
 __all__ = ["Course", "Options", "Seen", "follow", "slowed"]
 

@@ -10,14 +10,14 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.farm import Farm
 from rcx_tools.evidence.broken import library_copy
 from rcx_tools.evidence.metamorphic.course import Options, follow
 from rcx_tools.evidence.metamorphic.programs import Subject, subjects
 from rcx_tools.evidence.metamorphic.relations import RELATIONS
 from rcx_tools.evidence.metamorphic.seeded import SEEDED, find
 from rcx_tools.evidence.results import write_result
+from structured_text.errors import InputError
+from structured_text.farm import Farm
 
 __all__ = ["main"]
 

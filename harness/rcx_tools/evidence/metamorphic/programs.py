@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.robot import RobotConfig
-from rcx_harness.units import parse_us
 from rcx_tools.docs.examples import examples
 from rcx_tools.docs.processes import processes
 from rcx_tools.evidence.results import ROOT
 from rcx_tools.library.tables import Block, library
+from structured_text.units import parse_us
 
 __all__ = ["EVERY_COMMAND", "Subject", "every_command", "subjects"]
 

@@ -9,12 +9,12 @@ from itertools import zip_longest
 from random import Random
 from typing import Any, NamedTuple
 
-from rcx_harness.engine.load import find_c_compiler, find_matiec
-from rcx_harness.units import format_us
 from rcx_tools.evidence.metamorphic.changes import in_bytes, in_words, resized, shifted, slower
 from rcx_tools.evidence.metamorphic.course import Course, Options, Seen
 from rcx_tools.evidence.metamorphic.programs import EVERY_COMMAND, Subject, every_command
 from rcx_tools.library.tables import library
+from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.units import format_us
 
 __all__ = ["RELATIONS", "Relation", "Variant", "head_of", "reason_against", "same", "same_scans"]
 

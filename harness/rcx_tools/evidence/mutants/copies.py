@@ -19,12 +19,14 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.errors import InputError
 from rcx_harness.testing.tracing import PerTest
 from rcx_tools.evidence.mutants.suite import exhaustive_of, pytest_options, settle_hypothesis
+from structured_text.errors import InputError
 
 __all__ = ["Copies", "Traced"]
 
+#: Packages that are taken from a copy.
+_PACKAGES = ("rcx_harness", "rcx_tools", "structured_text")
 #: What no test in a copy needs.
 _LEFT_OUT = (".*", "out", "*.egg-info")
 #: So many files of tests are collected first; where one of their tests fails, that was all.
@@ -189,7 +191,7 @@ class Copies:
         helping = str(self._root / "tests") + os.sep
         for name, module in list(sys.modules.items()):
             file = getattr(module, "__file__", None) or ""
-            if name.partition(".")[0] in ("rcx_harness", "rcx_tools") or file.startswith(helping):
+            if name.partition(".")[0] in _PACKAGES or file.startswith(helping):
                 del sys.modules[name]
         sys.path.insert(0, str(copy / "harness"))
         os.environ["PYTHONPATH"] = str(copy / "harness")

@@ -15,12 +15,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.kept import digest
-from rcx_harness.verify.mutants.judging import Judging, Task
-from rcx_harness.verify.mutants.mutant import Mutant
-from rcx_harness.verify.mutants.report import Judged, Reasons, figures
-from rcx_harness.verify.progress import progress_bar
 from rcx_tools.evidence.mutants.baseline import Baseline
 from rcx_tools.evidence.mutants.copies import Copies, Traced
 from rcx_tools.evidence.mutants.pool import run_tasks
@@ -48,10 +42,16 @@ from rcx_tools.evidence.mutants.tables import (
     table_meaning,
 )
 from rcx_tools.evidence.mutants.tiers import quick_tier
+from structured_text.errors import InputError
+from structured_text.mutants.judging import Judging, Task
+from structured_text.mutants.mutant import Mutant
+from structured_text.mutants.report import Judged, Reasons, figures
+from structured_text.output.progress import progress_bar
+from structured_text.output.results import digest
 
 __all__ = ["KINDS", "HarnessRun", "Kind"]
 
-_PACKAGE = "harness/rcx_harness"
+_PACKAGE, _TOOLKIT = "harness/rcx_harness", "harness/structured_text"
 #: Files of tests of one run of the original.
 _SHARD = 6
 #: Longest that such a run may take [s].
@@ -85,7 +85,7 @@ class Kind:
 
 
 _MONITORS = tuple(f"{_PACKAGE}/watch/{name}.py" for name in ("wire", "contract", "steady"))
-_ENGINE = tuple(f"{_PACKAGE}/engine/{name}" for name in ("builtin", "frontend"))
+_ENGINE = (f"{_TOOLKIT}/engines/builtin", f"{_TOOLKIT}/language")
 _OF_ENGINE = (
     *("tests/engine", "tests/verify/test_coverage.py", "tests/verify/test_coverage_language.py"),
     "tests/watch/test_calls.py",
@@ -114,7 +114,8 @@ class HarnessRun:
         self._out = self._root / "out" / "verification"
         self._states = TestStates(self._root)
         self._names: dict[str, dict[int, str]] = {}
-        modules = sorted((self._root / _PACKAGE).rglob("*.py"))
+        packages = [self._root / name for name in (_PACKAGE, _TOOLKIT)]
+        modules = sorted(file for package in packages for file in package.rglob("*.py"))
         keys = [file_key(one.relative_to(self._root).as_posix()) for one in modules]
         texts = [one.read_text(encoding="utf-8") for one in modules]
         self._texts = dict(zip(keys, texts, strict=True))

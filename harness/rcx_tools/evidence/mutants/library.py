@@ -8,13 +8,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.needed import needed
-from rcx_harness.verify.kept import digest
-from rcx_harness.verify.mutants.engine import Workshop
-from rcx_harness.verify.mutants.judging import Judging, Task
-from rcx_harness.verify.mutants.mutant import Mutant, Mutants
-from rcx_harness.verify.mutants.report import Reasons, figures
-from rcx_harness.verify.progress import progress_bar
 from rcx_tools.evidence.mutants.baseline import Baseline
 from rcx_tools.evidence.mutants.pool import run_tasks
 from rcx_tools.evidence.mutants.select import (
@@ -34,6 +27,13 @@ from rcx_tools.evidence.mutants.suite import (
 from rcx_tools.evidence.mutants.tiers import quick_tier
 from rcx_tools.library import files as generated_files
 from rcx_tools.library.alarm_texts import text_files
+from structured_text.mutants.engine import Workshop
+from structured_text.mutants.judging import Judging, Task
+from structured_text.mutants.mutant import Mutant, Mutants
+from structured_text.mutants.report import Reasons, figures
+from structured_text.output.progress import progress_bar
+from structured_text.output.results import digest
+from structured_text.projects.needed import needed
 
 __all__ = ["LibraryRun"]
 

@@ -7,9 +7,9 @@ import json
 import os
 from collections.abc import Callable, Iterable, Iterator
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.system import copied, copy_ended
-from rcx_harness.verify.mutants.judging import ENDLESS, Outcome, Task
+from structured_text.errors import InputError
+from structured_text.mutants.judging import ENDLESS, Outcome, Task
+from structured_text.output.system import copied, copy_ended
 
 __all__ = ["PATIENCE_S", "run_tasks"]
 

@@ -13,8 +13,8 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import TypeVar
 
-from rcx_harness.verify.mutants.text import Edit, Span
 from rcx_tools.evidence.mutants.sample import Change
+from structured_text.mutants.text import Edit, Span
 
 __all__ = [
     "PYTHON_OPERATORS",
@@ -164,7 +164,7 @@ def function_at(text: str, offset: int, path: str) -> str:
 
 def file_key(path: str) -> str:
     """How a module is called in reports: `robot/handshake.py`."""
-    return path.removeprefix("harness/rcx_harness/")
+    return path.removeprefix("harness/rcx_harness/").removeprefix("harness/structured_text/")
 
 
 class _Finder:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from hashlib import blake2b
 from pathlib import Path
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.mutants.mutant import Mutant, mutant_of
-from rcx_harness.verify.mutants.text import Edit
+from structured_text.errors import InputError
+from structured_text.mutants.mutant import Mutant, mutant_of
+from structured_text.mutants.text import Edit
 
 __all__ = ["Change", "sampled"]
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
-from rcx_harness.verify.mutants.mutant import Mutant, mutant_of
-from rcx_harness.verify.mutants.text import Edit, Span
 from rcx_tools.evidence.mutants.python import function_at
 from rcx_tools.evidence.mutants.tables import entry_at
+from structured_text.errors import InputError
+from structured_text.mutants.mutant import Mutant, mutant_of
+from structured_text.mutants.text import Edit, Span
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["Bug", "bugs"]
 

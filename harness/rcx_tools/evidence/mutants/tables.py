@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from rcx_harness.spec import parse_toml
-from rcx_harness.verify.mutants.text import Edit, Span
 from rcx_tools.evidence.mutants.sample import Change
+from structured_text.mutants.text import Edit, Span
+from structured_text.output.toml_files import parse_toml
 
 __all__ = ["TABLE_OPERATORS", "entry_at", "marks_of", "table_changes", "table_meaning"]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from rcx_harness.verify.mutants.report import Judged
+from structured_text.mutants.report import Judged
 
 __all__ = ["QUICK_GOAL", "print_quick_tier", "quick_tier"]
 

@@ -14,16 +14,16 @@ from typing import Any
 
 from rich.console import Console
 
-from rcx_harness.errors import InputError
-from rcx_harness.output.system import processors
-from rcx_harness.verify.kept import Results
-from rcx_harness.verify.progress import progress_bar
 from rcx_tools.evidence.prove import report, seeded
 from rcx_tools.evidence.prove.agreement import jobs as agreeing
 from rcx_tools.evidence.prove.jobs import died, jobs, run
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import HasKey, Run, outcomes
 from rcx_tools.evidence.results import ROOT, write_result
+from structured_text.errors import InputError
+from structured_text.output.progress import progress_bar
+from structured_text.output.results import Results
+from structured_text.output.system import processors
 
 __all__ = ["LIBRARY", "main"]
 

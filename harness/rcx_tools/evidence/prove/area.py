@@ -10,10 +10,10 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.types import ArrayType, Type
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
+from structured_text.language.types import ArrayType, Type
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.values import Value
 
 __all__ = [
     "AGAIN",

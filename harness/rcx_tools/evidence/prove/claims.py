@@ -8,7 +8,6 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.base import Program
 from rcx_harness.spec import commands
 from rcx_harness.spec.wire import DEDICATED_AT, SIZE
 from rcx_harness.watch.contract import ContractMonitor
@@ -16,6 +15,7 @@ from rcx_harness.watch.wire import WireMonitor, word
 from rcx_tools.evidence.prove.client import IMAGE_BYTES, Client
 from rcx_tools.evidence.prove.environment import Moment
 from rcx_tools.evidence.prove.library import Library
+from structured_text.engines.base import Program
 
 __all__ = ["CLAIMS", "DIFFERS", "HANG", "QUIET", "RESULT", "STOPS", "About", "Judges"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from rcx_harness.engine.types import ElementaryType
 from rcx_tools.evidence.prove.library import Library
+from structured_text.language.types import ElementaryType
 
 __all__ = ["IMAGE_BYTES", "Client", "less"]
 

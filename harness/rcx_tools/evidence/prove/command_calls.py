@@ -9,14 +9,14 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.types import ArrayType, EnumType
-from rcx_harness.verify.prove.machine import Path
-from rcx_harness.verify.prove.reals import Real
-from rcx_harness.verify.prove.texts import Text
-from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.pin_telegrams import WORDS, char_code
 from rcx_tools.evidence.prove.tickets.model import keeps_turn
+from structured_text.language.types import ArrayType, EnumType
+from structured_text.prove.machine import Path
+from structured_text.prove.reals import Real
+from structured_text.prove.texts import Text
+from structured_text.prove.values import Value
 
 __all__ = ["Call", "Held"]
 

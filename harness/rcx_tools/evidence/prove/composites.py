@@ -7,12 +7,12 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.types import BlockType, EnumType
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.invariants import ABNORMAL
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.outline import is_outside
+from structured_text.language.types import BlockType, EnumType
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.values import Value
 
 __all__ = ["COLLECTS", "inside", "keeps"]
 

@@ -11,10 +11,6 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove import reals, texts
-from rcx_harness.verify.prove.logic import both, truth
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.values import Value, scalar
 from rcx_tools.evidence.prove.composites import COLLECTS
 from rcx_tools.evidence.prove.invariants import (
     ABNORMAL,
@@ -33,6 +29,10 @@ from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import OUTLINED
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.restart import CARRIERS
+from structured_text.prove import reals, texts
+from structured_text.prove.logic import both, truth
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.values import Value, scalar
 
 __all__ = ["PROPERTIES", "kind_of"]
 

@@ -14,11 +14,11 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, StructType, Type
 from rcx_harness.spec.wire import DEDICATED_AT, ENDS, READY, RUN, SIZE
 from rcx_harness.watch.wire import word
 from rcx_tools.evidence.prove.client import IMAGE_BYTES, Client, less
 from rcx_tools.evidence.prove.library import Library
+from structured_text.language.types import ArrayType, ElementaryType, EnumType, StructType, Type
 
 __all__ = ["Environment", "Hints", "Moment", "numbers_in"]
 

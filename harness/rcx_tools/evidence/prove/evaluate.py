@@ -17,7 +17,7 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.logic import UnsupportedError
+from structured_text.prove.logic import UnsupportedError
 
 __all__ = ["REST", "Program", "program"]
 

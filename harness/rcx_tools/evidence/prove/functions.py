@@ -12,11 +12,6 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.verify.prove import reals
-from rcx_harness.verify.prove.logic import UnsupportedError, both, negated
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.values import TIME_BITS, anything, scalar
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.overflow import none_leaves
 from rcx_tools.evidence.prove.property import Goal, Property
@@ -28,6 +23,11 @@ from rcx_tools.evidence.prove.summaries import (
     nearest_milliseconds,
     pattern_of,
 )
+from structured_text.language import tree as t
+from structured_text.prove import reals
+from structured_text.prove.logic import UnsupportedError, both, negated
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.values import TIME_BITS, anything, scalar
 
 __all__ = ["PROPERTIES"]
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import ANY, COMMAND_RUN, RELEASES, REQUESTS, law_of
 from rcx_tools.evidence.prove.property import Goal, Property
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.values import Value
 
 __all__ = [
     "COMMAND_RUN",

@@ -15,16 +15,16 @@ from pathlib import Path
 
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.load import build
-from rcx_harness.engine.needed import needed
-from rcx_harness.errors import InputError
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_tools.evidence.prove.claims import DIFFERS, HANG, QUIET, RESULT, STOPS, About, Judges
 from rcx_tools.evidence.prove.client import Client
 from rcx_tools.evidence.prove.environment import Environment, Hints, Moment, numbers_in
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.results import ROOT
+from structured_text.engines.base import Program
+from structured_text.engines.load import build
+from structured_text.errors import InputError
+from structured_text.projects.needed import needed
 
 __all__ = ["STANDING", "Found", "Hunted", "hunt"]
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.machine import Machine
 from rcx_tools.evidence.prove.area import (
     DEDICATED,
     INPUTS,
@@ -29,6 +28,7 @@ from rcx_tools.evidence.prove.guarantee import (
 )
 from rcx_tools.evidence.prove.library import BLOCK, IMAGE, ROBOT, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
+from structured_text.prove.machine import Machine
 
 __all__ = ["PROPERTIES", "wire"]
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.values import TIME_BITS, Value
 from rcx_tools.evidence.prove.area import STOPS, accepted, at_the_start
 from rcx_tools.evidence.prove.guarantee import INNER, WRITERS
 from rcx_tools.evidence.prove.image import wire
 from rcx_tools.evidence.prove.library import BLOCK, Library, Step, milliseconds
 from rcx_tools.evidence.prove.property import Goal, Property
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.values import TIME_BITS, Value
 
 __all__ = ["PROPERTIES"]
 

@@ -9,14 +9,14 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.frontend.standard import BLOCKS
-from rcx_harness.engine.types import BlockType, EnumType
-from rcx_harness.verify.prove.logic import UnsupportedError
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.tree import written
-from rcx_harness.verify.prove.values import Value, concrete
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import OUTLINED, is_outside
+from structured_text.language.standard import BLOCKS
+from structured_text.language.types import BlockType, EnumType
+from structured_text.prove.logic import UnsupportedError
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.tree import written
+from structured_text.prove.values import Value, concrete
 
 __all__ = [
     "ABNORMAL",

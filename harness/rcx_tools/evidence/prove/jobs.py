@@ -12,9 +12,6 @@ from typing import Any
 
 import z3
 
-from rcx_harness.errors import InputError
-from rcx_harness.verify.prove.logic import UnsupportedError
-from rcx_harness.verify.prove.solve import PROVED, REFUTED, UNKNOWN, ask
 from rcx_tools.evidence.prove import (
     contract,
     functions,
@@ -34,6 +31,9 @@ from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.prove.sources import module_of, prover_state
+from structured_text.errors import InputError
+from structured_text.prove.logic import UnsupportedError
+from structured_text.prove.solve import PROVED, REFUTED, UNKNOWN, ask
 
 __all__ = [
     "PROPERTIES",

@@ -11,8 +11,8 @@ from typing import Any
 
 import z3
 
-from rcx_harness.spec import load_toml
 from rcx_tools.evidence.results import ROOT
+from structured_text.output.toml_files import load_toml
 
 __all__ = ["CODE_BITS", "legal"]
 

@@ -11,17 +11,17 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.load import checked
-from rcx_harness.engine.frontend.parser import parse
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.syntax import Source
-from rcx_harness.errors import InputError
-from rcx_harness.verify.kept import digest
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.values import TIME_BITS, Value
 from rcx_tools.evidence.prove.outline import OUTLINED, Outline
 from rcx_tools.evidence.prove.summaries import SUMMARIES
+from structured_text.errors import InputError
+from structured_text.language import tree as t
+from structured_text.language.load import checked
+from structured_text.language.parser import parse
+from structured_text.language.project import Project
+from structured_text.language.syntax import Source
+from structured_text.output.results import digest
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.values import TIME_BITS, Value
 
 __all__ = ["BLOCK", "IMAGE", "ROBOT", "Library", "Step", "milliseconds"]
 

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import z3
 
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.frontend.standard import BLOCKS
-from rcx_harness.verify.prove.logic import Bool, both
-from rcx_harness.verify.prove.machine import Alternatives, Call, Machine, Path
-from rcx_harness.verify.prove.memory import Leaf
-from rcx_harness.verify.prove.values import Value
+from structured_text.language import tree as t
+from structured_text.language.project import Project
+from structured_text.language.standard import BLOCKS
+from structured_text.prove.logic import Bool, both
+from structured_text.prove.machine import Alternatives, Call, Machine, Path
+from structured_text.prove.memory import Leaf
+from structured_text.prove.values import Value
 
 __all__ = [
     "ANY",

@@ -14,19 +14,19 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.frontend.standard import BLOCKS
-from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
-from rcx_harness.verify.prove.logic import both
-from rcx_harness.verify.prove.machine import Alternatives, Machine, Path
-from rcx_harness.verify.prove.overflow import Operation, Span
-from rcx_harness.verify.prove.tree import text_of
-from rcx_harness.verify.prove.values import TIME_BITS, anything, legal
 from rcx_tools.evidence.prove.library import BLOCK, Library, milliseconds
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.safety import log_keeps
 from rcx_tools.evidence.prove.summaries import SUMMARIES
 from rcx_tools.evidence.results import ROOT
+from structured_text.errors import InputError
+from structured_text.language.standard import BLOCKS
+from structured_text.output.toml_files import load_toml
+from structured_text.prove.logic import both
+from structured_text.prove.machine import Alternatives, Machine, Path
+from structured_text.prove.overflow import Operation, Span
+from structured_text.prove.tree import text_of
+from structured_text.prove.values import TIME_BITS, anything, legal
 
 __all__ = ["PROPERTIES", "WRAPS", "Wrap", "none_leaves", "wraps"]
 

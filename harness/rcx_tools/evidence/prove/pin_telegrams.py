@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import z3
 
-from rcx_harness.verify.prove import reals
-from rcx_harness.verify.prove.logic import UnsupportedError
-from rcx_harness.verify.prove.machine import Machine
-from rcx_harness.verify.prove.reals import Real
-from rcx_harness.verify.prove.texts import Text
 from rcx_tools.evidence.prove.legality import CODE_BITS
 from rcx_tools.evidence.results import ROOT
+from structured_text.prove import reals
+from structured_text.prove.logic import UnsupportedError
+from structured_text.prove.machine import Machine
+from structured_text.prove.reals import Real
+from structured_text.prove.texts import Text
 
 if TYPE_CHECKING:
     from pin_reading import PinRow, Pins

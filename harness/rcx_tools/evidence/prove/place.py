@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import z3
 
-from rcx_harness.verify.prove.machine import Path
 from rcx_tools.evidence.prove.area import accepted
 from rcx_tools.evidence.prove.guarantee import INNER, READERS, WRITERS, between
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.outline import ASKS, RELEASES
 from rcx_tools.evidence.prove.property import Goal, Property
+from structured_text.prove.machine import Path
 
 __all__ = ["PROPERTIES"]
 

@@ -7,8 +7,6 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.machine import Machine, Path
-from rcx_harness.verify.prove.values import Value
 from rcx_tools.evidence.prove.area import STOPS, accepted, at_the_start
 from rcx_tools.evidence.prove.composites import inside, keeps
 from rcx_tools.evidence.prove.guarantee import INNER, READERS, REQUESTS, WRITERS, between
@@ -16,6 +14,8 @@ from rcx_tools.evidence.prove.invariants import ABNORMAL, View, alarms
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import OUTLINED, Outline, Outlined
 from rcx_tools.evidence.prove.property import Goal, Property
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.values import Value
 
 __all__ = ["CARRIERS", "PROPERTIES", "agrees", "answers", "jobs_of", "known", "shows"]
 

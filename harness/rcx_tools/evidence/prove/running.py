@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol, TypeVar
 
-from rcx_harness.verify.farm import Farm, Lost
+from structured_text.farm import Farm, Lost
 
 __all__ = ["DIED", "HasKey", "outcomes"]
 

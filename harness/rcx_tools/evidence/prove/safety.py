@@ -13,13 +13,13 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.types import ArrayType, EnumType
-from rcx_harness.verify.prove import reals
-from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_tools.evidence.prove.invariants import Memory, assumed, call, without_floats
 from rcx_tools.evidence.prove.library import BLOCK, IMAGE, Library, Step
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.signs import by_sign
+from structured_text.language.types import ArrayType, EnumType
+from structured_text.prove import reals
+from structured_text.prove.machine import Machine, Path
 
 __all__ = ["PROPERTIES", "exactly", "impossible", "log_keeps", "rows_of"]
 

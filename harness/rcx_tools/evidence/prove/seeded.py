@@ -12,10 +12,6 @@ from typing import Any
 
 import z3
 
-from rcx_harness.errors import InputError
-from rcx_harness.spec import load_toml
-from rcx_harness.verify.kept import digest
-from rcx_harness.verify.prove.solve import PROVED
 from rcx_tools.evidence.prove.claims import CLAIMS
 from rcx_tools.evidence.prove.environment import Hints
 from rcx_tools.evidence.prove.hunting import Found, Hunted, hunt
@@ -32,6 +28,10 @@ from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.property import Goal
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.results import ROOT
+from structured_text.errors import InputError
+from structured_text.output.results import digest
+from structured_text.output.toml_files import load_toml
+from structured_text.prove.solve import PROVED
 
 __all__ = [
     "BUGS",

@@ -20,7 +20,7 @@ _HARNESS = ROOT / "harness"
 #: Tables and the grammar, and what is read of the tests: no import leads there.
 _DATA = (
     "spec",
-    "harness/rcx_harness/engine/frontend",
+    "harness/structured_text/language",
     "tests/spec/second_reading",
     "tests/tools/evidence/wraps.toml",
 )

@@ -7,7 +7,7 @@ from ctypes import c_float
 from random import Random
 from typing import Any
 
-from rcx_harness.engine.frontend.scalars import (
+from structured_text.language.scalars import (
     ANY_DATE,
     ANY_REAL,
     INT_RANGE,
@@ -15,8 +15,8 @@ from rcx_harness.engine.frontend.scalars import (
     STRING_MAX,
     string_length,
 )
-from rcx_harness.engine.frontend.values import array_length
-from rcx_harness.engine.types import ArrayType, ElementaryType, EnumType, Type
+from structured_text.language.types import ArrayType, ElementaryType, EnumType, Type
+from structured_text.language.values import array_length
 
 __all__ = ["States"]
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove import reals
-from rcx_harness.verify.prove.machine import Machine
+from structured_text.prove import reals
+from structured_text.prove.machine import Machine
 
 __all__ = [
     "LONGEST_MS",

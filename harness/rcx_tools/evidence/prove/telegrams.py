@@ -14,7 +14,6 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.texts import anything
 from rcx_tools.evidence.prove.command_calls import Call
 from rcx_tools.evidence.prove.legality import legal
 from rcx_tools.evidence.prove.library import BLOCK, Library
@@ -30,6 +29,7 @@ from rcx_tools.evidence.prove.pin_telegrams import (
     times,
 )
 from rcx_tools.evidence.prove.property import Goal, Property
+from structured_text.prove.texts import anything
 
 __all__ = ["PROPERTIES"]
 

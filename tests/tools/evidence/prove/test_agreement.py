@@ -9,14 +9,14 @@ import pytest
 import z3
 
 import proving
-from rcx_harness.engine.needed import needed
-from rcx_harness.verify.prove import standard
-from rcx_harness.verify.prove.machine import Machine
 from rcx_tools.evidence.prove.agreement import jobs as agreeing
 from rcx_tools.evidence.prove.agreement.bench import Subject, missing
 from rcx_tools.evidence.prove.agreement.comparing import MATIEC_SCANS, SCANS, agree
 from rcx_tools.evidence.prove.evaluate import program
 from rcx_tools.evidence.results import ROOT
+from structured_text.projects.needed import needed
+from structured_text.prove import standard
+from structured_text.prove.machine import Machine
 
 _FILES = sorted((ROOT / "plc/lib").rglob("*.st"))
 _PART = ("FC_RCXTICKETS", "FC_RCXREALBITS", "FB_SERVOON", "FB_RCXJOB", "FB_WRITEWORD")

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from proving import library, statuses
-from rcx_harness.errors import InputError
 from rcx_tools.evidence.prove import overflow
+from structured_text.errors import InputError
 
 (_OVERFLOW,) = overflow.PROPERTIES
 _ROW = '[[wrap]]\nfile = "{}"\npou = "{}"\noperation = "{}"\nreason = "why"\n'

@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_tools.evidence.prove import __main__ as runner
 from rcx_tools.evidence.prove import interval, jobs, seeded
 from rcx_tools.evidence.prove.agreement import jobs as agreeing
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.running import DIED, outcomes
+from structured_text.prove.logic import UnsupportedError
 
 _CLAMP = """FUNCTION FC_Clamp : INT
   VAR_INPUT v : INT; END_VAR

@@ -16,15 +16,15 @@ import z3
 from example_pins import EXAMPLE_BLOCKS, given_pins
 from pin_reading import Pins, every_block
 from plc_bench import ROOT
-from rcx_harness.engine.base import Value
-from rcx_harness.spec import load_toml
-from rcx_harness.verify.prove.solve import PROVED, ask
-from rcx_harness.verify.prove.texts import Text
 from rcx_tools.evidence.prove import telegrams
 from rcx_tools.evidence.prove.legality import legal
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.pin_telegrams import Expected
 from second_reading import every_reading
+from structured_text.engines.base import Value
+from structured_text.output.toml_files import load_toml
+from structured_text.prove.solve import PROVED, ask
+from structured_text.prove.texts import Text
 
 _BUGS = {
     bug["name"]: bug

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 import z3
 
-from rcx_harness.engine.needed import needed
-from rcx_harness.spec.tables import load_toml
-from rcx_harness.verify.prove.solve import PROVED, REFUTED, ask
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.tickets import PROPERTIES, turns
 from rcx_tools.evidence.results import ROOT
+from structured_text.output.toml_files import load_toml
+from structured_text.projects.needed import needed
+from structured_text.prove.solve import PROVED, REFUTED, ask
 
 _LIB = ROOT / "plc/lib"
 _BUGS = ROOT / "tests/tools/evidence/proof_bugs/tickets.toml"

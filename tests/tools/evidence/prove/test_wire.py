@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.engine.needed import needed
-from rcx_harness.spec.tables import load_toml
-from rcx_harness.verify.prove.solve import PROVED, REFUTED, ask
 from rcx_tools.evidence.prove.jobs import PROPERTIES
 from rcx_tools.evidence.prove.library import Library
+from structured_text.output.toml_files import load_toml
+from structured_text.projects.needed import needed
+from structured_text.prove.solve import PROVED, REFUTED, ask
 
 _LIBRARY = Path(__file__).resolve().parents[4] / "plc/lib"
 _BUGS = load_toml(Path(__file__).parents[1] / "proof_bugs/wire.toml")["bug"]

@@ -8,13 +8,13 @@ from pathlib import Path as File
 
 from rich.console import Console
 
-from rcx_harness.output.system import processors
-from rcx_harness.verify.farm import Farm
 from rcx_tools.evidence.prove.agreement.bench import missing
 from rcx_tools.evidence.prove.agreement.comparing import ENGINES, MATIEC_SCANS, SCANS
 from rcx_tools.evidence.prove.agreement.jobs import compared, prepare
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.results import ROOT
+from structured_text.farm import Farm
+from structured_text.output.system import processors
 
 __all__ = ["main"]
 

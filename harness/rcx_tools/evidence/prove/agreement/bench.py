@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from pathlib import Path as File
 from typing import Any, Protocol
 
-from rcx_harness.engine.base import Program
-from rcx_harness.engine.builtin.module import Module
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.load import checked
-from rcx_harness.engine.frontend.project import Project
-from rcx_harness.engine.load import MISSING, find_c_compiler, find_matiec
-from rcx_harness.engine.matiec.program import MatiecProgram
-from rcx_harness.engine.types import ArrayType, Type
-from rcx_harness.verify.prove.machine import Path
+from structured_text.engines.base import Program
+from structured_text.engines.builtin.module import Module
+from structured_text.engines.load import MISSING, find_c_compiler, find_matiec
+from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.language import tree as t
+from structured_text.language.load import checked
+from structured_text.language.project import Project
+from structured_text.language.types import ArrayType, Type
+from structured_text.prove.machine import Path
 
 __all__ = ["Compiled", "Engine", "Subject", "missing"]
 

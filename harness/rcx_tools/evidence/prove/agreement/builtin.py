@@ -7,14 +7,14 @@ from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
-from rcx_harness.engine.builtin.runtime import ProgramError
-from rcx_harness.engine.builtin.storage import is_scalar
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.types import ArrayType, ElementaryType, Type
-from rcx_harness.verify.prove import values
-from rcx_harness.verify.prove.machine import Path
 from rcx_tools.evidence.prove.agreement.bench import Subject
 from rcx_tools.evidence.prove.evaluate import REST
+from structured_text.engines.builtin.runtime import ProgramError
+from structured_text.engines.builtin.storage import is_scalar
+from structured_text.language import tree as t
+from structured_text.language.types import ArrayType, ElementaryType, Type
+from structured_text.prove import values
+from structured_text.prove.machine import Path
 
 __all__ = ["BuiltinEngine", "double", "shown", "single"]
 

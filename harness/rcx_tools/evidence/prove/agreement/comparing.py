@@ -17,10 +17,6 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.types import ArrayType, Type
-from rcx_harness.verify.prove import values
-from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_tools.evidence.prove.agreement.bench import Engine, Subject
 from rcx_tools.evidence.prove.agreement.builtin import BuiltinEngine
 from rcx_tools.evidence.prove.agreement.matiec import MatiecEngine
@@ -34,6 +30,10 @@ from rcx_tools.evidence.prove.agreement.terms import (
 )
 from rcx_tools.evidence.prove.evaluate import REST
 from rcx_tools.evidence.prove.states import States
+from structured_text.language import tree as t
+from structured_text.language.types import ArrayType, Type
+from structured_text.prove import values
+from structured_text.prove.machine import Machine, Path
 
 __all__ = ["ENGINES", "MATIEC_SCANS", "SCANS", "Outcome", "agree", "agreed"]
 

@@ -10,14 +10,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rcx_harness.engine.load import find_c_compiler, find_matiec
-from rcx_harness.verify.prove.logic import UnsupportedError
 from rcx_tools.evidence.prove.agreement import comparing
 from rcx_tools.evidence.prove.agreement.bench import Subject, missing
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.prove.sources import prover_state
 from rcx_tools.evidence.prove.summaries import WAVES
+from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.prove.logic import UnsupportedError
 
 __all__ = [
     "Comparison",

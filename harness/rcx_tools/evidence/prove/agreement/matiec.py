@@ -11,9 +11,10 @@ from collections.abc import Callable, Sequence
 from datetime import timedelta
 from typing import Any
 
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.values import nest
-from rcx_harness.engine.types import (
+from rcx_tools.evidence.prove.agreement.bench import Subject
+from rcx_tools.evidence.prove.evaluate import REST
+from structured_text.language import tree as t
+from structured_text.language.types import (
     ArrayType,
     BlockType,
     ElementaryType,
@@ -21,10 +22,9 @@ from rcx_harness.engine.types import (
     StructType,
     Type,
 )
-from rcx_harness.verify.prove import values
-from rcx_harness.verify.prove.machine import Path
-from rcx_tools.evidence.prove.agreement.bench import Subject
-from rcx_tools.evidence.prove.evaluate import REST
+from structured_text.language.values import nest
+from structured_text.prove import values
+from structured_text.prove.machine import Path
 
 __all__ = ["MatiecEngine"]
 

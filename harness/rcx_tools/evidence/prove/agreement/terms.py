@@ -12,14 +12,14 @@ from typing import Any
 
 import z3
 
-from rcx_harness.engine.frontend.values import array_length
-from rcx_harness.engine.types import ArrayType, ElementaryType, Type
-from rcx_harness.verify.prove import reals, texts, values
-from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_tools.evidence.prove.agreement.bench import Subject
 from rcx_tools.evidence.prove.agreement.builtin import double, shown, single
 from rcx_tools.evidence.prove.evaluate import REST, program
 from rcx_tools.evidence.prove.summaries import SUMMARIES
+from structured_text.language.types import ArrayType, ElementaryType, Type
+from structured_text.language.values import array_length
+from structured_text.prove import reals, texts, values
+from structured_text.prove.machine import Machine, Path
 
 __all__ = ["LREAL", "Translation", "bodies", "held", "long", "symbols"]
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.machine import Alternatives, Machine, Path
-from rcx_harness.verify.prove.values import TIME_BITS
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.summaries import SUMMARIES
+from structured_text.prove.machine import Alternatives, Machine, Path
+from structured_text.prove.values import TIME_BITS
 
 __all__ = [
     "Channel",

@@ -8,10 +8,10 @@ from typing import Any
 
 import z3
 
-from rcx_harness.verify.prove.machine import Machine, Path
 from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library
 from rcx_tools.evidence.prove.property import Goal, Property
 from rcx_tools.evidence.prove.tickets import model, writers
+from structured_text.prove.machine import Machine, Path
 
 __all__ = ["PROPERTIES", "Step", "call", "parts", "shown", "write"]
 

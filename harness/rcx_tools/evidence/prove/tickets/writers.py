@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from rcx_harness.engine.frontend import tree as t
-from rcx_harness.engine.frontend.syntax import Position
-from rcx_harness.engine.types import BlockType, StructType
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Goal
+from structured_text.language import tree as t
+from structured_text.language.syntax import Position
+from structured_text.language.types import BlockType, StructType
 
 __all__ = ["goals"]
 

@@ -1,0 +1,56 @@
+"""The export of a program with the library of the RCX3."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rcx_harness.cell.sources import default_lib, library_names
+from structured_text.export import parts, targets
+from structured_text.export.output import Output
+
+__all__ = ["export", "sources_of"]
+
+
+def export(
+    target: str,
+    lib: Path | None = None,
+    program: Sequence[Path] = (),
+    *,
+    only_needed: bool = False,
+    prefix: str | None = None,
+) -> Output:
+    """Write the library, and a user's files with it, in a target's format.
+
+    Args:
+        target: A key of `TARGETS`.
+        lib: Folder of the library; None for the one of this package.
+        program: The user's files or folders.
+        only_needed: Leave out what the program does not need.
+        prefix: What the names of the library get; None to leave them.
+
+    Raises:
+        InputError: no such target, or a mistake in the sources.
+    """
+    folder = default_lib() if lib is None else lib
+    names = library_names(lib)
+    return targets.export(
+        target, folder, program, only_needed=only_needed, prefix=prefix, names=names
+    )
+
+
+def sources_of(
+    lib: Path | None = None,
+    program: Sequence[Path] = (),
+    *,
+    only_needed: bool = False,
+    prefix: str | None = None,
+) -> parts.Sources:
+    """Read and check the library, and a user's files with it: what `export` writes.
+
+    Raises:
+        InputError: a mistake in the sources.
+    """
+    folder = default_lib() if lib is None else lib
+    names = library_names(lib)
+    return parts.sources_of(folder, program, only_needed=only_needed, prefix=prefix, names=names)

@@ -1,1 +1,0 @@
-"""What is written: whole files or none, lines of a log, and what `rcx export` knows again."""

@@ -1,0 +1,384 @@
+"""What there is to cover in a POU, with the lines of its file and as text."""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from structured_text.engines.builtin.coverage import Plan, Postfix
+from structured_text.language import tree as t
+from structured_text.language.lexer import tokens
+from structured_text.language.scalars import ANY_CHARS, ANY_DURATION
+from structured_text.language.source import origin, source_text
+from structured_text.language.types import ElementaryType, EnumType, ReferenceType, Type
+
+__all__ = ["Branch", "Listed", "Listing", "Point", "Text", "listing", "text_of"]
+
+_OPENS = ("IF", "CASE", "WHILE", "FOR", "REPEAT")
+_REASON = re.compile(r"\(\*\s*unreachable:\s*((?s:.*?))\s*\*\)|//[ \t]*unreachable:[ \t]*(.*)")
+_COMPARE = {
+    "=": operator.eq,
+    "<>": operator.ne,
+    "<": operator.lt,
+    ">": operator.gt,
+    "<=": operator.le,
+    ">=": operator.ge,
+}
+
+
+class Point(NamedTuple):
+    """A statement: its line and its counter."""
+
+    line: int
+    counter: int
+
+
+class Branch(NamedTuple):
+    """One way out of an IF, CASE, WHILE or FOR.
+
+    `fork` numbers these, `at` is where that one begins; `line` is where the way begins, or ends
+    where it has no statements.
+    """
+
+    line: int
+    at: int
+    counter: int
+    fork: int
+    text: str
+
+
+class Listed(NamedTuple):
+    """A decision: its line, that of its statement, and how its conditions are joined."""
+
+    line: int
+    at: int
+    text: str
+    conditions: Sequence[str]
+    code: Postfix
+
+
+@dataclass
+class Listing:
+    """Everything that counts in one POU.
+
+    Attributes:
+        name: Its name.
+        line: Where it begins.
+        statements: In the order of the source.
+        branches: In the order of the source, those left out that the source itself excludes: a
+            CASE of an enumeration whose members are all labels, and a loop that has a round by
+            the constants that it begins with.
+        decisions: In the order of the engine.
+    """
+
+    name: str
+    line: int
+    statements: list[Point] = field(default_factory=list)
+    branches: list[Branch] = field(default_factory=list)
+    decisions: list[Listed] = field(default_factory=list)
+
+
+@dataclass
+class _Words:
+    """Lines of the words of one IF, CASE or WHILE."""
+
+    branches: list[int]
+    otherwise: int = 0
+    end: int = 0
+
+
+class Text:
+    """The text of a file, or of those parts of a project file that were taken from it.
+
+    Args:
+        file: The file.
+        sources: What was taken from it; a file of Structured Text is its own source.
+
+    Attributes:
+        lines: The text by the numbers of its lines.
+        reasons: Why a line is not reachable, by its number.
+
+    Raises:
+        InputError: it cannot be read any more.
+    """
+
+    def __init__(self, file: Path, sources: Sequence[Path]) -> None:
+        self.lines: dict[int, str] = {}
+        self.reasons: dict[int, str] = {}
+        self.words: dict[tuple[int, int], _Words] = {}
+        own = file.read_text(encoding="utf-8", errors="replace").splitlines()
+        for source in sources:
+            text = source_text(source)
+            for number, shown in enumerate(text.splitlines(), 1):
+                at, _ = origin(source, number, 1)
+                if self.lines.setdefault(at, shown) != shown:  # taken apart, or put together
+                    self.lines[at] = own[at - 1] if at <= len(own) else shown
+            for number, reason in _reasons(text).items():
+                self.reasons[origin(source, number, 1)[0]] = reason
+            self.words |= _words(text, source)
+
+
+def listing(pou: t.Pou, plan: Plan, text: Text) -> Listing:
+    """List what there is to cover in a POU."""
+    found = Listing(pou.name, pou.at.line)
+    _Lister(found, plan, text.words).statements(pou.body)
+    return found
+
+
+def _reasons(text: str) -> dict[int, str]:
+    """Reasons by the line they are for: their own, or the next one with code."""
+    found = {}
+    for comment in _REASON.finditer(text):
+        before = text[: comment.start()].rpartition("\n")[2].strip()
+        after = text[comment.end() :]
+        line = text.count("\n", 0, comment.end()) + 1
+        if not before:
+            line += after[: len(after) - len(after.lstrip())].count("\n")
+        found[line] = " ".join((comment[1] or comment[2] or "").split())
+    return found
+
+
+def _words(text: str, file: Path) -> dict[tuple[int, int], _Words]:
+    """Where the parts of each IF, CASE or loop are, by the position of its first word."""
+    found: dict[tuple[int, int], _Words] = {}
+    open_: list[_Words] = []
+    for token in tokens(text, file):
+        line = token.line or 1
+        if token.type in _OPENS:
+            open_.append(_Words([line]))
+            found[line, token.column or 1] = open_[-1]
+        elif token.type == "ELSIF":
+            open_[-1].branches.append(line)
+        elif token.type == "ELSE":
+            open_[-1].otherwise = line
+        elif token.type.removeprefix("END_") in _OPENS:
+            open_.pop().end = line
+    return found
+
+
+class _Lister:
+    """Walks through a body in the order in which the plan numbers it."""
+
+    def __init__(self, found: Listing, plan: Plan, words: dict[tuple[int, int], _Words]) -> None:
+        self._found = found
+        self._plan = plan
+        self._words = words
+        self._forks = 0
+        for one in plan.decisions:
+            texts = [text_of(condition) for condition in one.conditions]
+            line = one.line
+            found.decisions.append(Listed(line, line, text_of(one.root), texts, one.code))
+
+    def statements(self, body: tuple[t.Statement, ...]) -> None:
+        """List the statements of a body and what is in them."""
+        before: t.Statement | None = None
+        for node in body:
+            self._found.statements.append(Point(node.at.line, self._plan.run[id(node)]))
+            if isinstance(node, t.If):
+                self._if(node)
+            elif isinstance(node, t.Case):
+                self._branches(node, self._ways_of_case(node))
+                for _, inner in node.branches:
+                    self.statements(inner)
+                self.statements(node.otherwise)
+            elif isinstance(node, (t.While, t.For)):
+                self._branches(node, self._ways_of_loop(node, before))
+                self.statements(node.body)
+            elif isinstance(node, t.Repeat):
+                self.statements(node.body)
+            before = node
+
+    def _branches(self, node: t.Statement, ways: Iterator[tuple[int, int, str]]) -> None:
+        at, fork = node.at.line, self._forks
+        self._forks += 1
+        self._found.branches += [Branch(line, at, n, fork, text) for line, n, text in ways]
+
+    def _words_of(self, node: t.If | t.Case) -> _Words:
+        """Where its parts are; all in one place of what is no IF in the source, as `S=`."""
+        line = node.at.line
+        return self._words.get((line, node.at.column)) or _Words([line], line, line)
+
+    def _bodies(
+        self, node: t.If | t.Case, bodies: Sequence[tuple[t.Statement, ...]]
+    ) -> Iterator[int]:
+        """The counters of the bodies of a node."""
+        blank = 0
+        for body in bodies:
+            yield self._plan.body(node, body, blank)
+            blank += not body
+
+    def _if(self, node: t.If) -> None:
+        words = self._words_of(node)
+        self._branches(node, self._ways_of_if(node, words))
+        if (node.at.line, node.at.column) not in self._words:
+            return  # `S=` is one statement
+        for line, (condition, body) in zip(words.branches, node.branches, strict=True):
+            number = self._plan.number.get(id(condition))
+            if number is not None:
+                listed = self._found.decisions[number]
+                self._found.decisions[number] = listed._replace(line=line)
+            self.statements(body)
+        self.statements(node.otherwise)
+
+    def _ways_of_if(self, node: t.If, words: _Words) -> Iterator[tuple[int, int, str]]:
+        counters = self._bodies(node, [body for _, body in node.branches])
+        ways = zip(words.branches, node.branches, counters, strict=True)
+        for k, (line, (condition, _), counter) in enumerate(ways):
+            yield line, counter, f"{'ELSIF' if k else 'IF'} {text_of(condition)}"
+        if node.otherwise:
+            yield words.otherwise, self._plan.body(node, node.otherwise), "ELSE"
+        else:
+            yield words.end, self._plan.empty[id(node)], "none of the IF (no ELSE)"
+
+    def _ways_of_case(self, node: t.Case) -> Iterator[tuple[int, int, str]]:
+        words = self._words_of(node)
+        kind = node.selector.type
+        members = (
+            set(kind.values or range(len(kind.members))) if isinstance(kind, EnumType) else {0}
+        )
+        counters = self._bodies(node, [body for _, body in node.branches])
+        for (labels, body), counter in zip(node.branches, counters, strict=True):
+            shown = []
+            for low, high in labels:
+                members = {value for value in members if not low <= value <= high}
+                shown.append("..".join(_label(kind, end) for end in dict.fromkeys((low, high))))
+            line = body[0].at.line if body else node.at.line
+            yield line, counter, f"CASE {', '.join(shown)}"
+        if node.otherwise:
+            yield words.otherwise, self._plan.body(node, node.otherwise), "CASE ELSE"
+        elif members or not isinstance(kind, EnumType):
+            yield words.end, self._plan.empty[id(node)], "CASE without a label that fits"
+
+    def _ways_of_loop(
+        self, node: t.While | t.For, before: t.Statement | None
+    ) -> Iterator[tuple[int, int, str]]:
+        line, name = node.at.line, "FOR" if isinstance(node, t.For) else "WHILE"
+        yield line, self._plan.body(node, node.body), f"{name} with a round"
+        begins = _counts(node) if isinstance(node, t.For) else _begins(node.condition, before)
+        if not begins:
+            yield line, self._plan.empty[id(node)], f"{name} without a round"
+
+
+def _label(kind: Type, value: int) -> str:
+    return (kind.member_of(value) if isinstance(kind, EnumType) else None) or str(value)
+
+
+def _counts(node: t.For) -> bool:
+    """Whether the constants of a FOR give it a round."""
+    start, end, step = node.start, node.end, node.step
+    if not all(isinstance(one, t.Constant) for one in (start, end, step)):
+        return False
+    assert isinstance(start, t.Constant)
+    assert isinstance(end, t.Constant)
+    assert isinstance(step, t.Constant)
+    low, high = int(start.value), int(end.value)
+    return low <= high if int(step.value) > 0 else low >= high
+
+
+def _begins(condition: t.Expression, before: t.Statement | None) -> bool:
+    """Whether the statement before a WHILE makes its condition TRUE, by constants alone."""
+    if not isinstance(before, t.Assign) or not isinstance(condition, t.Binary):
+        return False
+    counter, start, end = before.target, before.value, condition.right
+    return (
+        isinstance(counter, t.Use)
+        and isinstance(condition.left, t.Use)
+        and counter.symbol is condition.left.symbol
+        and isinstance(start, t.Constant)
+        and isinstance(end, t.Constant)
+        and condition.op in _COMPARE
+        and bool(_COMPARE[condition.op](start.value, end.value))
+    )
+
+
+_STRENGTH = {
+    **dict.fromkeys(("OR", "OR_ELSE"), 1),
+    "XOR": 2,
+    **dict.fromkeys(("AND", "AND_THEN"), 3),
+    **dict.fromkeys(("=", "<>", "<", ">", "<=", ">="), 4),
+    **dict.fromkeys(("+", "-"), 5),
+    **dict.fromkeys(("*", "/", "MOD"), 6),
+    "**": 8,
+}
+_UNARY = 7
+_BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
+
+
+def text_of(node: t.Expression, within: int = 0) -> str:
+    """An expression as one would write it, in parentheses if its place binds more strongly.
+
+    Args:
+        node: The expression.
+        within: How strongly the operator binds whose operand it is.
+    """
+    if isinstance(node, t.Constant):
+        return _constant(node)
+    if isinstance(node, t.Use):
+        return node.symbol.name
+    if isinstance(node, t.Member):
+        return f"{text_of(node.base)}.{node.name}"
+    if isinstance(node, t.Index):
+        return f"{text_of(node.base)}[{', '.join(map(text_of, node.indices))}]"
+    if isinstance(node, t.Unary):
+        word = "NOT " if node.op == "NOT" else node.op
+        return f"{word}{text_of(node.operand, _UNARY)}"
+    if isinstance(node, t.Binary):
+        strength = _STRENGTH[node.op]
+        left, right = text_of(node.left, strength), text_of(node.right, strength + 1)
+        text = f"{left} {node.op} {right}"
+        return f"({text})" if strength < within else text
+    if not isinstance(node, (t.CallFunction, t.Standard)):
+        return _pointing(node)
+    name = node.function if isinstance(node, t.CallFunction) else node.name
+    given = [text_of(item) for item in node.arguments if item is not None]
+    return f"{name}({', '.join(given)})"
+
+
+def _pointing(node: t.Expression) -> str:
+    """The text of a method's call, a pointer or a reference."""
+    if isinstance(node, t.This):
+        return "THIS^"
+    if isinstance(node, t.Null):
+        return "0"
+    if isinstance(node, t.Same):
+        return f"{text_of(node.left)} {node.op} {text_of(node.right)}"
+    if isinstance(node, t.Valid):
+        return f"__ISVALIDREF({text_of(node.reference)})"
+    if isinstance(node, t.Recast):
+        return text_of(node.base)
+    if isinstance(node, t.Address):
+        return f"ADR({text_of(node.variable)})"
+    if isinstance(node, t.Offset):
+        return f"{text_of(node.base)} {'+' if node.sign > 0 else '-'} {text_of(node.bytes)}"
+    if isinstance(node, t.Deref):
+        if node.offset is not None:
+            return f"{text_of(node.base)}[{text_of(node.offset)}]"
+        kind = node.base.type
+        reference = isinstance(kind, ReferenceType) and kind.kind == "REFERENCE"
+        return text_of(node.base) if reference else f"{text_of(node.base)}^"
+    assert isinstance(node, t.CallMethod)
+    _, name, *accessor = node.method.name.split(".")
+    called = f"{'SUPER^' if node.final else text_of(node.instance)}.{name}"
+    if accessor:
+        return called
+    given = [text_of(item) for item in node.arguments if item is not None]
+    return f"{called}({', '.join(given)})"
+
+
+def _constant(node: t.Constant) -> str:
+    kind, value = node.type, node.value
+    if isinstance(kind, EnumType):
+        return _label(kind, int(value))
+    name = kind.name if isinstance(kind, ElementaryType) else ""
+    if name in _BITS:
+        return f"{name}#16#{int(value):0{_BITS[name]}X}"
+    if name == "BOOL":
+        return "TRUE" if value else "FALSE"
+    if name in ANY_DURATION:
+        prefix = "T" if name == "TIME" else "LTIME"
+        return f"{prefix}#{int(value) // 1_000_000}ms"
+    return f"'{value}'" if name in ANY_CHARS else str(value)

@@ -1,0 +1,155 @@
+"""What processes have counted, put together: each gives a part, with all that a report needs."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from structured_text.coverage.listing import Branch, Listed, Listing, Point, Text, listing
+from structured_text.engines.builtin.collector import Collector, Counted
+from structured_text.errors import InputError
+from structured_text.language.compiling import deeply
+
+__all__ = ["CountedPou", "Merged", "Part", "Source", "merge", "part_of"]
+
+#: What a process has counted, as JSON.
+Part = Mapping[str, Any]
+
+
+def part_of(collector: Collector) -> Part:
+    """What a collector has counted, with the texts of the files that are as they were."""
+    made = deeply(lambda: _Part(collector.counted))
+    return {
+        "files": made.files,
+        "pous": made.pous,
+        "changed": sorted(made.changed),
+        "elsewhere": sorted(collector.elsewhere),
+    }
+
+
+class _Part:
+    def __init__(self, counted: Iterable[Counted]) -> None:
+        self.files: list[dict[str, Any]] = []
+        self.pous: list[dict[str, Any]] = []
+        self.changed: set[str] = set()
+        self._texts: dict[tuple[str, tuple[Path, ...]], Text | None] = {}
+        for one in counted:
+            self._add(one)
+
+    def _add(self, one: Counted) -> None:
+        key = one.file, one.sources
+        if key not in self._texts:
+            self._texts[key] = self._text(one)
+        text = self._texts[key]
+        if text is None:
+            self.changed.add(one.file)
+            return
+        found = listing(one.pou, one.plan, text)
+        self.pous.append(
+            {
+                "file": one.file,
+                "hash": one.hash,
+                "counters": list(one.counts.counters),
+                "seen": [sorted(seen) for seen in one.counts.seen],
+                "pou": found.name,
+                "line": found.line,
+                "statements": found.statements,
+                "branches": found.branches,
+                "decisions": found.decisions,
+            }
+        )
+
+    def _text(self, one: Counted) -> Text | None:
+        """The text of its file, if that is still what was compiled."""
+        file = Path(one.file)
+        try:
+            if hashlib.sha256(file.read_bytes()).hexdigest() != one.hash:
+                return None
+            text = Text(file, one.sources)
+        except (OSError, InputError):
+            return None
+        entry = {"file": one.file, "hash": one.hash}
+        lines, reasons = list(text.lines.items()), list(text.reasons.items())
+        self.files.append({**entry, "lines": lines, "reasons": reasons})
+        return text
+
+
+@dataclass
+class CountedPou:
+    """A POU with its counts: those of each run of statements, the vectors of each decision."""
+
+    listing: Listing
+    counters: list[int]
+    seen: list[set[int]]
+
+
+@dataclass
+class Source:
+    """A version of a file.
+
+    Attributes:
+        lines: Its text, by the numbers of its lines.
+        reasons: Why a line is not reachable.
+        pous: By name and shape, as constants of other files may change that.
+    """
+
+    lines: dict[int, str] = field(default_factory=dict)
+    reasons: dict[int, str] = field(default_factory=dict)
+    pous: dict[tuple[str, int, int], CountedPou] = field(default_factory=dict)
+
+
+class Merged:
+    """The counts of all processes.
+
+    Attributes:
+        files: The versions of each file, by its hash; more than one where it was changed.
+        changed: Files that were changed, or removed, after they were compiled.
+        elsewhere: Engines that ran programs, too, and cannot count.
+    """
+
+    def __init__(self) -> None:
+        self.files: dict[str, dict[str, Source]] = {}
+        self.changed: set[str] = set()
+        self.elsewhere: set[str] = set()
+
+    def add(self, part: Part) -> None:
+        """Add what one process has counted."""
+        self.changed.update(part["changed"])
+        self.elsewhere.update(part["elsewhere"])
+        for one in part["files"]:
+            source = self._source(one)
+            source.lines |= dict(one["lines"])
+            source.reasons |= dict(one["reasons"])
+        for one in part["pous"]:
+            self._add(self._source(one).pous, one)
+
+    def _source(self, one: Mapping[str, Any]) -> Source:
+        return self.files.setdefault(one["file"], {}).setdefault(one["hash"], Source())
+
+    def _add(self, pous: dict[tuple[str, int, int], CountedPou], one: Mapping[str, Any]) -> None:
+        key = one["pou"], len(one["counters"]), sum(len(row[3]) for row in one["decisions"])
+        if key not in pous:
+            found = Listing(
+                one["pou"],
+                one["line"],
+                [Point(*row) for row in one["statements"]],
+                [Branch(*row) for row in one["branches"]],
+                [Listed(*row) for row in one["decisions"]],
+            )
+            counters, seen = [0] * len(one["counters"]), [set[int]() for _ in one["seen"]]
+            pous[key] = CountedPou(found, counters, seen)
+        pou = pous[key]
+        pou.counters[:] = map(sum, zip(pou.counters, one["counters"], strict=True))
+        for every, vectors in zip(pou.seen, one["seen"], strict=True):
+            every.update(vectors)
+
+
+def merge(parts: Iterable[Part]) -> Merged:
+    """Put parts together."""
+    merged = Merged()
+    for part in parts:
+        merged.add(part)
+    return merged

@@ -1,0 +1,150 @@
+"""What is not covered, and the results as a table."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+from rich.console import Console
+from rich.table import Table
+
+from structured_text.coverage.measure import FileResult, Item, Share
+
+__all__ = ["Gap", "conditions", "gaps", "missing", "summary", "total", "totals"]
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Something that is not covered; `reason` says why it need not be."""
+
+    path: str
+    line: int
+    text: str
+    reason: str = ""
+
+    def __str__(self) -> str:
+        shown = f"{self.path}:{self.line}: {self.text}"
+        return f"{shown}\n    because {self.reason}" if self.reason else shown
+
+
+def totals(results: Sequence[FileResult]) -> dict[str, Share]:
+    """Shares of some files together."""
+    return {
+        "statements": sum((one.statement_share for one in results), Share()),
+        "branches": sum((one.branch_share for one in results), Share()),
+        "conditions": sum((one.condition_share for one in results), Share()),
+        "mcdc": sum((one.mcdc_share for one in results), Share()),
+        "unique_cause": sum((one.unique_share for one in results), Share()),
+    }
+
+
+def gaps(results: Sequence[FileResult], *, justified: bool = False) -> list[Gap]:
+    """What is not covered: that without a reason, or that with one.
+
+    Statements in a branch that was not taken are named by the branch. A condition counts only
+    where MC/DC is demanded.
+    """
+    found = []
+    for result in results:
+        if result.changed:
+            if not justified:
+                found.append(
+                    Gap(result.path, 1, "changed while the tests ran, or since: run again")
+                )
+            continue
+        every = sorted(_gaps(result), key=lambda gap: gap.line)
+        found += [gap for gap in every if bool(gap.reason) is justified]
+        if not justified:
+            found += [
+                Gap(result.path, line, "called unreachable, but it is reached")
+                for line in result.stale
+            ]
+    return found
+
+
+def _gaps(result: FileResult) -> Iterator[Gap]:
+    ways = {item.run for item in result.branches if not item.hits}
+    for item in result.statements:
+        if not item.hits and item.run not in ways:
+            text = result.source.get(item.line, "").strip()
+            yield Gap(result.path, item.line, f"not executed: {text}", item.reason)
+    for item in result.branches:
+        if not item.hits:
+            yield Gap(result.path, item.line, f"not taken: {item.text}", item.reason)
+    if result.demands_mcdc:
+        yield from conditions(result)
+
+
+def conditions(result: FileResult) -> Iterator[Gap]:
+    """Conditions without MC/DC, and reasons for what has it."""
+    for decision in result.decisions:
+        for one in decision.conditions:
+            if not one.judged.masking:
+                of = "" if one.text == decision.text else f" in {decision.text}"
+                text = f"no MC/DC of {one.text}{of}"
+                yield Gap(result.path, decision.line, text, one.reason)
+            elif one.reason:
+                text = f"a reason for no MC/DC of {one.text}, but it has it"
+                yield Gap(result.path, decision.line, text)
+
+
+def missing(result: FileResult) -> str:
+    """Lines with statements that were not executed, and those of branches not taken.
+
+    As in `12-14, 20; branches 17, 19`.
+    """
+    if result.changed:
+        return "changed since"
+    executed: dict[int, bool] = {}
+    for item in result.statements:
+        executed[item.line] = executed.get(item.line, True) and _counts(item)
+    runs = [
+        [*run]
+        for body in result.bodies
+        for hit, run in groupby(body, lambda line: executed[line])
+        if not hit
+    ]
+    shown = [f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in sorted(runs)]
+    dead = {item.run for item in result.statements if not _counts(item)}
+    ways = sorted({one.line for one in result.branches if not _counts(one) and one.run not in dead})
+    branches = f"branches {', '.join(map(str, ways))}" if ways else ""
+    return "; ".join(filter(None, (", ".join(shown), branches)))
+
+
+def _counts(item: Item) -> bool:
+    return bool(item.hits or item.reason)
+
+
+def total(results: Sequence[FileResult]) -> Share:
+    """Statements and branches together."""
+    shares = totals(results)
+    return shares["statements"] + shares["branches"]
+
+
+def summary(results: Sequence[FileResult], width: int) -> str:
+    """A table of all files with what is missing in each, as plain text."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column("file", overflow="fold")
+    for name in ("statements", "branches", "MC/DC"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("missing lines", overflow="fold")
+    for result in results:
+        table.add_row(result.path, *_cells([result]), missing(result))
+    if len(results) > 1:
+        table.add_section()
+        table.add_row("all", *_cells(results), "")
+    console = Console(file=io.StringIO(), width=width, color_system=None, emoji=False, markup=False)
+    console.print(table, highlight=False)
+    assert isinstance(console.file, io.StringIO)
+    return "\n".join(line.rstrip() for line in console.file.getvalue().splitlines())
+
+
+def _cells(results: Sequence[FileResult]) -> list[str]:
+    shares = totals(results)
+    return [_cell(shares[name]) for name in ("statements", "branches", "mcdc")]
+
+
+def _cell(share: Share) -> str:
+    return f"{share.shown} {share.covered}/{share.total}" if share.total else "-"

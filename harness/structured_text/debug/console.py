@@ -1,0 +1,248 @@
+"""What is typed: expressions, assignments, variables to watch, and commands with a dot."""
+
+from __future__ import annotations
+
+import re
+from itertools import zip_longest
+from typing import Any
+
+from structured_text.debug.breakpoints import DataWatch
+from structured_text.debug.debugger import Back, Debugger, Forward, Order
+from structured_text.debug.expressions import Expressions
+from structured_text.debug.scopes import Frame
+from structured_text.debug.values import Held, Memory, local, refuse_set
+from structured_text.engines.builtin.storage import is_scalar
+from structured_text.errors import InputError
+from structured_text.language import tree as t
+from structured_text.language.displayed import value_text
+from structured_text.language.paths import resolve
+from structured_text.language.types import ArrayType
+
+__all__ = ["Console"]
+
+_HELP = """\
+X, X + 1 > 3          what an expression of Structured Text gives here
+X := 5                set a variable
+.scan 10, .scan -10   go so many scans forwards or back
+.goto 120             go to the scan with this number
+.back X               go back to the statement that changed X last
+.back                 go back to the last breakpoint
+.start                go to the start of the run
+.inject link_down 1   let something befall the robot, as in a stimulus; of several say which"""
+
+_LAST = re.compile(r"(?:(?P<base>[A-Za-z_][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<name>\w*)$")
+
+
+class Console:
+    """Works out what a user has typed."""
+
+    def __init__(self, debugger: Debugger, expressions: Expressions, memory: Memory) -> None:
+        self._debugger, self._expressions, self._memory = debugger, expressions, memory
+        self._machine = debugger.player.machine
+        self._project = self._machine.program.module.project
+
+    # --- expressions ---
+
+    def look(self, frame: Frame, text: str) -> Held:
+        """What an expression gives in a frame: a variable with its parts, or a value.
+
+        A path from a program on (`Main.Servo.Busy`) is understood in every frame.
+
+        Raises:
+            InputError: it is none, or has no value.
+        """
+        try:
+            compiled = self._expressions.compiled(frame.pou, text)
+            found = self._variable(frame, compiled.node, text)
+        except InputError as error:
+            absolute = self._absolute(text)
+            if absolute is None:
+                raise error from None
+            return absolute
+        if found is not None:
+            return found
+        value = compiled.value(frame.variables)
+        return Held(text, compiled.type, lambda: value)
+
+    def place(self, frame: Frame, text: str) -> Held:
+        """The same of what can be set."""
+        found = self.look(frame, text)
+        if found.set is None:
+            raise refuse_set(found)
+        return found
+
+    def _absolute(self, text: str) -> Held | None:
+        try:
+            return self._memory.at(resolve(self._project, text))
+        except InputError:
+            return None
+
+    def _variable(self, frame: Frame, node: t.Expression, text: str) -> Held | None:
+        """The variable that a checked expression names; None where it names none."""
+        if isinstance(node, t.Use):
+            return self._named(frame, node.symbol)
+        if isinstance(node, t.Member):
+            base = self._variable(frame, node.base, text)
+            parts = self._memory.parts(base) if base is not None else []
+            found = [one for one in parts if one.name.upper() == node.name.upper()]
+            return found[0] if found else None
+        if isinstance(node, t.Index):
+            base = self._variable(frame, node.base, text)
+            return None if base is None else self._element(frame, base, node, text)
+        return None
+
+    def _named(self, frame: Frame, symbol: t.Symbol) -> Held | None:
+        key = symbol.name.upper()
+        if key in frame.variables:
+            return local(frame.variables, symbol, frame.store)
+        return self._memory.of_symbol(symbol, frame.instance)
+
+    def _element(self, frame: Frame, base: Held, node: t.Index, text: str) -> Held:
+        kind, held = base.type, base.get()
+        assert isinstance(kind, ArrayType)
+        bounds = held.bounds if kind.open else kind.bounds
+        items = held.held if kind.open else held
+        indices = [
+            int(self._expressions.of_node(frame.pou, one, text).value(frame.variables))
+            for one in node.indices
+        ]
+        position = 0
+        for index, (low, high) in zip_longest(indices, bounds):
+            if not low <= index <= high:
+                raise InputError(f"{text}: the index {index} is not in {low}..{high}")
+            position = position * (high - low + 1) + index - low
+        name = f"[{','.join(map(str, indices))}]"
+        return self._memory.element(items, position, name, f"{base.path}{name}", kind.element)
+
+    # --- setting ---
+
+    def put(self, frame: Frame, of: Held, text: str) -> str:
+        """Give a variable the value of an expression; also gives what the user should know.
+
+        Raises:
+            InputError: it does not fit the variable's type, or cannot be set.
+        """
+        if of.set is None:
+            raise refuse_set(of)
+        value: Any = self._expressions.compiled(frame.pou, text, of.type).value(frame.variables)
+        put = of.set
+        return self._changed(lambda: put(value))
+
+    def _changed(self, apply: Any) -> str:
+        later = self._debugger.edit(apply)
+        return "what had run after this moment has not happened now" if later else ""
+
+    # --- watching ---
+
+    def lasting(self, frame: Frame, text: str) -> str:
+        """The path from a program on of a variable that is named in a frame.
+
+        Raises:
+            InputError: it names no variable that lasts from scan to scan.
+        """
+        found = self.look(frame, text)
+        first, _, _ = re.split(r"([.\[])", f"{found.path}.", maxsplit=1)
+        rest = found.path[len(first) :]
+        candidates = [found.path]
+        if frame.path:
+            candidates.insert(0, f"{frame.path}.{found.path}")
+        passed = frame.variables.get(first.upper())
+        if passed is not None and (base := self._memory.path(passed)):
+            candidates.insert(0, f"{base}{rest}")
+        for one in candidates if found.path else []:
+            try:
+                return resolve(self._project, one).path
+            except InputError:
+                continue
+        raise InputError(f"{text} is no variable that lasts from scan to scan")
+
+    def watch(self, path: str, number: int) -> DataWatch:
+        """What compares a variable with what it was.
+
+        Raises:
+            InputError: there is no such variable.
+        """
+        found = self._memory.at(resolve(self._project, path))
+        if is_scalar(found.type):
+            return DataWatch(
+                number, path, found.get, lambda held: self._memory.text(found.type, held)
+            )
+        program = self._machine.program
+        return DataWatch(
+            number, path, lambda: program.read(path), lambda value: value_text(found.type, value)
+        )
+
+    # --- commands ---
+
+    def command(self, frame: Frame, text: str) -> Order | str:
+        """An assignment, or a command that begins with a dot.
+
+        Raises:
+            InputError: it is none.
+        """
+        if not text.startswith("."):
+            target, _, value = text.rstrip("; ").partition(":=")
+            of = self.place(frame, target.strip())
+            said = self.put(frame, of, value.strip())
+            return f"{of.path} = {self._memory.shown(of).text}" + (f"; {said}" if said else "")
+        word, *rest = text[1:].split(maxsplit=1)
+        argument = rest[0].strip() if rest else ""
+        if word == "back":
+            if not argument:
+                return Back("continue")
+            return Back("change", watch=self.watch(self.lasting(frame, argument), 0))
+        if word == "start":
+            return Back("start")
+        if word == "scan":
+            number = _number(argument or "1", ".scan 10")
+            return Forward("scan", number) if number > 0 else Back("scan", -number)
+        if word == "goto":
+            return self._goto(_number(argument, ".goto 120"))
+        if word == "inject":
+            return self._inject(argument)
+        if word == "help":
+            return _HELP
+        raise InputError(f"there is no command .{word}", hint=".help lists them")
+
+    def _goto(self, number: int) -> Order:
+        """Scans are numbered from 1, as they are shown."""
+        now = self._debugger.player.now
+        if number > now.scan + 1 or (number == now.scan + 1 and not now.step):
+            return Forward("scan", number - 1 - now.scan)
+        return Back("scan", now.scan - max(0, number - 1))
+
+    def _inject(self, argument: str) -> str:
+        event, *which = argument.split()
+        device = _number(which[0], ".inject link_down 2") if which else 1
+        said = self._changed(lambda: self._machine.inject(event, device))
+        return f"{event} at {self._debugger.where()}" + (f"; {said}" if said else "")
+
+    # --- completing ---
+
+    def completions(self, frame: Frame, text: str) -> list[tuple[str, str]]:
+        """Names that what is typed may go on with, each with its kind in the protocol."""
+        found = _LAST.search(text)
+        if found is None:
+            return []
+        base, begin = found["base"], found["name"].upper()
+        if base is None:
+            names = self._expressions.names(frame.pou)
+            names += [name for name in self._memory.roots if name not in names]
+        else:
+            try:
+                names = [one.name for one in self._memory.parts(self.look(frame, base))]
+            except InputError:
+                return []
+        kind = "variable" if base is None else "field"
+        return [
+            (name, kind)
+            for name in names
+            if name.upper().startswith(begin) and not name.startswith("[")
+        ]
+
+
+def _number(text: str, example: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(f"{text!r} is no number", hint=f"write {example}") from None

@@ -1,0 +1,495 @@
+"""Runs, steps and stops, forwards and backwards; who talks to the user is somebody else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from types import FrameType
+from typing import Any, Protocol
+
+from structured_text.debug.breakpoints import Breakpoint, DataWatch
+from structured_text.debug.places import Code
+from structured_text.debug.player import Moment, Player
+from structured_text.debug.values import Memory
+from structured_text.errors import InputError
+from structured_text.units import format_us
+
+__all__ = ["Back", "Debugger", "Forward", "Order", "Quit", "Stop"]
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why it has stopped.
+
+    Attributes:
+        reason: As the protocol names it.
+        text: In one line.
+        hits: The breakpoints that were hit.
+    """
+
+    reason: str
+    text: str = ""
+    hits: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Forward:
+    """Go on: `until` is continue, in, over, out or scan; of `scan` so many scans."""
+
+    until: str = "continue"
+    scans: int = 1
+
+
+@dataclass(frozen=True)
+class Back:
+    """Go back: `until` is step, continue, scan (a number of scans), change (of `watch`), start."""
+
+    until: str
+    scans: int = 1
+    watch: DataWatch | None = None
+
+
+@dataclass(frozen=True)
+class Quit:
+    """It is over."""
+
+
+Order = Forward | Back | Quit
+
+
+class Front(Protocol):
+    """Who talks to the user."""
+
+    def wait(self, stop: Stop) -> Order:
+        """It has stopped: what now?"""
+
+    def poll(self) -> Quit | None:
+        """It runs: does the user want something?"""
+
+    def log(self, text: str) -> None:
+        """What a logpoint says."""
+
+
+class _Leave(BaseException):
+    """The user wants to be elsewhere."""
+
+    def __init__(self, order: Order) -> None:
+        self.order = order
+
+
+class _Hit(BaseException):
+    """Something stops in this scan: it is run again, and looked at."""
+
+
+@dataclass
+class _Step:
+    """Where a step began, and how it ends."""
+
+    order: Forward
+    scan: int
+    depth: int
+    roots: int
+
+
+@dataclass
+class Debugger:
+    """One run under the debugger.
+
+    Attributes:
+        player: Moves in time.
+        memory: The program's variables.
+        front: Talks to the user.
+        breakpoints: Where to stop.
+        watches: What to stop at when it changes.
+        rules: Whether a broken rule stops.
+        pausing: The user wants to pause.
+    """
+
+    player: Player
+    memory: Memory
+    front: Front
+    breakpoints: list[Breakpoint] = field(default_factory=list)
+    watches: list[DataWatch] = field(default_factory=list)
+    rules: bool = True
+    pausing: bool = False
+    _going: _Step = field(default_factory=lambda: _Step(Forward(), 0, 0, 0))
+    _target: tuple[int, Stop] | None = None
+    _said: int = 0
+    _unsaid: int = 0
+    _quiet: bool = False
+
+    def run(self, first: Order) -> None:
+        """Obey until the user has enough."""
+        order = first
+        while not isinstance(order, Quit):
+            try:
+                order = self._obeyed(order)
+            except _Leave as leave:
+                order = leave.order
+
+    def _obeyed(self, order: Forward | Back) -> Order:
+        return self._forward(order) if isinstance(order, Forward) else self._back(order)
+
+    def go_to(self, at: Moment, stop: Stop) -> Order:
+        """Stop at a moment."""
+        self._quiet = True
+        self.player.seek(at.scan, self._poll)
+        self._quiet = False
+        if not at.step:
+            return self._stop(stop)
+        self._target = at.step, stop
+        return self._on()
+
+    # --- forwards ---
+
+    def _forward(self, order: Forward) -> Order:
+        tracer = self.player.tracer
+        self._going = _Step(order, self.player.machine.scans, tracer.step and 1, 0)
+        return self._on()
+
+    def _on(self) -> Order:
+        machine = self.player.machine
+        while True:
+            self._poll()
+            if self.pausing:
+                self.pausing = False
+                return self._stop(Stop("pause"))
+            if self._target is None and machine.ended:
+                text = machine.ended
+                again = self._stop(Stop("pause", text))
+                return Quit() if isinstance(again, Forward) else again
+            found = self._scan()
+            if found is not None:
+                return self._stop(found)
+
+    def _stop(self, stop: Stop) -> Order:
+        return self.front.wait(stop)
+
+    def _poll(self) -> None:
+        quitting = self.front.poll()
+        if quitting is not None:
+            raise _Leave(quitting)
+
+    def _scan(self) -> Stop | None:
+        """Run the next scan; why to stop behind it."""
+        machine, scan = self.player.machine, self.player.machine.scans
+        broken = len(machine.violations)
+        self._begin(scan)
+        self._said = self._unsaid = 0
+        try:
+            looking = self._target is not None or self._steps_in(scan)
+            if looking or not self._ran_fast():
+                if not looking:
+                    self._again(scan)
+                self.player.every(self._look)
+        except InputError as error:
+            return self._fault(scan, error)
+        if self._target is not None:  # no program runs in this scan
+            (_, missed), self._target = self._target, None
+            return missed
+        for watch in self.watches:
+            if text := watch.changed():
+                return Stop("data breakpoint", text, (watch.number,))
+        found = machine.violations[broken:]
+        if found and self.rules:
+            return Stop("exception", found[0].text)
+        return None
+
+    def _begin(self, scan: int) -> None:
+        for one in self.breakpoints:
+            one.begin(scan)
+        for watch in self.watches:
+            watch.begin()
+
+    def _again(self, scan: int) -> None:
+        """Go back to the beginning of a scan that was run too fast."""
+        self.player.seek(scan)
+        self._begin(scan)
+        self._unsaid, self._said = self._said, 0
+
+    def _steps_in(self, scan: int) -> bool:
+        """Can a step end in this scan?"""
+        until = self._going.order.until
+        return scan >= self._goal if until == "scan" else until != "continue"
+
+    @property
+    def _goal(self) -> int:
+        """The scan that a step by scans goes to."""
+        return self._going.scan + self._going.order.scans
+
+    def _ran_fast(self) -> bool:
+        """Run a scan without looking at every statement; was that enough?"""
+        try:
+            if self.breakpoints:
+                self.player.some(self._lines(), self._fast_hit)
+            else:
+                self.player.plain()
+        except _Hit:
+            return False
+        # Compared again where it was not enough.
+        return not any(watch.changed() for watch in self.watches)
+
+    def _lines(self) -> dict[str, frozenset[int]]:
+        lines: dict[str, frozenset[int]] = {}
+        for one in self.breakpoints:
+            for pou, own in one.lines.items():
+                lines[pou] = lines.get(pou, frozenset()) | own
+        return lines
+
+    def _fast_hit(self, code: Code, at: int, frame: FrameType) -> None:
+        if self._hits(code, at, frame, first=True):
+            raise _Hit
+
+    def _look(self) -> None:
+        """Before a statement, where every one is looked at."""
+        tracer = self.player.tracer
+        if self._target is not None:
+            step, stop = self._target
+            if tracer.step == step:
+                self._target = None
+                for watch in self.watches:
+                    watch.begin()
+                self._halt(stop)
+            elif any(one.counting for one in self.breakpoints):
+                entry, self._quiet = tracer.stack[-1], True
+                self._hits(entry.code, entry.at, entry.frame, first=entry.fresh)
+                self._quiet = False
+            return
+        entry = tracer.stack[-1]
+        changes = [(one.number, text) for one in self.watches if (text := one.changed())]
+        hits = self._hits(entry.code, entry.at, entry.frame, first=entry.fresh)
+        if changes:
+            numbers = tuple(number for number, _ in changes)
+            self._halt(Stop("data breakpoint", "; ".join(text for _, text in changes), numbers))
+        elif hits:
+            self._halt(Stop("breakpoint", "", hits))
+        elif self._step_ends():
+            self._halt(Stop("step"))
+
+    def _halt(self, stop: Stop) -> None:
+        """Stop in the middle of a scan."""
+        order = self._stop(stop)
+        if not isinstance(order, Forward):
+            raise _Leave(order)
+        tracer = self.player.tracer
+        scan = self.player.machine.scans
+        self._going = _Step(order, scan, len(tracer.stack), tracer.roots)
+
+    def _step_ends(self) -> bool:
+        going, tracer = self._going, self.player.tracer
+        scan, depth = self.player.machine.scans, len(tracer.stack)
+        until = going.order.until
+        if until == "scan":
+            return scan >= self._goal and (scan, tracer.roots) != (going.scan, going.roots)
+        if until == "in":
+            return True
+        elsewhere = (scan, tracer.roots) != (going.scan, going.roots)
+        if until == "over":
+            return elsewhere or depth <= going.depth
+        return until == "out" and (elsewhere or depth < going.depth)
+
+    def _hits(self, code: Code, at: int, frame: FrameType, *, first: bool) -> tuple[int, ...]:
+        """The breakpoints that stop before a statement; what others say is said."""
+        pou, hits = code.pou.name.upper(), []
+        for one in self.breakpoints:
+            if at not in one.lines.get(pou, ()) or (one.entry and not first):
+                continue
+            variables = {**frame.f_locals, "g": self.memory.shared}
+            try:
+                if not one.hit(pou, variables):
+                    continue
+                message = one.messages.get(pou)
+                if message is None:
+                    hits.append(one.number)
+                else:
+                    self._say(message.parts, variables)
+            except InputError as error:
+                self.front.log(f"breakpoint: {error}")
+                hits.append(one.number)
+        return tuple(hits)
+
+    def _say(self, parts: Iterable[Any], variables: dict[str, Any]) -> None:
+        if self._quiet:
+            return
+        self._said += 1
+        if self._unsaid > 0:  # said when the scan ran before
+            self._unsaid -= 1
+            return
+        texts = [
+            one if isinstance(one, str) else self.memory.text_of(one.type, one.value(variables))
+            for one in parts
+        ]
+        self.front.log("".join(texts))
+
+    def _fault(self, scan: int, error: InputError) -> Stop | None:
+        """The program cannot go on: stop at the statement that ends it."""
+        self._target = None
+        step = self.player.tracer.step
+        if not step:
+            self.player.seek(scan)
+            try:
+                self.player.every(lambda: None)
+            except InputError:
+                step = self.player.tracer.step
+        self.player.seek(scan)
+        if not step:
+            return Stop("exception", str(error))
+        self._target = step, Stop("exception", str(error))
+        self._begin(scan)
+        try:
+            self.player.every(self._look)
+        except InputError as again:
+            return self._fault(scan, again)
+        return None
+
+    # --- backwards ---
+
+    def _back(self, order: Back) -> Order:
+        now = self.player.now
+        depths = list(self.player.tracer.depths)
+        self._quiet, self._going = True, _Step(Forward(), now.scan, 0, 0)
+        try:
+            found = self._found(order, now, depths)
+        finally:
+            self._quiet = False
+        return self.go_to(*found)
+
+    def _found(self, order: Back, now: Moment, depths: list[int]) -> tuple[Moment, Stop]:
+        start = Moment(0, 1), Stop("entry", "the start of the run: there is nothing before it")
+        if order.until == "start":
+            return start
+        if order.until == "scan":
+            return Moment(max(0, now.scan - order.scans), 1), Stop("step")
+        if order.until == "step":
+            return self._step_before(now, depths) or start
+        if order.until == "change":
+            assert order.watch is not None
+            found = self._last_in([], [order.watch], now, before=True)
+            if found is None:
+                return now, Stop("step", f"{order.watch.name} has not changed before")
+            return found
+        return self._last_in(self.breakpoints, self.watches, now, rules=self.rules) or start
+
+    def _step_before(self, now: Moment, depths: list[int]) -> tuple[Moment, Stop] | None:
+        """The last statement before this one that is not inside a call between them."""
+        most = depths[-1] if now.step else 1
+        scan, known = now.scan, depths[:-1]
+        while True:
+            fitting = [step for step, depth in enumerate(known, 1) if depth <= most]
+            if fitting:
+                return Moment(scan, fitting[-1]), Stop("step")
+            scan, most = scan - 1, 1
+            if scan < 0:
+                return None
+            self.player.seek(scan, self._poll)
+            seen: list[int] = []
+            tracer = self.player.tracer
+            self.player.every(lambda: seen.append(len(tracer.stack)))  # noqa: B023
+            known = seen
+
+    def _last_in(
+        self,
+        breakpoints: list[Breakpoint],
+        watches: list[DataWatch],
+        now: Moment,
+        *,
+        rules: bool = False,
+        before: bool = False,
+    ) -> tuple[Moment, Stop] | None:
+        """The last moment before this one at which something stops.
+
+        Args:
+            breakpoints: Some of what stops.
+            watches: Variables, where they change.
+            now: What comes from here on does not count.
+            rules: Whether broken rules count.
+            before: Stop before the statement that changes a variable, not behind it.
+        """
+        own = self.breakpoints, self.watches
+        self.breakpoints, self.watches = breakpoints, watches
+        try:
+            if now.step:
+                self.player.seek(now.scan, self._poll)
+                if found := self._all_in(now.scan, now, rules, before):
+                    return found
+            for first, end in self.player.stretches(now.scan):
+                for scan in reversed(self._scans_with(first, end, rules)):
+                    self.player.seek(scan, self._poll)
+                    if found := self._all_in(scan, now, rules, before):
+                        return found
+            return None
+        finally:
+            self.breakpoints, self.watches = own
+
+    def _scans_with(self, first: int, end: int, rules: bool) -> list[int]:
+        """Scans in which something stops, of those from `first` on; run fast."""
+        found: list[int] = []
+        machine = self.player.machine
+        for scan in range(first, end):
+            self._poll()
+            broken = len(machine.violations)
+            self._begin(scan)
+            hits: list[bool] = []
+
+            def hit(code: Code, at: int, frame: FrameType) -> None:
+                hits.append(bool(self._hits(code, at, frame, first=True)))  # noqa: B023
+
+            if self.breakpoints:
+                self.player.some(self._lines(), hit)
+            else:
+                self.player.plain()
+            changed = [bool(watch.changed()) for watch in self.watches]
+            if any(hits) or any(changed) or (rules and len(machine.violations) > broken):
+                found.append(scan)
+        return found
+
+    def _all_in(
+        self, scan: int, now: Moment, rules: bool, before: bool
+    ) -> tuple[Moment, Stop] | None:
+        """The last moment of a scan at which something stops, before `now`."""
+        tracer, machine = self.player.tracer, self.player.machine
+        found: list[tuple[Moment, Stop]] = []
+        broken, last = len(machine.violations), 0
+        self._begin(scan)
+
+        def changes(at: Moment) -> None:
+            for watch in self.watches:
+                if text := watch.changed():
+                    found.append((at, Stop("data breakpoint", text, (watch.number,))))
+
+        def look() -> None:
+            nonlocal last
+            step, entry = tracer.step, tracer.stack[-1]
+            changes(Moment(scan, max(1, last) if before else step))
+            last = step
+            if hits := self._hits(entry.code, entry.at, entry.frame, first=entry.fresh):
+                found.append((Moment(scan, step), Stop("breakpoint", "", hits)))
+
+        with suppress(InputError):  # the scan that ends the program: it is run up to there
+            self.player.every(look)
+        changes(Moment(scan, last) if before and last else Moment(scan + 1))
+        if rules and len(machine.violations) > broken:
+            found.append((Moment(scan + 1), Stop("exception", machine.violations[broken].text)))
+        return next((one for one in reversed(found) if one[0] < now), None)
+
+    # --- changes ---
+
+    def edit(self, apply: Callable[[], None]) -> bool:
+        """Change something at this moment, also when the run comes here again.
+
+        Returns:
+            Whether the run had been further on, which has not happened now.
+        """
+        later = self.player.edit(apply)
+        for one in self.breakpoints:
+            one.forget_after(self.player.now.scan)
+        for watch in self.watches:
+            watch.begin()
+        return later
+
+    def where(self) -> str:
+        """The moment in one line."""
+        machine, now = self.player.machine, self.player.now
+        scan = f"scan {now.scan + 1}" if now.step else f"after {now.scan} scans"
+        return f"{scan}, {format_us(machine.now_us)}"

@@ -1,0 +1,5 @@
+"""The built-in engine: compiles checked Structured Text to Python and runs it."""
+
+from structured_text.engines.builtin.program import BuiltinProgram
+
+__all__ = ["BuiltinProgram"]

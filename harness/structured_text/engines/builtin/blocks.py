@@ -1,0 +1,170 @@
+"""The standard function blocks, as the generated code calls them.
+
+Each class holds one instance: its pins in upper-case slots and its memory in lower-case ones, all
+of them scalars. `clock` is where the timers find the PLC time in nanoseconds, as `now`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from structured_text.language.standard import BLOCKS
+
+__all__ = ["BODIES", "CLASSES"]
+
+
+def _class(name: str, memory: tuple[str, ...]) -> type[Any]:
+    """A class with the pins of a standard block, FALSE or 0 at first, and its memory."""
+    pins = {
+        pin.name: False if getattr(pin.type, "name", "") == "BOOL" else 0
+        for pin in BLOCKS[name].variables
+    }
+    start: dict[str, Any] = {**pins, **dict.fromkeys(memory, 0)}
+
+    def initialise(self: Any, clock: Any) -> None:
+        self.clock = clock
+        for slot, value in start.items():
+            setattr(self, slot, value)
+
+    return type(f"b_{name}", (), {"__slots__": (*start, "clock"), "__init__": initialise})
+
+
+def _r_trig(s: Any) -> None:
+    clk = s.CLK
+    s.Q = clk and not s.seen
+    s.seen = clk
+
+
+def _f_trig(s: Any) -> None:
+    # As in the standard, the first call with CLK FALSE counts as a falling edge.
+    clk = s.CLK
+    s.Q = not clk and not s.seen
+    s.seen = not clk
+
+
+def _sr(s: Any) -> None:
+    s.Q1 = s.S1 or (not s.R and s.Q1)
+
+
+def _rs(s: Any) -> None:
+    s.Q1 = not s.R1 and (s.S or s.Q1)
+
+
+# The timers have three phases: 0 at rest, 1 running, 2 expired. In the call that starts one, it
+# does not look at the time yet, so that PT = 0 expires one call later.
+
+
+def _ton(s: Any) -> None:
+    if not s.IN:
+        s.ET = s.phase = 0
+        s.Q = False
+    elif s.phase == 1:
+        elapsed = s.clock.now - s.start
+        if elapsed >= s.PT:
+            s.phase = 2
+            s.Q = True
+            s.ET = s.PT
+        else:
+            s.ET = elapsed
+    elif s.phase == 0 and not s.before:
+        s.phase = 1
+        s.Q = False
+        s.start = s.clock.now
+    s.before = s.IN
+
+
+def _tof(s: Any) -> None:
+    if s.IN:
+        s.ET = s.phase = 0
+    elif s.phase == 1:
+        elapsed = s.clock.now - s.start
+        if elapsed >= s.PT:
+            s.phase = 2
+            s.ET = s.PT
+        else:
+            s.ET = elapsed
+    elif s.phase == 0 and s.before:
+        s.phase = 1
+        s.start = s.clock.now
+    s.Q = s.IN or s.phase == 1
+    s.before = s.IN
+
+
+def _tp(s: Any) -> None:
+    if s.phase == 0:
+        if s.IN and not s.before:
+            s.phase = 1
+            s.Q = True
+            s.start = s.clock.now
+    elif s.phase == 1:
+        elapsed = s.clock.now - s.start
+        if elapsed >= s.PT:
+            s.phase = 2
+            s.Q = False
+            s.ET = s.PT
+        else:
+            s.ET = elapsed
+    if s.phase == 2 and not s.IN:
+        s.ET = s.phase = 0
+    s.before = s.IN
+
+
+def _ctu(s: Any) -> None:
+    edge = s.CU and not s.up
+    s.up = s.CU
+    if s.R:
+        s.CV = 0
+    elif edge and s.CV < s.PV:
+        s.CV += 1
+    s.Q = s.CV >= s.PV
+
+
+def _ctd(s: Any) -> None:
+    edge = s.CD and not s.down
+    s.down = s.CD
+    if s.LD:
+        s.CV = s.PV
+    elif edge and s.CV > 0:
+        s.CV -= 1
+    s.Q = s.CV <= 0
+
+
+def _ctud(s: Any) -> None:
+    up, down = s.CU and not s.up, s.CD and not s.down
+    s.up, s.down = s.CU, s.CD
+    if s.R:
+        s.CV = 0
+    elif s.LD:
+        s.CV = s.PV
+    elif up != down:
+        if up and s.CV < s.PV:
+            s.CV += 1
+        elif down and s.CV > 0:
+            s.CV -= 1
+    s.QU = s.CV >= s.PV
+    s.QD = s.CV <= 0
+
+
+_TIMER = ("before", "phase", "start")
+_KINDS: dict[str, tuple[Callable[[Any], None], tuple[str, ...]]] = {
+    "R_TRIG": (_r_trig, ("seen",)),
+    "F_TRIG": (_f_trig, ("seen",)),
+    "SR": (_sr, ()),
+    "RS": (_rs, ()),
+    "TON": (_ton, _TIMER),
+    "TOF": (_tof, _TIMER),
+    "TP": (_tp, _TIMER),
+    "CTU": (_ctu, ("up",)),
+    "CTD": (_ctd, ("down",)),
+    "CTUD": (_ctud, ("up", "down")),
+}
+# The counters exist for each integer type; they never pass PV or 0, so that none can overflow. The
+# timers exist for both types of durations.
+_NAMES = {name: name.removeprefix("L").partition("_")[0] for name in BLOCKS}
+_NAMES.update({name: name for name in ("R_TRIG", "F_TRIG")})
+
+#: What runs a block, by its name.
+BODIES = {name: _KINDS[kind][0] for name, kind in _NAMES.items()}
+#: What holds an instance, by the block's name.
+CLASSES = {name: _class(name, _KINDS[kind][1]) for name, kind in _NAMES.items()}

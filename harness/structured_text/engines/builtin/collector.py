@@ -1,0 +1,166 @@
+"""Counting which Structured Text is executed; off unless it is asked for.
+
+Inside `with counting(collector)` every program that the built-in engine compiles counts. All
+programs that have been compiled from one file share its counters.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from structured_text.output.paths import real
+
+if TYPE_CHECKING:
+    from structured_text.engines.builtin.coverage import Decision, Plan
+    from structured_text.language.project import Project
+    from structured_text.language.tree import Pou
+
+__all__ = ["Collector", "Counted", "Counts", "collecting", "counting"]
+
+
+class Seen(dict[int, bool]):
+    """The vectors in which a decision has been evaluated, each with its outcome."""
+
+    def __init__(self, decision: Decision) -> None:
+        super().__init__()
+        self._decision = decision
+
+    def __missing__(self, vector: int) -> bool:
+        outcome = self[vector] = self._decision.outcome(vector)
+        return outcome
+
+
+class LazySeen(Seen):
+    """The same of a decision that may skip conditions, which tell their values one by one.
+
+    Those that it skipped are bits, too, above those of all values.
+    """
+
+    def __init__(self, decision: Decision) -> None:
+        super().__init__(decision)
+        self._size = len(decision.conditions)
+        # A method that is called in a condition may come to the same decision again.
+        self._open: list[int] = []
+
+    def begin(self) -> None:
+        """It is evaluated now."""
+        self._open.append((1 << self._size) - 1 << self._size)
+
+    def see(self, number: int, value: bool) -> bool:
+        """The value of a condition."""
+        self._open[-1] = self._open[-1] & ~(1 << number + self._size) | value << number
+        return value
+
+    def end(self, outcome: bool) -> bool:
+        """What it has come to."""
+        self[self._open.pop()] = bool(outcome)
+        return outcome
+
+
+class Counts:
+    """What has been counted in one POU.
+
+    Attributes:
+        counters: How often each run of statements and each empty branch was executed.
+        seen: The vectors of each decision.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.counters = [0] * plan.size
+        self.seen = [LazySeen(one) if one.lazy else Seen(one) for one in plan.decisions]
+
+
+class Counted(NamedTuple):
+    """A POU of which something is counted.
+
+    Attributes:
+        file: Its file, and the hash of what was in it.
+        sources: The texts of the program that were taken from this file.
+    """
+
+    file: str
+    hash: str
+    pou: Pou
+    plan: Plan
+    counts: Counts
+    sources: tuple[Path, ...]
+
+
+class Collector:
+    """The counts of all sources below a folder.
+
+    Args:
+        folder: The sources; None for all.
+        library: Whether libraries count, too.
+
+    Attributes:
+        elsewhere: Engines that cannot count and have run programs meanwhile.
+    """
+
+    def __init__(self, folder: Path | None = None, *, library: bool = True) -> None:
+        self._folder = real(folder) if folder else None
+        self._library = library
+        self._apart: set[Path] = set()
+        self.elsewhere: set[str] = set()
+        self._counted: dict[tuple[str, str, str, tuple[int, ...]], Counted] = {}
+
+    def leave_out(self, library: Path) -> None:
+        """The folder of a library: nothing in it counts, if libraries do not."""
+        if not self._library:
+            self._apart.add(real(library))
+
+    def counts(self, pou: Pou, plan: Plan, project: Project) -> Counts | None:
+        """Where a POU counts; None if its source is none of those counted."""
+        file = _resolved(os.path.abspath(pou.file))
+        if self._folder is not None and self._folder not in file.parents:
+            return None
+        if not self._apart.isdisjoint(file.parents) or not file.is_file():
+            return None
+        # Constants of other files may make another plan of the same text.
+        shape = plan.size, *(len(one.conditions) for one in plan.decisions)
+        text = _hash(file, file.stat().st_mtime_ns)
+        key = str(file), text, pou.name.upper(), shape
+        if key not in self._counted:
+            sources = tuple(one for one in project.files if str(one) == pou.file)
+            self._counted[key] = Counted(str(file), text, pou, plan, Counts(plan), sources)
+        return self._counted[key].counts
+
+    @property
+    def counted(self) -> list[Counted]:
+        """Each POU that counts."""
+        return list(self._counted.values())
+
+
+@lru_cache(maxsize=1024)
+def _resolved(file: str) -> Path:
+    return real(file)
+
+
+@lru_cache(maxsize=1024)
+def _hash(file: Path, stamp: int) -> str:
+    """A hash of the file as it was at `stamp`."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+_collecting: list[Collector] = []
+
+
+@contextmanager
+def counting(collector: Collector) -> Iterator[Collector]:
+    """Let every program that is compiled inside count."""
+    _collecting.append(collector)
+    try:
+        yield collector
+    finally:
+        _collecting.remove(collector)
+
+
+def collecting() -> Collector | None:
+    """The collector of the innermost `counting`."""
+    return _collecting[-1] if _collecting else None

@@ -1,0 +1,86 @@
+"""Compiles a project to Python."""
+
+from __future__ import annotations
+
+import marshal
+from typing import Any
+
+from structured_text.engines.builtin.code import Code
+from structured_text.engines.builtin.collector import Collector
+from structured_text.engines.builtin.coverage import CountingWriter, Plan
+from structured_text.engines.builtin.objects import linking
+from structured_text.engines.builtin.statements import Writer
+from structured_text.engines.builtin.storage import Storage, slot_name
+from structured_text.errors import InputError
+from structured_text.language.compiling import deeply
+from structured_text.language.project import Project
+from structured_text.language.tree import Pou, Symbol
+
+__all__ = ["compiled"]
+
+
+def compiled(project: Project, collector: Collector | None, names: dict[str, Any]) -> Code:
+    """Compile a project.
+
+    Args:
+        project: The project.
+        collector: Where its sources count what is executed; None: nowhere.
+        names: What the code finds; the counters are added.
+
+    Raises:
+        InputError: statements or expressions lie too deep inside each other.
+    """
+    try:
+        return deeply(lambda: _written(project, collector, names))
+    except (RecursionError, MemoryError, SyntaxError) as error:
+        raise InputError(
+            f"the built-in engine cannot compile this: {error}",
+            file=project.files[0] if len(project.files) == 1 else None,
+            hint="statements or expressions lie too deep inside each other; divide them",
+        ) from None
+
+
+def _written(project: Project, collector: Collector | None, names: dict[str, Any]) -> Code:
+    storage = Storage()
+    lines: list[str] = []
+    origins: list[tuple[str, int]] = []
+    for pou in project.pous.values():
+        if pou.block is not None:
+            storage.block(pou)
+        writer = _writer(project, pou, storage, collector, names)
+        writer.write()
+        lines += writer.lines
+        origins += [(pou.file, line) for line in writer.origins]
+    storage.globals(_shared(project))
+    lines += linking(project)
+    first = len(storage.lines)
+    file = f"<{project.files[0].name} and {len(project.files) - 1} more>"
+    text = "\n".join([*storage.lines, *lines, ""])
+    return Code(file, first, origins, marshal.dumps(compile(text, file, "exec")))
+
+
+def _writer(
+    project: Project,
+    pou: Pou,
+    storage: Storage,
+    collector: Collector | None,
+    names: dict[str, Any],
+) -> Writer:
+    if collector is not None:
+        plan = Plan.of(pou)
+        counts = collector.counts(pou, plan, project)
+        if counts is not None:
+            name = slot_name(pou.name)
+            names.update({f"n_{name}": counts.counters, f"q_{name}": counts.seen})
+            return CountingWriter(project, pou, storage, plan)
+    return Writer(project, pou, storage)
+
+
+def _shared(project: Project) -> list[Symbol]:
+    located = [
+        symbol
+        for pou in project.pous.values()
+        for symbol in pou.symbols.values()
+        if symbol.address is not None
+    ]
+    return [*project.global_symbols.values(), *located]

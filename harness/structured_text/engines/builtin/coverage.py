@@ -1,0 +1,377 @@
+"""What of a POU is counted, and the code that counts it; see `collector`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from structured_text.engines.builtin.expressions import Expressions, Value, type_name
+from structured_text.engines.builtin.statements import Branches, Writer
+from structured_text.engines.builtin.storage import Storage, slot_name
+from structured_text.language import tree as t
+from structured_text.language.project import Project
+
+__all__ = ["CountingWriter", "Decision", "Plan", "Postfix", "outcome"]
+
+#: A Boolean expression: the numbers of its conditions, constants, and behind them operators.
+Postfix = Sequence[int | bool | str]
+
+_LAZY = ("AND_THEN", "OR_ELSE")
+_LOGIC = ("AND", "OR", "XOR", *_LAZY)
+_COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
+
+
+def outcome(code: Postfix, vector: int, skipped: int = 0) -> bool | None:
+    """What an expression gives where the condition k has the value of bit k.
+
+    Args:
+        code: The expression.
+        vector: The values.
+        skipped: Conditions, by their bits, whose values are not known.
+
+    Returns:
+        None where that depends on those that are not known.
+    """
+    stack: list[bool | None] = []
+    for one in code:
+        if isinstance(one, bool):
+            stack.append(one)
+        elif isinstance(one, int):
+            stack.append(None if skipped >> one & 1 else bool(vector >> one & 1))
+        elif one == "NOT":
+            value = stack.pop()
+            stack.append(None if value is None else not value)
+        else:
+            stack.append(_joined(one, stack.pop(), stack.pop()))
+    return stack.pop()
+
+
+def _joined(op: str, left: bool | None, right: bool | None) -> bool | None:
+    if op == "XOR":
+        return None if left is None or right is None else left != right
+    decisive = op in ("OR", "OR_ELSE")
+    if left is decisive or right is decisive:
+        return decisive
+    return None if left is None or right is None else not decisive
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A Boolean expression and its conditions, from left to right.
+
+    Attributes:
+        root: The whole expression.
+        conditions: Its operands that are no constants.
+        line: Where the statement begins that it belongs to.
+        code: How the conditions are joined.
+        lazy: Whether conditions may be skipped: by AND_THEN, OR_ELSE, or since it could stop the
+            program to look at one whose value decides nothing.
+    """
+
+    root: t.Expression
+    conditions: tuple[t.Expression, ...]
+    line: int
+    code: Postfix = ()
+    lazy: bool = False
+
+    def outcome(self, vector: int) -> bool:
+        """What the expression gives where the condition k has the value of bit k."""
+        return bool(outcome(self.code, vector))
+
+
+@dataclass
+class Plan:
+    """The numbers of one POU.
+
+    Attributes:
+        size: How many counters there are.
+        run: Counter of the run that a statement is in, by `id` of the statement.
+        first: The same, of the first statement of each run only.
+        empty: Counter of the way past the body of an IF, CASE, WHILE or FOR, by its `id`.
+        blank: Counters of bodies without statements, in order, by `id` of the IF, CASE or loop.
+        decisions: In their order.
+        number: Number of a decision, by `id` of its root.
+    """
+
+    size: int = 0
+    run: dict[int, int] = field(default_factory=dict)
+    first: dict[int, int] = field(default_factory=dict)
+    empty: dict[int, int] = field(default_factory=dict)
+    blank: dict[int, list[int]] = field(default_factory=dict)
+    decisions: list[Decision] = field(default_factory=list)
+    number: dict[int, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, pou: t.Pou) -> Plan:
+        """Number the body of a POU; the same source gives the same numbers."""
+        plan = cls()
+        plan._statements(pou.body)
+        return plan
+
+    def _count(self) -> int:
+        self.size += 1
+        return self.size - 1
+
+    def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
+        """Counter of a body: `place` is its number among those of its node without statements."""
+        return self.run[id(body[0])] if body else self.blank[id(node)][place]
+
+    def _body(self, node: t.Statement, body: tuple[t.Statement, ...]) -> None:
+        if not body:
+            self.blank.setdefault(id(node), []).append(self._count())
+        self._statements(body)
+
+    def _statements(self, statements: tuple[t.Statement, ...]) -> None:
+        run: int | None = None
+        for statement in statements:
+            if run is None:
+                run = self.first[id(statement)] = self._count()
+            self.run[id(statement)] = run
+            self._parts(statement)
+            if isinstance(statement, (t.If, t.Case, t.For, t.While, t.Repeat)):
+                run = None
+
+    def _parts(self, node: t.Statement) -> None:
+        line = node.at.line
+        if isinstance(node, t.If):
+            for condition, body in node.branches:
+                self._decision(condition, line)
+                self._body(node, body)
+            self._statements(node.otherwise)
+        elif isinstance(node, t.Case):
+            self._expression(node.selector, line)
+            for _, body in node.branches:
+                self._body(node, body)
+            self._statements(node.otherwise)
+        elif isinstance(node, t.While):
+            self._decision(node.condition, line)
+            self._body(node, node.body)
+        elif isinstance(node, t.Repeat):
+            self._statements(node.body)
+            self._decision(node.condition, line)
+        elif isinstance(node, t.For):
+            for part in (node.start, node.end, node.step):
+                self._expression(part, line)
+            self._body(node, node.body)
+        elif isinstance(node, t.Assign):
+            self._expression(node.target, line)
+            self._expression(node.value, line)
+        elif isinstance(node, t.CallBlock):
+            for _, value in (*node.inputs, *node.in_outs, *node.outputs):
+                self._expression(value, line)
+        elif isinstance(node, t.Evaluate):
+            self._expression(node.value, line)
+        elif isinstance(node, t.CallBase):
+            for _, value in node.inputs:
+                self._expression(value, line)
+        loop = isinstance(node, (t.While, t.For))
+        if loop or (isinstance(node, (t.If, t.Case)) and not node.otherwise):
+            self.empty[id(node)] = self._count()
+
+    def _expression(self, node: t.Expression, line: int) -> None:
+        """Find the decisions in an expression that decides nothing itself."""
+        if _is_operator(node):
+            self._decision(node, line)
+            return
+        for part in _parts(node):
+            self._expression(part, line)
+
+    def _decision(self, node: t.Expression, line: int) -> None:
+        conditions = tuple(_conditions(node))
+        if conditions:
+            self.number[id(node)] = len(self.decisions)
+            lazy = _is_lazy(node) or any(map(_may_fault, conditions[1:]))
+            self.decisions.append(Decision(node, conditions, line, _postfix(node), lazy))
+        for condition in conditions:
+            for part in _parts(condition):
+                self._expression(part, line)
+
+
+def _is_operator(node: t.Expression) -> bool:
+    """Whether it is a BOOL expression with an operator of its own."""
+    if isinstance(node, t.Binary):
+        return node.op in _COMPARISONS or _is_logic(node)
+    return isinstance(node, t.Same) or _is_logic(node)
+
+
+def _is_logic(node: t.Expression) -> bool:
+    if type_name(node.type) != "BOOL":
+        return False
+    return isinstance(node, t.Unary) or (isinstance(node, t.Binary) and node.op in _LOGIC)
+
+
+def _conditions(node: t.Expression) -> Iterator[t.Expression]:
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        if _is_logic(one):
+            waiting += reversed(_parts(one))
+        elif not isinstance(one, t.Constant):
+            yield one
+
+
+def _postfix(node: t.Expression) -> Postfix:
+    """How the conditions of a decision are joined, numbered from left to right."""
+    code: list[int | bool | str] = []
+    numbers = 0
+    waiting: list[t.Expression | str] = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, str):
+            code.append(one)
+        elif isinstance(one, (t.Unary, t.Binary)) and _is_logic(one):
+            waiting += [one.op, *reversed(_parts(one))]
+        elif isinstance(one, t.Constant):
+            code.append(bool(one.value))
+        else:
+            code.append(numbers)
+            numbers += 1
+    return tuple(code)
+
+
+def _is_lazy(node: t.Expression) -> bool:
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, t.Binary) and one.op in _LAZY:
+            return True
+        waiting += _parts(one) if _is_logic(one) else ()
+    return False
+
+
+def _may_fault(node: t.Expression) -> bool:
+    """Can it stop the program, by an index, a division or a root?"""
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, t.Standard) and one.name not in _SAFE and "_TO_" not in one.name:
+            return True
+        if isinstance(one, t.Index) and not all(isinstance(k, t.Constant) for k in one.indices):
+            return True
+        if isinstance(one, t.Binary) and one.op in ("/", "MOD", "**"):
+            return True
+        waiting += _parts(one)
+    return False
+
+
+def _parts(node: t.Expression) -> tuple[t.Expression, ...]:
+    """The operands, arguments or indices of an expression."""
+    if isinstance(node, t.Unary):
+        return (node.operand,)
+    if isinstance(node, t.Binary):
+        return node.left, node.right
+    if isinstance(node, t.Member):
+        return (node.base,)
+    if isinstance(node, t.Index):
+        return node.base, *node.indices
+    if isinstance(node, (t.CallFunction, t.Standard)):
+        return tuple(argument for argument in node.arguments if argument is not None)
+    if isinstance(node, t.CallMethod):
+        given = tuple(argument for argument in node.arguments if argument is not None)
+        return node.instance, *given, *(value for _, value in (*node.in_outs, *node.outputs))
+    if isinstance(node, t.Deref):
+        return (node.base,) if node.offset is None else (node.base, node.offset)
+    if isinstance(node, t.Address):
+        return (node.variable,)
+    if isinstance(node, t.Offset):
+        return node.base, node.bytes
+    if isinstance(node, t.Valid):
+        return (node.reference,)
+    if isinstance(node, t.Recast):
+        return (node.base,)
+    return (node.left, node.right) if isinstance(node, t.Same) else ()
+
+
+#: Standard functions that give something for every argument.
+_SAFE = frozenset(
+    (
+        *("GT", "GE", "EQ", "LE", "LT", "ADD", "MUL", "AND", "OR", "XOR", "MOVE", "SEL", "ABS"),
+        *("MAX", "MIN", "LIMIT", "SHL", "SHR", "ROL", "ROR", "LEN", "FIND", "LEFT", "RIGHT", "MID"),
+    )
+)
+
+#: Conditions of a decision that are put together by an operator each.
+_FEW = 50
+
+
+class _CountingExpressions(Expressions):
+    """Expressions whose decisions are looked up by the vector of their conditions."""
+
+    def __init__(self, project: Project, pou: t.Pou, plan: Plan) -> None:
+        super().__init__(project, pou)
+        self._pou_name = slot_name(pou.name)
+        self._plan = plan
+        # Of decisions that may skip conditions: where a condition tells its value.
+        self._tells: dict[int, str] = {}
+
+    def value(self, node: t.Expression) -> Value:
+        """Code of an expression; all conditions of a decision are evaluated, if none is skipped."""
+        tells = self._tells.pop(id(node), "")
+        if tells:
+            return Value(f"{tells}, {self.value(node).code})")
+        number = self._plan.number.get(id(node))
+        if number is None:
+            return super().value(node)
+        decision = self._plan.decisions[number]
+        if decision.lazy:
+            seen = f"q_{self._pou_name}[{number}]"
+            told = {id(one): f"{seen}.see({k}" for k, one in enumerate(decision.conditions)}
+            self._tells |= told
+            return Value(f"{seen}.end({seen}.begin() or {super().value(node).code})")
+        bits = [
+            f"{super(_CountingExpressions, self).value(condition).code} << {k}"
+            for k, condition in enumerate(decision.conditions)
+        ]
+        # A long chain of operators would be too deep for Python; the bits are different ones.
+        vector = " | ".join(bits) if len(bits) < _FEW else f"sum(({', '.join(bits)}))"
+        return Value(f"q_{self._pou_name}[{number}][{vector}]")
+
+
+class CountingWriter(Writer):
+    """Writes a POU that counts.
+
+    Args:
+        project: The project.
+        pou: The POU to write.
+        storage: For copies of structures and arrays.
+        plan: Its numbers.
+    """
+
+    def __init__(self, project: Project, pou: t.Pou, storage: Storage, plan: Plan) -> None:
+        super().__init__(project, pou, storage)
+        self._plan = plan
+        self._blank: list[list[int]] = []
+        self._code = _CountingExpressions(project, pou, plan)
+        self._code.pointing.storage = storage
+
+    def _counted(self, number: int) -> str:
+        return f"n_{slot_name(self._pou.name)}[{number}] += 1"
+
+    def _statement(self, node: t.Statement) -> None:
+        first = self._plan.first.get(id(node))
+        if first is not None:
+            self._emit(self._counted(first))
+        super()._statement(node)
+
+    def _branches(self, branches: Branches, node: t.If | t.Case) -> None:
+        self._blank.append(list(self._plan.blank.get(id(node), ())))
+        super()._branches(branches, node)
+        self._blank.pop()
+
+    def _nothing(self) -> None:
+        self._emit(self._counted(self._blank[-1].pop(0)))
+
+    def _no_branch(self, node: t.If | t.Case) -> None:
+        super()._no_branch(node)
+        empty = self._plan.empty.get(id(node))
+        if empty is not None:
+            self._at = node.at.line
+            self._emit(f"else: {self._counted(empty)}")
+
+    def _leave(self, condition: str, node: t.While | t.For) -> None:
+        # The Python variable of the loop is 0 where its end comes before the first round.
+        self._emit(f"if {condition}:")
+        self._emit(f"    if not _: {self._counted(self._plan.empty[id(node)])}")
+        self._emit("    break")
+        for number in self._plan.blank.get(id(node), ()):
+            self._emit(self._counted(number))

@@ -1,0 +1,97 @@
+"""The code of a project, which every instance of its program shares."""
+
+from __future__ import annotations
+
+import marshal
+from collections import deque
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from structured_text.engines.builtin import memory, references
+from structured_text.engines.builtin.blocks import BODIES, CLASSES
+from structured_text.engines.builtin.code import Code
+from structured_text.engines.builtin.collector import Collector, collecting
+from structured_text.engines.builtin.runtime import NAMES
+from structured_text.language import cache
+from structured_text.language.project import Project
+
+if TYPE_CHECKING:
+    from structured_text.language.paths import Resolved
+
+__all__ = ["Module", "module_of"]
+
+
+class Module:
+    """The code of a project.
+
+    Args:
+        project: What to compile.
+        collector: Where its sources count what is executed; None: nowhere.
+
+    Attributes:
+        project: What it was compiled from.
+        names: Everything the module defines: classes, `f_POU`, `save_T` and so on.
+        resolved: What paths of variables lead to; the same for each instance of the program.
+    """
+
+    def __init__(self, project: Project, collector: Collector | None = None) -> None:
+        self.project = project
+        self.resolved: dict[str, Resolved] = {}
+        self.names: dict[str, Any] = {**NAMES, **references.NAMES, **memory.NAMES}
+        self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
+        self.names.update({f"body_{name}": found for name, found in BODIES.items()})
+        self._noted: set[str] = set()
+        # Bounded, since instances that nobody watches are noted, too.
+        self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
+
+        def made() -> Code:
+            from structured_text.engines.builtin.compile import (
+                compiled,  # only where nothing is kept
+            )
+
+            return compiled(project, collector, self.names)
+
+        self._code = cache.kept("code", project.key if collector is None else "", made)
+        exec(marshal.loads(self._code.body), self.names)
+
+    def note_calls(self, blocks: Mapping[str, int | None]) -> deque[tuple[int, int]]:
+        """Let the calls of these blocks be noted, by the identity of instance and variable."""
+        for name, place in blocks.items():
+            if name not in self._noted and f"f_{name}" in self.names:
+                self._noted.add(name)
+                self.names[f"f_{name}"] = _noting(self.names[f"f_{name}"], place, self._calls)
+        return self._calls
+
+    def origin(self, trace: TracebackType | None) -> tuple[str, int] | None:
+        """File and line of the Structured Text that an exception was raised from."""
+        found = None
+        while trace is not None:
+            if trace.tb_frame.f_code.co_filename == self._code.file:
+                found = trace.tb_lineno
+            trace = trace.tb_next
+        index = -1 if found is None else found - 1 - self._code.first
+        return self._code.origins[index] if 0 <= index < len(self._code.origins) else None
+
+
+def _noting(
+    body: Callable[..., Any], place: int | None, calls: deque[tuple[int, int]]
+) -> Callable[..., Any]:
+    """The function of a block that notes its calls."""
+
+    def noted(instance: Any, *in_outs: Any) -> Any:
+        calls.append((id(instance), 0 if place is None else id(in_outs[place])))
+        return body(instance, *in_outs)
+
+    return noted
+
+
+def module_of(project: Project) -> Module:
+    """The code of a project, compiled once, and once more where what is executed is counted."""
+    return _module_of(project, collecting())
+
+
+@lru_cache(maxsize=24)
+def _module_of(project: Project, collector: Collector | None) -> Module:
+    return Module(project, collector)

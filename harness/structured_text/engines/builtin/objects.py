@@ -1,0 +1,154 @@
+"""Code around the methods of blocks: how they are found, and what runs when a program starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
+from structured_text.language.objects import Objects
+from structured_text.language.project import Project
+from structured_text.language.tree import Pou, Symbol
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    InterfaceType,
+    ReferenceType,
+    StructType,
+    Type,
+)
+
+__all__ = ["attribute", "handed_back", "holds_pointers", "is_dynamic", "linking"]
+
+
+def attribute(name: str) -> str:
+    """The attribute of a block's class that is a method; `P.GET` that of a property."""
+    return f"m_{slot_name(name)}"
+
+
+def handed_back(method: Pou) -> list[Symbol]:
+    """What a method returns besides its result: its outputs, then its scalar VAR_IN_OUT."""
+    in_outs = [symbol for symbol in method.section("VAR_IN_OUT") if is_scalar(symbol.type)]
+    return [*method.section("VAR_OUTPUT"), *in_outs]
+
+
+def is_dynamic(objects: Objects, block: BlockType, project: Project) -> bool:
+    """Whether a call of a block may mean the body of one that extends it."""
+    own = _in_outs(block)
+    blocks = [project.blocks[key] for key in objects.derived(block.name.upper())]
+    return bool(blocks) and all(_in_outs(one) == own for one in blocks)
+
+
+def _in_outs(block: BlockType) -> list[str]:
+    return [pin.name for pin in block.variables if pin.section == "VAR_IN_OUT"]
+
+
+def linking(project: Project) -> list[str]:
+    """Lines behind the functions: each class finds its methods, and `start` sets what is to be.
+
+    Nothing for a program that has no methods and nothing to start.
+    """
+    objects, lines = project.objects, []
+    for key in objects.blocks:
+        for name, method in objects.all[key].items():
+            if method.owner is not None:
+                lines.append(f"b_{key}.{attribute(name)} = f_{slot_name(method.name)}")
+        if key in objects.extended or objects.derived(key):
+            lines.append(f"b_{key}.body = lambda s, *a: f_{key}(s, *a)")
+    starts = _Starts(project)
+    return lines + starts.lines()
+
+
+class _Starts:
+    """Writes `start_X(s)` for each block that has something to start, and `start`."""
+
+    def __init__(self, project: Project) -> None:
+        self._project = project
+        self._objects = project.objects
+        self._needed: dict[str, bool] = {}
+
+    def lines(self) -> list[str]:
+        result: list[str] = []
+        for key in self._objects.blocks:
+            if self._is_needed(key):
+                result += [f"def start_{key}(s):", *self._block(key)]
+        roots = [
+            f"    start_{block.name.upper()}(roots[{name!r}])"
+            for name, block in self._project.instances.items()
+            if self._is_needed(block.name.upper()) and not self._is_shared(block)
+        ]
+        shared = list(self._inside(self._project.global_symbols.values(), "g"))
+        if roots or shared:
+            result += ["def start(g, roots):", *shared, *roots]
+        return result
+
+    def _is_shared(self, block: BlockType) -> bool:
+        """Is it a program that others call by its name, and so one of the globals?"""
+        symbol = self._project.global_symbols.get(block.name.upper())
+        return symbol is not None and symbol.type is block
+
+    def _block(self, key: str) -> Iterator[str]:
+        objects = self._objects
+        yield from self._inside(stored(self._project.pous[key].symbols.values()), "s")
+        chain = [key]
+        while chain[-1] in objects.extended:
+            chain.append(objects.extended[chain[-1]])
+        for block in reversed(chain):
+            if "FB_START" in objects.own[block]:
+                yield f"    f_{block}_m_FB_START(s)"
+        yield "    pass"
+        if objects.starter(key) is None:
+            for method in objects.starters(key):
+                arguments = ", False" * len(method.section("VAR_INPUT"))
+                yield f"    f_{slot_name(method.name)}(s{arguments})"
+
+    def _inside(self, symbols: Iterable[Symbol], holder: str) -> Iterator[str]:
+        for symbol in symbols:
+            slot = slot_name(symbol.name)
+            yield from self._one(symbol.type, f"{holder}.{slot}", 1)
+
+    def _one(self, kind: Type, code: str, depth: int) -> Iterator[str]:
+        indent = "    " * depth
+        if isinstance(kind, BlockType) and self._is_needed(kind.name.upper()):
+            yield f"{indent}start_{kind.name.upper()}({code})"
+        elif isinstance(kind, ArrayType):
+            inner = list(self._one(kind.element, f"a{depth}", depth + 1))
+            if inner:
+                yield f"{indent}for a{depth} in {code}:"
+                yield from inner
+        elif isinstance(kind, StructType):
+            for name, field in kind.fields:
+                yield from self._one(field, f"{code}.{name.upper()}", depth)
+
+    def _is_needed(self, key: str) -> bool:
+        if key not in self._objects.own:
+            return False
+        if key not in self._needed:
+            self._needed[key] = False
+            chain = [key, *self._objects.closure(key)]
+            own = any(
+                name in self._objects.own[block]
+                for block in chain
+                for name in ("FB_START", "FB_INIT")
+            )
+            symbols = stored(self._project.pous[key].symbols.values())
+            self._needed[key] = own or bool(list(self._inside(symbols, "s")))
+        return self._needed[key]
+
+
+def holds_pointers(project: Project) -> bool:
+    """Whether any variable that lasts is a pointer, a reference or of an interface."""
+    symbols = [*project.global_symbols.values()]
+    for pou in project.pous.values():
+        symbols += stored(pou.symbols.values()) if pou.block is not None else []
+    seen: set[str] = set()
+    waiting = [symbol.type for symbol in symbols]
+    while waiting:
+        kind = waiting.pop()
+        if isinstance(kind, (ReferenceType, InterfaceType)):
+            return True
+        if isinstance(kind, ArrayType):
+            waiting.append(kind.element)
+        elif isinstance(kind, StructType) and kind.name not in seen:
+            seen.add(kind.name)
+            waiting += [field for _, field in kind.fields]
+    return False

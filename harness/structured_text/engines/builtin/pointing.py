@@ -1,0 +1,238 @@
+"""Python code for methods, THIS^, pointers and references in expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+from structured_text.engines.builtin.objects import attribute, handed_back
+from structured_text.engines.builtin.storage import Storage, is_scalar, slot_name
+from structured_text.language import tree as t
+from structured_text.language.types import InterfaceType, ReferenceType, Type
+
+__all__ = ["POINTING", "Pointing", "has_effect"]
+
+#: The expressions this module writes.
+POINTING = (
+    t.This,
+    t.CallMethod,
+    t.Deref,
+    t.Address,
+    t.Offset,
+    t.Recast,
+    t.Null,
+    t.Valid,
+    t.Same,
+)
+
+
+class _Code(Protocol):
+    """What is asked of `expressions.Expressions`."""
+
+    def is_local(self, symbol: t.Symbol) -> bool:
+        """Does it last for one call only?"""
+
+    def variable(self, node: t.Variable) -> str:
+        """Code of a variable, member or element."""
+
+    def position(self, node: t.Index) -> str:
+        """Code of the position of an element."""
+
+    def elements(self, node: t.Index) -> str:
+        """Code of the list that an element is in."""
+
+    def adapted(self, code: str, kind: Type, to: Type) -> str:
+        """Code of an output for a target of another type."""
+
+    def given(self, variable: t.Variable, pin: Type) -> str:
+        """Code of what a VAR_IN_OUT is given."""
+
+    def exact(self, node: t.Expression) -> str:
+        """Code of an expression with a value of its type."""
+
+
+class Pointing:
+    """Writes these expressions of one POU.
+
+    Args:
+        code: What writes the other ones.
+        views: Whether pointers of the project look at memory as another type.
+
+    Attributes:
+        storage: For copies of structures and arrays; set by what writes the statements.
+    """
+
+    def __init__(self, code: _Code, *, views: bool = False) -> None:
+        self._code = code
+        self._views = views
+        self._names = 0
+        self.storage = Storage()
+
+    def variable(self, node: t.Variable) -> str:
+        """Code of what is read, and to which it can be assigned where it is a place."""
+        if isinstance(node, t.This):
+            return "s"
+        if isinstance(node, t.Deref):
+            return f"{self._pointer(node)}.V"
+        assert isinstance(node, t.CallMethod)
+        return self.call(node)
+
+    def fixed(self, node: t.Variable, temporary: Callable[[str], str]) -> str:
+        """The same of a pointer that is evaluated here, once for both ways of a copy."""
+        if isinstance(node, t.Deref):
+            return f"{temporary(self._pointer(node))}.V"
+        return self.variable(node)
+
+    def _pointer(self, node: t.Deref) -> str:
+        base = self._code.exact(node.base)
+        return base if node.offset is None else f"{base}.at({self._code.exact(node.offset)})"
+
+    def value(self, node: t.Expression) -> str:
+        """Code of one of these expressions."""
+        if isinstance(node, (t.This, t.CallMethod, t.Deref)):
+            return self.variable(node)
+        if isinstance(node, t.Address):
+            return self.address(node.variable)
+        if isinstance(node, t.Null):
+            return "no_block" if isinstance(node.type, InterfaceType) else "null"
+        if isinstance(node, t.Valid):
+            return f"({self._code.exact(node.reference)} is not null)"
+        if isinstance(node, t.Offset):
+            sign = "-" if node.sign < 0 else ""
+            moved = f"{sign}{self._code.exact(node.bytes)}, {node.size}"
+            return f"{self._code.exact(node.base)}.moved({moved})"
+        if isinstance(node, t.Recast):
+            own, other = self._layout(node.base.type), self._layout(node.type)
+            return f"recast({self._code.exact(node.base)}, {own}, {other})"
+        assert isinstance(node, t.Same)
+        left, right = self._code.exact(node.left), self._code.exact(node.right)
+        if isinstance(node.left.type, InterfaceType) or "null" in (left, right):
+            return f"({left} {'is' if node.op == '=' else 'is not'} {right})"
+        if self._views or node.op not in ("=", "<>"):
+            given = f"{left}, {right}, {self._layout(node.left.type)}"
+            if node.op in ("=", "<>"):
+                return f"({'not ' if node.op == '=' else ''}unlike({given}))"
+            return f"(order({given}) {node.op} 0)"
+        return f"({'' if node.op == '=' else 'not '}same({left}, {right}))"
+
+    def _layout(self, kind: Type) -> str:
+        """How what a pointer leads to lies in memory; None of what has no bytes."""
+        assert isinstance(kind, ReferenceType)
+        assert kind.target is not None
+        return self.storage.layout(kind.target)
+
+    def address(self, node: t.Variable) -> str:
+        """Code of a pointer to a variable."""
+        if isinstance(node, t.Deref):
+            return self._pointer(node)
+        if isinstance(node, t.Index):
+            return f"Item({self._code.elements(node)}, {self._code.position(node)})"
+        if not is_scalar(node.type):
+            return f"Whole({self._code.variable(node)})"
+        if isinstance(node, t.Use) and self._code.variable(node).endswith("[0]"):
+            return f"Item({self._code.variable(node)[:-3]}, 0)"
+        holder, _, slot = self._code.variable(node).rpartition(".")
+        return f"Slot({holder}, {slot!r})"
+
+    # --- calls ---
+
+    def call(self, node: t.CallMethod) -> str:
+        """Code of a call; one that hands something back is a tuple that ends with the result."""
+        method = node.method
+        instance = self._code.exact(node.instance)
+        before: list[str] = []
+        arguments = ["None" if one is None else self._code.exact(one) for one in node.arguments]
+        targets = {name.upper(): variable for name, variable in (*node.outputs, *node.in_outs)}
+        places: dict[str, tuple[str, str]] = {}
+        for name, variable in node.in_outs:
+            if is_scalar(variable.type):
+                places[name.upper()] = place = self._place(variable, before)
+                arguments.append(_read(place))
+            else:
+                arguments.append(self._code.given(variable, method.symbols[name.upper()].type))
+        if node.final:
+            owner = slot_name(method.name)
+            call = f"f_{owner}({', '.join([instance, *arguments])})"
+        else:
+            key = method.name.partition(".")[2].upper()
+            call = f"{instance}.{attribute(key)}({', '.join(arguments)})"
+        more = handed_back(method)
+        if not more:
+            return call
+        result = self._name()
+        after: list[str] = []
+        for number, symbol in enumerate(more, start=1):
+            target = targets.get(symbol.name.upper())
+            if target is not None:
+                place = places.get(symbol.name.upper()) or self._place(target, after)
+                value = self._code.adapted(f"{result}[{number}]", symbol.type, target.type)
+                after.append(self._write(place, target, value))
+        parts = [*before, f"({result} := {call})", *after, f"{result}[0]"]
+        return f"({', '.join(parts)})[-1]"
+
+    def _name(self) -> str:
+        self._names += 1
+        return f"m{self._names}"
+
+    def _place(self, node: t.Variable, before: list[str]) -> tuple[str, str]:
+        """Code of the holder of a variable and of its name or position, each evaluated once.
+
+        The holder is empty for a Python local.
+        """
+        code = self._code
+        if isinstance(node, t.Index):
+            return self._once(code.elements(node), before), self._once(code.position(node), before)
+        if isinstance(node, t.Deref):
+            return self._once(self._pointer(node), before), "'V'"
+        if isinstance(node, t.Use) and code.variable(node).endswith("[0]"):
+            return code.variable(node)[:-3], "0"
+        if isinstance(node, t.Use) and code.is_local(node.symbol):
+            return "", slot_name(node.symbol.name)
+        holder, _, slot = code.variable(node).rpartition(".")
+        return self._once(holder, before), repr(slot)
+
+    def _once(self, code: str, before: list[str]) -> str:
+        if code.isidentifier() or code.isdigit():
+            return code
+        name = self._name()
+        before.append(f"({name} := {code})")
+        return name
+
+    def _write(self, place: tuple[str, str], variable: t.Variable, value: str) -> str:
+        holder, key = place
+        if not is_scalar(variable.type):
+            return self.storage.copied(variable.type, self._code.variable(variable), value)
+        if not holder:
+            return f"({key} := {value})"
+        if key.startswith("'"):
+            return f"setattr({holder}, {key}, {value})"
+        return f"{holder}.__setitem__({key}, {value})"
+
+
+def _read(place: tuple[str, str]) -> str:
+    holder, key = place
+    if not holder:
+        return key
+    return f"{holder}.{key[1:-1]}" if key.startswith("'") else f"{holder}[{key}]"
+
+
+def has_effect(node: t.Expression) -> bool:
+    """Whether an operand must be evaluated: it calls a method, or follows a pointer."""
+    waiting: list[t.Expression] = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, (t.CallMethod, t.Deref)):
+            return True
+        if isinstance(one, t.Unary):
+            waiting.append(one.operand)
+        elif isinstance(one, (t.Binary, t.Same)):
+            waiting += [one.left, one.right]
+        elif isinstance(one, t.Member):
+            waiting.append(one.base)
+        elif isinstance(one, t.Index):
+            waiting += [one.base, *one.indices]
+        elif isinstance(one, t.Recast):
+            waiting.append(one.base)
+        elif isinstance(one, (t.CallFunction, t.Standard)):
+            waiting += [argument for argument in one.arguments if argument is not None]
+    return False

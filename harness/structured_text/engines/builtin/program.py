@@ -1,0 +1,394 @@
+"""The built-in engine: runs Structured Text as Python, with no compiler and on any system."""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+from structured_text.engines.base import CallLog, Value
+from structured_text.engines.builtin.collector import Collector
+from structured_text.engines.builtin.module import Module, module_of
+from structured_text.engines.builtin.objects import holds_pointers
+from structured_text.engines.builtin.references import Holders
+from structured_text.engines.builtin.runtime import ProgramError
+from structured_text.engines.builtin.storage import address_slot, is_scalar
+from structured_text.errors import InputError
+from structured_text.language.paths import Resolved, Step, resolve, walk
+from structured_text.language.project import Project
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    InterfaceType,
+    Located,
+    ReferenceType,
+    StructType,
+    Type,
+    Variable,
+)
+from structured_text.language.values import describe, from_python, nest, scalar_to_python
+
+__all__ = ["BuiltinProgram"]
+
+_FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError)
+
+_NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
+_AS_HELD = ("BOOL", "BYTE", "WORD", "DWORD", "SINT", "INT", "DINT", "USINT", "UINT", "UDINT")
+
+
+class _Place(NamedTuple):
+    """Where a variable is: slot `key` of an object, or element `key` of a list."""
+
+    holder: Any
+    key: Any
+    type: Type
+    path: str
+
+
+class _Snapshot(NamedTuple):
+    module: Module
+    scans: int
+    data: tuple[Any, ...]
+
+
+class _CallLog:
+    """See `engines.base.CallLog`; an object is known by its identity, for it lives on."""
+
+    def __init__(self, program: BuiltinProgram, calls: deque[tuple[int, int]]) -> None:
+        self._program, self._calls = program, calls
+        calls.clear()
+
+    def key(self, path: str) -> int:
+        return id(self._program.holder(path))
+
+    def take(self) -> list[tuple[int, int]]:
+        taken = list(self._calls)
+        self._calls.clear()
+        return taken
+
+
+class BuiltinProgram:
+    """One running instance of the program that `module` is; see `engines.base.Program`."""
+
+    engine = "builtin"
+
+    def __init__(self, module: Module) -> None:
+        self.module = module
+        names, project = module.names, module.project
+        self.tick_us = project.tick_us
+        self._globals = names["b_globals"]()
+        self._scans = 0
+        self._roots = {name: self._made(block) for name, block in project.instances.items()}
+        self._runs = [
+            (
+                run.every,
+                names[f"f_{project.instances[run.instance].name.upper()}"],
+                self._roots[run.instance],
+            )
+            for run in project.schedule
+        ]
+        # The globals, then each program instance: (object, save, load).
+        self._parts = [(self._globals, names["save_globals"], names["load_globals"])]
+        for name, block in project.instances.items():
+            key = block.name.upper()
+            self._parts.append((self._roots[name], names[f"save_{key}"], names[f"load_{key}"]))
+        self._holders = Holders(project, self._globals, self._roots)
+        self._has_pointers = holds_pointers(project)
+        if "start" in names:
+            self._run(partial(names["start"], self._globals, self._roots))
+        self._places: dict[str, _Place] = {}
+        self._looks: dict[str, Callable[[], Value]] = {}
+        self._readers: dict[tuple[str, ...], Callable[[], tuple[Value, ...]]] = {}
+        self._byte_lists: dict[str, tuple[Any, int]] = {}
+
+    def _made(self, block: BlockType) -> Any:
+        """An instance of a program: a new one, or the one that others call by its name."""
+        key = block.name.upper()
+        shared = self.module.project.global_symbols.get(key)
+        if shared is not None and shared.type is block:
+            return getattr(self._globals, key)
+        return self.module.names[f"b_{key}"](self._globals)
+
+    @classmethod
+    def build(cls, project: Project, collector: Collector | None = None) -> BuiltinProgram:
+        """Compile a checked project and make its first instance.
+
+        Args:
+            project: The project.
+            collector: Where it counts what is executed; None to go by `collector.counting`.
+        """
+        return cls(module_of(project) if collector is None else Module(project, collector))
+
+    def instance(self) -> BuiltinProgram:
+        """Another instance of the same program, in its initial state; nothing is recompiled."""
+        return BuiltinProgram(self.module)
+
+    def scan(self, now_us: int) -> None:
+        """Run one base tick at PLC time `now_us`.
+
+        Raises:
+            InputError: the program divides by zero, leaves an array or does not end a loop;
+                with the file and line of the statement.
+        """
+        self._globals.now = now_us * 1000
+        scans = self._scans
+        self._scans = scans + 1
+        try:
+            for every, body, instance in self._runs:
+                if scans % every == 0:
+                    body(instance)
+        except _FAULTS as error:
+            raise self._fault(error) from None
+
+    def _fault(self, error: Exception) -> InputError:
+        file, line = self.module.origin(error.__traceback__) or (None, None)
+        return InputError(_fault(error), file=file, line=line)
+
+    def _run(self, start: Callable[[], None]) -> None:
+        """What is to be before the first scan."""
+        self._globals.now = 0
+        try:
+            start()
+        except _FAULTS as error:
+            raise self._fault(error) from None
+
+    # --- variables by path ---
+
+    def _place(self, path: str) -> _Place:
+        place = self._places.get(path)
+        if place is None:
+            found = self.module.resolved.get(path)
+            if found is None:
+                found = self.module.resolved[path] = resolve(self.module.project, path)
+            place = self._places[path] = self._locate(found)
+        return place
+
+    def _locate(self, found: Resolved) -> _Place:
+        holder: Any
+        steps: tuple[Step, ...]
+        if found.address is not None:
+            slot = address_slot(found.address)
+            if not found.inside:
+                return _Place(self._globals, slot, found.type, found.path)
+            holder, steps = getattr(self._globals, slot), found.inside
+        elif found.is_global:
+            holder, steps = self._globals, (found.root, *found.steps)
+        else:
+            holder, steps = self._roots[found.root], found.steps
+            if not steps:
+                return _Place(self._roots, found.root, found.type, found.path)
+        for step in steps[:-1]:
+            holder = holder[step] if isinstance(step, int) else getattr(holder, step.upper())
+        last = steps[-1]
+        key = last if isinstance(last, int) else last.upper()
+        return _Place(holder, key, found.type, found.path)
+
+    def read(self, path: str) -> Value:
+        """Value at `path`; see `engines.base.Program.read`."""
+        look = self._looks.get(path)
+        if look is None:
+            look = self._looks[path] = self._look(path)
+        return look()
+
+    def _look(self, path: str) -> Callable[[], Value]:
+        place = self._place(path)
+        if _is_plain(place):
+            return partial(getattr, place.holder, place.key)
+        return lambda: self._to_python(place.type, _get(place.holder, place.key))
+
+    def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
+        """A function that reads these variables; see `engines.base.Program.reader`."""
+        read = self._readers.get(tuple(paths))
+        if read is None:
+            read = self._readers[tuple(paths)] = self._reader(paths)
+        return read
+
+    def _reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
+        places = [self._place(path) for path in paths]
+        if places and all(_is_plain(place) for place in places):
+            return _plain_reader(places)
+        looks = [self._look(path) for path in paths]
+        return lambda: tuple([look() for look in looks])
+
+    def _to_python(self, kind: Type, held: Any) -> Value:
+        if isinstance(kind, ArrayType):
+            return nest(kind, [self._to_python(kind.element, item) for item in held])
+        if isinstance(kind, StructType):
+            return {
+                name: self._to_python(field, getattr(held, name.upper()))
+                for name, field in kind.fields
+            }
+        if isinstance(kind, BlockType):
+            return {
+                pin.name: self._to_python(pin.type, _get(*self._slot(held, pin)))
+                for pin in kind.variables
+                if pin.section not in _NO_STORAGE
+            }
+        if isinstance(kind, (ReferenceType, InterfaceType)):
+            return self._holders.path(held)
+        if isinstance(held, str) and self.module.project.views:
+            held = held.partition("\0")[0]
+        return scalar_to_python(kind, held)
+
+    def _slot(self, instance: Any, pin: Variable) -> tuple[Any, str]:
+        if pin.address is not None:
+            return self._globals, address_slot(pin.address)
+        return instance, pin.name.upper()
+
+    def write(self, path: str, value: Value) -> None:
+        """Set `path`; see `engines.base.Program.write`."""
+        place = self._place(path)
+        self._assign(place, from_python(place.type, value, place.path))
+
+    def _assign(self, place: _Place, value: Any) -> None:
+        holder, key, kind, path = place
+        if is_scalar(kind):
+            if isinstance(key, int):
+                holder[key] = value
+            else:
+                setattr(holder, key, value)
+            return
+        held = _get(holder, key)
+        if isinstance(kind, ArrayType):
+            for position, item in enumerate(value):
+                self._assign(_Place(held, position, kind.element, path), item)
+        elif isinstance(kind, StructType):
+            types = dict(kind.fields)
+            for name, item in value.items():
+                self._assign(_Place(held, name.upper(), types[name], path), item)
+        elif isinstance(kind, BlockType):
+            for pin in kind.variables:
+                if pin.name in value:
+                    self._assign(_Place(*self._slot(held, pin), pin.type, path), value[pin.name])
+
+    def holder(self, path: str) -> Any:
+        """The object that holds a structure or block, its variables as slots in upper case.
+
+        It lives as long as the program: state exploration reads and sets it directly.
+        """
+        place = self._place(path)
+        return _get(place.holder, place.key)
+
+    def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:
+        """An array of BYTE or WORD (little endian) as bytes; see `engines.base.Program`."""
+        held, width = self._bytes_of(path)
+        end = len(held) if size is None else (start + size) // width
+        items = held[start // width : end]
+        return bytes(items) if width == 1 else struct.pack(f"<{len(items)}H", *items)
+
+    def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
+        """Set bytes of an array of BYTE or WORD; see `engines.base.Program`."""
+        held, width = self._bytes_of(path)
+        end = start + len(data)
+        if start % width or end % width or end > len(held) * width:
+            given = f"{len(data)} from byte {start} on" if start else f"{len(data)}"
+            raise InputError(f"{path} holds {len(held) * width} bytes and cannot take {given}")
+        items = data if width == 1 else struct.unpack(f"<{len(data) // 2}H", data)
+        held[start // width : end // width] = items
+
+    def _bytes_of(self, path: str) -> tuple[Any, int]:
+        """The list behind an array of BYTE or WORD, and the bytes of an element."""
+        found = self._byte_lists.get(path)
+        if found is None:
+            place = self._place(path)
+            width = 1 if _element(place) == "BYTE" else 2
+            found = self._byte_lists[path] = (_get(place.holder, place.key), width)
+        return found
+
+    # --- what there is ---
+
+    def type_of(self, path: str) -> Type:
+        """Type of the variable at `path`."""
+        return self._place(path).type
+
+    def instances(self) -> Mapping[str, Type]:
+        """The program instances by name, each with its BlockType."""
+        return dict(self.module.project.instances)
+
+    def walk(self) -> Iterator[tuple[str, Type]]:
+        """Every variable of the program instances and every global one, parents first."""
+        return walk(self.module.project)
+
+    def located(self) -> list[Located]:
+        """Directly represented variables in order of declaration."""
+        return list(self.module.project.located)
+
+    def note_calls(self, blocks: Mapping[str, int | None]) -> CallLog:
+        """Note the calls of some types of blocks from now on; see `engines.base.Program`."""
+        return _CallLog(self, self.module.note_calls(blocks))
+
+    # --- state ---
+
+    def snapshot(self) -> object:
+        """The whole state, as a value that `restore` takes back."""
+        data = tuple(save(part) for part, save, _ in self._parts)
+        if self._has_pointers:
+            data = self._holders.saved(data)
+        return _Snapshot(self.module, self._scans, data)
+
+    def restore(self, snapshot: object) -> None:
+        """Go back to a state that `snapshot` gave, of this or another instance of the program.
+
+        Raises:
+            InputError: the snapshot is of another program.
+        """
+        if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
+            raise InputError("this snapshot is of another program")
+        self._scans = snapshot.scans
+        data = self._holders.loaded(snapshot.data) if self._has_pointers else snapshot.data
+        for (part, _, load), saved in zip(self._parts, data, strict=True):
+            load(part, saved)
+
+    def close(self) -> None:
+        """Nothing to free."""
+
+
+def _plain_reader(places: Sequence[_Place]) -> Callable[[], tuple[Value, ...]]:
+    """All of them in one expression: Python itself is the fastest at attributes."""
+    names: dict[int, str] = {}
+    looks = [f"{names.setdefault(id(one.holder), f'h{len(names)}')}.{one.key}," for one in places]
+    holders = {id(one.holder): one.holder for one in places}
+    read = eval(f"lambda {', '.join(names.values())}: ({''.join(looks)})")
+    return partial(read, *holders.values())
+
+
+def _is_plain(place: _Place) -> bool:
+    """Is it an attribute that holds the very value that `read` gives?"""
+    kind = place.type
+    held = isinstance(place.key, str) and not isinstance(place.holder, dict)
+    return held and isinstance(kind, ElementaryType) and kind.name in _AS_HELD
+
+
+def _get(holder: Any, key: Any) -> Any:
+    return (
+        getattr(holder, key)
+        if isinstance(key, str) and not isinstance(holder, dict)
+        else (holder[key])
+    )
+
+
+def _element(place: _Place) -> str:
+    """BYTE or WORD, the element type of a process image."""
+    kind = place.type
+    element = kind.element if isinstance(kind, ArrayType) else None
+    if isinstance(element, ElementaryType) and element.name in ("BYTE", "WORD"):
+        return element.name
+    raise InputError(
+        f"{place.path} is of type {describe(kind)}",
+        hint="an array of BYTE or WORD can be read and written as bytes",
+    )
+
+
+def _fault(error: Exception) -> str:
+    if isinstance(error, ProgramError):
+        return str(error)
+    if isinstance(error, RecursionError):
+        return "calls too deep inside each other: a block or function calls itself"
+    if isinstance(error, ZeroDivisionError):
+        return "division by zero"
+    if isinstance(error, OverflowError):
+        return "a result is too large for its type"
+    return "a function is not defined for its argument"

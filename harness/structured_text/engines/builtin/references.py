@@ -1,0 +1,427 @@
+"""Pointers and references as the generated code holds them, and where they lead in a snapshot.
+
+A pointer is an object whose `V` is what it points to, to be read and written. What it leads to
+lives as long as its program instance, so it needs no address; in a snapshot, which another
+instance may take back, it is the place it leads to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple, NoReturn, TypeAlias
+
+from structured_text.engines.builtin.memory import (
+    Elements,
+    Fields,
+    Held,
+    Layout,
+    Row,
+    Truth,
+    Union,
+    View,
+)
+from structured_text.engines.builtin.runtime import ProgramError
+from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
+from structured_text.language.project import Project
+from structured_text.language.types import ArrayType, BlockType, StructType, Type
+
+__all__ = ["NAMES", "Holders", "Pointer"]
+
+
+class Slot:
+    """A pointer to a scalar variable of an object."""
+
+    __slots__ = ("holder", "key")
+
+    def __init__(self, holder: Any, key: str) -> None:
+        self.holder, self.key = holder, key
+
+    @property
+    def V(self) -> Any:  # noqa: N802 (no name of Structured Text has lower case here)
+        return getattr(self.holder, self.key)
+
+    @V.setter
+    def V(self, value: Any) -> None:  # noqa: N802
+        setattr(self.holder, self.key, value)
+
+    def at(self, offset: int) -> Slot:
+        """The pointer some elements further."""
+        if offset:
+            raise ProgramError(f"a pointer to {self.key} leads {offset} elements beyond it")
+        return self
+
+    def moved(self, offset: int, size: int) -> Slot:
+        """The pointer some bytes further."""
+        return self.at(_elements(offset, size))
+
+
+class Item:
+    """A pointer to an element of an array; it may lead outside until it is used."""
+
+    __slots__ = ("holder", "key")
+
+    def __init__(self, holder: list[Any], key: int) -> None:
+        self.holder, self.key = holder, key
+
+    def _inside(self) -> int:
+        if 0 <= self.key < len(self.holder):
+            return self.key
+        raise ProgramError(
+            f"a pointer leads to element {self.key + 1} of an array of {len(self.holder)}"
+        )
+
+    @property
+    def V(self) -> Any:  # noqa: N802
+        return self.holder[self._inside()]
+
+    @V.setter
+    def V(self, value: Any) -> None:  # noqa: N802
+        self.holder[self._inside()] = value
+
+    def at(self, offset: int) -> Item:
+        """The pointer some elements further."""
+        return Item(self.holder, self.key + offset)
+
+    def moved(self, offset: int, size: int) -> Item:
+        """The pointer some bytes further."""
+        return self.at(_elements(offset, size))
+
+
+class Whole:
+    """A pointer to a structure, block or whole array."""
+
+    __slots__ = ("V",)
+
+    def __init__(self, value: Any) -> None:
+        self.V = value
+
+    def at(self, offset: int) -> Whole:
+        """The pointer some elements further."""
+        if offset:
+            raise ProgramError(f"a pointer leads {offset} elements beyond its variable")
+        return self
+
+    def moved(self, offset: int, size: int) -> Whole:
+        """The pointer some bytes further."""
+        return self.at(_elements(offset, size))
+
+
+class _Null:
+    """The pointer to nothing; there is one of it."""
+
+    __slots__ = ()
+
+    def _refuse(self, *_: Any) -> NoReturn:
+        raise ProgramError("the pointer is 0 (NULL), or the reference refers to nothing")
+
+    V = property(_refuse, _refuse)
+    at = moved = _refuse
+
+    def __reduce__(self) -> str:
+        return "_NULL"
+
+
+class _NoBlock:
+    """What a variable of an interface holds before it is given a block; there is one of it."""
+
+    __slots__ = ()
+
+    def __getattr__(self, name: str) -> NoReturn:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise ProgramError("no block has been assigned to this variable of an interface")
+
+    def __reduce__(self) -> str:
+        return "_NO_BLOCK"
+
+
+_NULL, _NO_BLOCK = _Null(), _NoBlock()
+
+Pointer: TypeAlias = Slot | Item | Whole
+
+
+def _elements(offset: int, size: int) -> int:
+    count, rest = divmod(offset, size)
+    if rest:
+        raise ProgramError(f"a pointer is moved by {offset} bytes; its elements have {size}")
+    return count
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two pointers lead to the same place."""
+    if one is other:
+        return True
+    if one is _NULL or other is _NULL:
+        return False
+    first, second = _place(one), _place(other)
+    return first[0] is second[0] and first[1] == second[1]
+
+
+def _place(pointer: Any) -> tuple[Any, Any]:
+    if isinstance(pointer, Whole):
+        return pointer.V, None
+    if isinstance(pointer, Item) and 0 <= pointer.key < len(pointer.holder):
+        value = pointer.holder[pointer.key]
+        if not isinstance(value, (bool, int, float, str, Slot, Item, Whole, View, _Null, _NoBlock)):
+            return value, None
+    return pointer.holder, pointer.key
+
+
+def _viewed(pointer: Any, layout: Layout) -> View:
+    """A pointer as the memory it leads into and the byte there."""
+    if isinstance(pointer, View):
+        return pointer
+    held: Any
+    if isinstance(pointer, Whole):
+        held = pointer.V
+        if isinstance(held, (Elements, Fields)):
+            return View(held.memory, held.at, layout)
+        return View(Held(pointer, layout), 0, layout)
+    held = pointer.holder
+    if isinstance(held, Elements):
+        return View(held.memory, held.place(pointer.key), layout)
+    if isinstance(held, Fields):
+        return View(held.memory, held.at + held.places[pointer.key][0], layout)
+    if isinstance(held, list):
+        row = Row(layout, len(held))
+        return View(Held(Whole(held), row), pointer.key * layout.size, layout)
+    return View(Held(pointer, layout), 0, layout)
+
+
+def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
+    """A pointer to the same memory, which is looked at as another type."""
+    if pointer is _NULL:
+        return pointer
+    view = _viewed(pointer, own)
+    memory = view.memory
+    if isinstance(memory, Held):
+        whole, rest = memory.layout, view.at_ % other.size
+        if isinstance(whole, Row) and whole.element == other and not rest:
+            return Item(memory.pointer.V, view.at_ // other.size)  # back to what it is
+        if whole == other and not view.at_:
+            return memory.pointer
+    return View(memory, view.at_, other)
+
+
+def _order(one: Any, other: Any, layout: Layout) -> int:
+    """How many bytes one pointer leads beyond another; 0 (NULL) comes before all."""
+    if one is _NULL or other is _NULL:
+        return (one is not _NULL) - (other is not _NULL)
+    first, second = _viewed(one, layout), _viewed(other, layout)
+    if _base(first.memory) == _base(second.memory):
+        return first.at_ - second.at_
+    raise _ElsewhereError
+
+
+class _ElsewhereError(ProgramError):
+    """Two pointers into different variables, of which none comes first."""
+
+    def __init__(self) -> None:
+        super().__init__("pointers to different variables: which of them comes first is not known")
+
+
+def _unlike(one: Any, other: Any, layout: Layout) -> bool:
+    """Whether two pointers lead to different places."""
+    try:
+        return _order(one, other, layout) != 0
+    except _ElsewhereError:
+        return True
+
+
+def _base(memory: Any) -> tuple[int, Any]:
+    """What tells one memory from another."""
+    if not isinstance(memory, Held):
+        return id(memory), None
+    pointer = memory.pointer
+    if isinstance(pointer, Whole):
+        return id(pointer.V), None
+    return id(pointer.holder), pointer.key
+
+
+#: The names that generated code finds.
+NAMES: dict[str, Any] = {
+    "recast": _recast,
+    "order": _order,
+    "unlike": _unlike,
+    "Slot": Slot,
+    "Item": Item,
+    "Whole": Whole,
+    "null": _NULL,
+    "no_block": _NO_BLOCK,
+    "same": _same,
+}
+
+
+# --- snapshots ---
+
+
+class _Held(NamedTuple):
+    """A pointer in a snapshot: its class, the way to what it leads to, and the slot or element."""
+
+    kind: str
+    way: tuple[Any, ...] | None
+    key: str | int | None
+
+
+class _Found(NamedTuple):
+    """An object or list: the way to it, its path as users write it, and its type."""
+
+    way: tuple[str | int, ...]
+    path: str
+    type: Type
+
+
+class Holders:
+    """Every object and list of a program instance: the way to it from the roots, and back.
+
+    Args:
+        project: For the variables of blocks.
+        shared: The object of the global variables.
+        roots: The program instances by name.
+    """
+
+    def __init__(self, project: Project, shared: Any, roots: Mapping[str, Any]) -> None:
+        self._project = project
+        self._shared, self._roots = shared, roots
+        self._found: dict[int, _Found] = {}
+
+    def find(self, held: Any) -> _Found | None:
+        """What is known of an object; None of one that belongs to a call that has ended."""
+        if not self._found:
+            for symbol in self._project.global_symbols.values():
+                if symbol.address is None:
+                    value = getattr(self._shared, symbol.name.upper())
+                    self._walk(value, symbol.type, ("", symbol.name.upper()), symbol.name)
+            self._found[id(self._shared)] = _Found(("",), "", BlockType("globals"))
+            for name, kind in self._project.instances.items():
+                self._walk(self._roots[name], kind, (name,), name)
+        return self._found.get(id(held))
+
+    def _walk(self, held: Any, kind: Type, way: tuple[str | int, ...], path: str) -> None:
+        if isinstance(kind, (StructType, BlockType)):
+            self._found[id(held)] = _Found(way, path, kind)
+            for name, part in self._members(kind) if not isinstance(held, Union) else ():
+                slot = slot_name(name)
+                self._walk(getattr(held, slot), part, (*way, slot), f"{path}.{name}")
+        elif isinstance(kind, ArrayType):
+            self._found[id(held)] = _Found(way, path, kind)
+            if not is_scalar(kind.element):
+                for position, part in enumerate(held):
+                    element = f"{path}[{_indices(kind, position)}]"
+                    self._walk(part, kind.element, (*way, position), element)
+
+    def _members(self, kind: StructType | BlockType) -> Iterable[tuple[str, Type]]:
+        if isinstance(kind, StructType):
+            return kind.fields
+        pou = self._project.pous.get(kind.name.upper())
+        symbols = stored(pou.symbols.values()) if pou is not None else []
+        return [(symbol.name, symbol.type) for symbol in symbols]
+
+    def _at(self, way: tuple[str | int, ...]) -> Any:
+        held = self._roots[str(way[0])] if way[0] else self._shared
+        for key in way[1:]:
+            held = held[key] if isinstance(key, int) else getattr(held, key)
+        return held
+
+    def saved(self, value: Any) -> Any:
+        """A value of a snapshot with places instead of pointers."""
+        if isinstance(value, (tuple, list)):
+            return type(value)(self.saved(part) for part in value)
+        if isinstance(value, (bool, int, float, str, bytes, _Null, _NoBlock)):
+            return value
+        held = getattr(value, "holder", None)
+        if isinstance(held, (Elements, Fields)) and self.find(held) is None:
+            # It was only made to look at memory.
+            whole = held.row if isinstance(held, Elements) else held.record
+            view = self.saved(View(held.memory, held.at, whole))
+            return _Held(type(value).__name__, ("", view), value.key)
+        if isinstance(value, View):
+            return _Held("View", ("", self._saved_memory(value.memory), value.layout), value.at_)
+        if isinstance(value, (Slot, Item)):
+            found = self.find(value.holder)
+            return _Held(type(value).__name__, found and found.way, value.key)
+        found = self.find(value.V if isinstance(value, Whole) else value)
+        return _Held("Whole" if isinstance(value, Whole) else "", found and found.way, None)
+
+    def loaded(self, value: Any) -> Any:
+        """The opposite; what led to a variable of a call that has ended leads to nothing."""
+        if isinstance(value, _Held):
+            if value.way is None:
+                return _NULL if value.kind else _NO_BLOCK
+            if value.kind == "View":
+                memory = self._loaded_memory(value.way[1])
+                return _NULL if memory is None else View(memory, int(value.key or 0), value.way[2])
+            held = self._at(value.way) if not isinstance(value.way[-1], _Held) else None
+            if held is None:
+                view = self.loaded(value.way[-1])
+                if view is _NULL:
+                    return _NULL
+                held = view.V
+            if value.kind == "Slot":
+                return Slot(held, str(value.key))
+            if value.kind == "Item":
+                return Item(held, int(value.key or 0))
+            return Whole(held) if value.kind else held
+        if isinstance(value, (tuple, list)):
+            return type(value)(self.loaded(part) for part in value)
+        return value
+
+    def _saved_memory(self, memory: Any) -> Any:
+        """What a view looks into: a union, or a variable with its layout."""
+        if isinstance(memory, Held):
+            return self.saved(memory.pointer), memory.layout
+        found = self.find(memory)
+        return found and found.way
+
+    def _loaded_memory(self, saved: Any) -> Any:
+        if saved is None:
+            return None
+        if isinstance(saved[0], _Held):
+            pointer = self.loaded(saved[0])
+            return None if pointer is _NULL else Held(pointer, saved[1])
+        return self._at(saved)
+
+    def path(self, pointer: Any) -> str:
+        """The path of what a pointer leads to; empty for none, `?` for what is no variable."""
+        if isinstance(pointer, (_Null, _NoBlock)):
+            return ""
+        if isinstance(pointer, View):
+            memory, at = pointer.memory, pointer.at_
+            found = self.find(memory)
+            base = self.path(memory.pointer) if isinstance(memory, Held) else ""
+            base = found.path if found is not None else base
+            return base if base in ("", "?") or not at else f"{base}+{at}"
+        if isinstance(pointer, (Slot, Item)):
+            if isinstance(pointer.holder, (Elements, Fields)):
+                found = self.find(pointer.holder)
+                if found is None:
+                    return self.path(_viewed(pointer, Row(Truth(), 0)))
+            found = self.find(pointer.holder)
+            if found is None:
+                return "?"
+            if isinstance(pointer, Slot):
+                name = self._declared(found.type, pointer.key)
+                return f"{found.path}.{name}" if found.path else name
+            assert isinstance(found.type, ArrayType)
+            inside = 0 <= pointer.key < len(pointer.holder)
+            return f"{found.path}[{_indices(found.type, pointer.key)}]" if inside else "?"
+        found = self.find(pointer.V if isinstance(pointer, Whole) else pointer)
+        return found.path if found is not None else "?"
+
+    def _declared(self, kind: Type, slot: str) -> str:
+        """The name of a member as it is declared."""
+        if isinstance(kind, BlockType) and kind.name == "globals":
+            symbol = self._project.global_symbols.get(slot)
+            return symbol.name if symbol is not None else slot
+        assert isinstance(kind, (StructType, BlockType))
+        names = [name for name, _ in self._members(kind) if slot_name(name) == slot]
+        return names[0] if names else slot
+
+
+def _indices(kind: ArrayType, position: int) -> str:
+    """The indices of an element, as they stand in brackets."""
+    indices = []
+    for low, high in reversed(kind.bounds):
+        position, index = divmod(position, high - low + 1)
+        indices.append(str(low + index))
+    return ",".join(reversed(indices))

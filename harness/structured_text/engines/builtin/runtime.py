@@ -1,0 +1,437 @@
+"""What the generated code calls: arithmetic as in a PLC, conversions, shifts and strings."""
+
+from __future__ import annotations
+
+import math
+import re
+from ctypes import c_float
+from datetime import date, datetime, timedelta
+from typing import Any, NoReturn
+
+from structured_text.language.scalars import (
+    NANOSECONDS_PER_DAY,
+    STRING_MAX,
+    LiteralError,
+    typed_literal,
+)
+
+__all__ = ["FUSE", "NAMES", "ProgramError"]
+
+#: Rounds after which a loop counts as endless; a scan with so many would not fit any PLC.
+FUSE = range(1_000_000)
+
+_SECOND = 1_000_000_000
+
+
+class ProgramError(Exception):
+    """A mistake of the program that shows only while it runs."""
+
+
+def _endless() -> NoReturn:
+    raise ProgramError(f"this loop has not ended after {len(FUSE)} rounds")
+
+
+def _inside(index: int, low: int, high: int) -> int:
+    if low <= index <= high:
+        return index
+    raise ProgramError(f"index {index} is outside {low}..{high}")
+
+
+def _div(a: int, b: int) -> int:
+    """Division that cuts towards zero."""
+    quotient = abs(a) // abs(b)
+    return quotient if (a < 0) == (b < 0) else -quotient
+
+
+def _mod(a: int, b: int) -> int:
+    """Remainder with the sign of the dividend; 0 for a divisor of 0, as the standard says."""
+    if b == 0:
+        return 0
+    rest = abs(a) % abs(b)
+    return -rest if a < 0 else rest
+
+
+def _started(block: Any, values: tuple[tuple[str, Any], ...]) -> Any:
+    """A new block with other initial values."""
+    for slot, value in values:
+        setattr(block, slot, value)
+    return block
+
+
+class _Uncalled:
+    """What a method finds of a VAR_IN_OUT of its block before the block is called."""
+
+    __slots__ = ()
+
+    def _refuse(self, *_: Any) -> NoReturn:
+        raise ProgramError("a method uses a VAR_IN_OUT of its block before the block is called")
+
+    __getattr__ = __setattr__ = __getitem__ = __setitem__ = __iter__ = _refuse
+
+
+class _Open:
+    """An array of open length: the elements, and the bounds of each dimension."""
+
+    __slots__ = ("bounds", "held")
+
+    def __init__(self, held: list[Any], bounds: tuple[tuple[int, int], ...]) -> None:
+        self.held, self.bounds = held, bounds
+
+    def bound(self, dimension: int, upper: int) -> int:
+        return self.bounds[dimension - 1][upper]
+
+    def position(self, *indices: int) -> int:
+        place = 0
+        for index, (low, high) in zip(indices, self.bounds, strict=True):
+            place = place * (high - low + 1) + _inside(index, low, high) - low
+        return place
+
+
+def _ended(text: str) -> str:
+    """A text up to its first 0."""
+    return text.partition("\0")[0] if "\0" in text else text
+
+
+def _filled(target: Any, value: Any) -> None:
+    """Give a structure or array the value of another one; what it is made of stays."""
+    if isinstance(target, list):
+        for place, item in enumerate(value):
+            if isinstance(item, list) or hasattr(item, "__slots__"):
+                _filled(target[place], item)
+            else:
+                target[place] = item
+        return
+    for slot in target.__slots__:
+        item = getattr(value, slot)
+        if isinstance(item, list) or hasattr(item, "__slots__"):
+            _filled(getattr(target, slot), item)
+        else:
+            setattr(target, slot, item)
+
+
+def _f32(value: float) -> float:
+    return c_float(value).value
+
+
+def _to_unsigned(value: float) -> int:
+    """Nearest whole number of a real, 0 for a negative one."""
+    return round(value) if value >= 0 else 0
+
+
+def _time_times(time: int, factor: float) -> int:
+    return math.trunc(time * factor)
+
+
+def _time_by(time: int, divisor: float) -> int:
+    return math.trunc(time / divisor)
+
+
+def _shl(value: int, count: int, mask: int) -> int:
+    if count < 0:
+        raise ProgramError(f"a shift by {count}")
+    return value << count & mask if count < 64 else 0
+
+
+def _shr(value: int, count: int) -> int:
+    if count < 0:
+        raise ProgramError(f"a shift by {count}")
+    return value >> count
+
+
+def _rol(value: int, count: int, bits: int) -> int:
+    count %= bits
+    return (value << count | value >> bits - count) & (1 << bits) - 1
+
+
+def _limit(low: Any, value: Any, high: Any) -> Any:
+    """MIN(MAX(value, low), high), as the standard defines it also where low is above high."""
+    least = value if value > low else low
+    return least if least < high else high
+
+
+def _mux(index: int, *values: Any) -> Any:
+    if not 0 <= index < len(values):
+        raise ProgramError(f"MUX selects {index} of {len(values)} inputs")
+    return values[index]
+
+
+# --- strings: positions count from 1 ---
+
+
+def _length(count: int) -> int:
+    if count < 0:
+        raise ProgramError(f"a length or position of {count} in a STRING function")
+    return count
+
+
+def _left(text: str, count: int) -> str:
+    return text[: _length(count)]
+
+
+def _right(text: str, count: int) -> str:
+    return text[max(len(text) - _length(count), 0) :]
+
+
+def _mid(text: str, count: int, position: int) -> str:
+    start = _position(position)
+    return text[start : start + _length(count)]
+
+
+def _position(position: int) -> int:
+    if position < 1:
+        raise ProgramError(f"position {position} in a STRING; the first is 1")
+    return position - 1
+
+
+def _concat(*texts: str, most: int = STRING_MAX) -> str:
+    return "".join(texts)[:most]
+
+
+def _insert(text: str, other: str, position: int, most: int = STRING_MAX) -> str:
+    at = _length(position)
+    return (text[:at] + other + text[at:])[:most]
+
+
+def _delete(text: str, count: int, position: int) -> str:
+    at = _position(position)
+    return text[:at] + text[at + _length(count) :]
+
+
+def _replace(text: str, other: str, count: int, position: int, most: int = STRING_MAX) -> str:
+    at = _position(position)
+    return (text[:at] + other + text[at + _length(count) :])[:most]
+
+
+def _find(text: str, other: str) -> int:
+    return text.find(other) + 1 if other else 0
+
+
+_BASED = re.compile(r"(2|8|16)#([0-9A-Fa-f_]+)")
+_WHOLE = re.compile(r"\s*([-+]?)([0-9][0-9_]*)")
+_DECIMAL = re.compile(r"\s*[-+]?[0-9]*\.[0-9]*(?:[eE][-+]?[0-9]+)?")
+
+
+def _string_to_int(text: str) -> int:
+    """The number a text begins with, in decimal or as 16#..; 0 if it begins with none."""
+    based = _BASED.match(text)
+    if based is not None:
+        try:
+            return int(based[2].replace("_", ""), int(based[1]))
+        except ValueError:
+            return 0
+    whole = _WHOLE.match(text)
+    if whole is None:
+        return 0
+    return int(whole[2].replace("_", "")) * (-1 if whole[1] == "-" else 1)
+
+
+def _string_to_real(text: str) -> float:
+    found = _DECIMAL.match(text)
+    if found is None:
+        return float(_string_to_int(text))
+    try:
+        return float(found.group())
+    except ValueError:
+        return 0.0
+
+
+def _string_to_bool(text: str) -> bool:
+    return text.upper() in ("1", "TRUE")
+
+
+def _string_to_moment(text: str, name: str) -> int:
+    """The duration or date that a text is the literal of; 0 for any other text."""
+    short = name.removeprefix("L")
+    try:
+        kind, value = typed_literal(text if "#" in text else f"{name}#{text}")
+    except (KeyError, LiteralError):
+        return 0
+    return int(value) if kind.name.removeprefix("L") == short else 0
+
+
+def _narrow(text: str) -> str:
+    """Wide characters as a STRING has them, `?` for those it has not."""
+    return text.encode("latin-1", "replace").decode("latin-1")
+
+
+def _first(text: str) -> str:
+    return text[:1] or "\0"
+
+
+def _to_bcd(value: int, digits: int) -> int:
+    if not 0 <= value < 10**digits:
+        raise ProgramError(f"{value} is no number of {digits} BCD digits")
+    return int(str(value), 16)
+
+
+def _from_bcd(value: int) -> int:
+    digits = f"{value:x}"
+    if not digits.isdigit():
+        raise ProgramError(f"16#{digits} is no BCD number")
+    return int(digits)
+
+
+# --- the calendar ---
+
+
+def _concat_date(year: int, month: int, day: int) -> int:
+    try:
+        days = (date(year, month, day) - date(1970, 1, 1)).days
+    except ValueError:
+        raise ProgramError(f"there is no date {year}-{month:02d}-{day:02d}") from None
+    return days * NANOSECONDS_PER_DAY
+
+
+def _concat_tod(hour: int, minute: int, second: int, millisecond: int) -> int:
+    parts = ((hour, 24), (minute, 60), (second, 60), (millisecond, 1000))
+    if not all(0 <= value < limit for value, limit in parts):
+        shown = f"{hour:02d}:{minute:02d}:{second:02d}.{millisecond:03d}"
+        raise ProgramError(f"there is no time of day {shown}")
+    return ((hour * 60 + minute) * 60 + second) * _SECOND + millisecond * 1_000_000
+
+
+def _concat_dt(
+    year: int, month: int, day: int, hour: int, minute: int, second: int, millisecond: int
+) -> int:
+    return _concat_date(year, month, day) + _concat_tod(hour, minute, second, millisecond)
+
+
+def _day_of_week(moment: int) -> int:
+    """0 for Sunday; 1970-01-01 was a Thursday."""
+    return (moment // NANOSECONDS_PER_DAY + 4) % 7
+
+
+def _bits_to_string(value: int) -> str:
+    return f"16#{value:x}"
+
+
+def _real_to_string(value: float) -> str:
+    return f"{value:.10g}"
+
+
+def _day_of(moment: int) -> int:
+    """Midnight of a DT, as a DATE."""
+    return moment - moment % NANOSECONDS_PER_DAY
+
+
+def _time_of(moment: int) -> int:
+    """Time of day of a DT, as a TOD."""
+    return moment % NANOSECONDS_PER_DAY
+
+
+def _time_text(time: int) -> str:
+    """A duration as `T#1d2h3m4s5.6ms`, down to the last part that is not zero."""
+    sign, rest = ("-", -time) if time < 0 else ("", time)
+    parts = []
+    for size, unit in ((86_400, "d"), (3_600, "h"), (60, "m"), (1, "s")):
+        amount, rest = divmod(rest, size * _SECOND)
+        parts.append(f"{sign if amount else ''}{amount}{unit}")
+        if not rest:
+            return f"T#{''.join(parts)}"
+    return f"T#{''.join(parts)}{sign}{rest / 1_000_000:g}ms"
+
+
+def _date_text(moment: int) -> str:
+    """`D#2024-12-31`."""
+    day = datetime(1970, 1, 1) + timedelta(days=moment // NANOSECONDS_PER_DAY)
+    return f"D#{day:%Y-%m-%d}"
+
+
+def _tod_text(moment: int) -> str:
+    """`TOD#13:30:00`, with six decimals where the seconds are not whole."""
+    return f"TOD#{_clock(moment)}"
+
+
+def _dt_text(moment: int) -> str:
+    """`DT#2024-12-31-13:30:00`, with six decimals where the seconds are not whole."""
+    return f"DT#{_date_text(moment)[2:]}-{_clock(moment)}"
+
+
+def _clock(moment: int) -> str:
+    seconds, rest = divmod(moment % NANOSECONDS_PER_DAY, _SECOND)
+    minutes, second = divmod(seconds, 60)
+    hour, minute = divmod(minutes, 60)
+    shown = f"{second + rest / _SECOND:09.6f}" if rest else f"{second:02d}"
+    return f"{hour:02d}:{minute:02d}:{shown}"
+
+
+def _ltime_text(time: int) -> str:
+    """As of a TIME, to the nanosecond."""
+    whole = f"L{_time_text(time)}"
+    rest = abs(time) % _SECOND
+    if not rest:
+        return whole
+    milliseconds, nanoseconds = divmod(rest, 1_000_000)
+    digits = f"{milliseconds}.{nanoseconds:06d}".rstrip("0").rstrip(".")
+    return f"{whole[: whole.index('s') + 1]}{'-' if time < 0 else ''}{digits}ms"
+
+
+def _ldate_text(moment: int) -> str:
+    return f"L{_date_text(moment)}"
+
+
+def _ltod_text(moment: int) -> str:
+    return f"L{_tod_text(moment)}"
+
+
+def _ldt_text(moment: int) -> str:
+    return f"L{_dt_text(moment)}"
+
+
+#: The names that generated code finds.
+NAMES: dict[str, Any] = {
+    "FUSE": FUSE,
+    "endless": _endless,
+    "inside": _inside,
+    "div": _div,
+    "mod": _mod,
+    "f32": _f32,
+    "filled": _filled,
+    "ended": _ended,
+    "Open": _Open,
+    "uncalled": _Uncalled(),
+    "started": _started,
+    "c_float": c_float,
+    "to_unsigned": _to_unsigned,
+    "time_times": _time_times,
+    "time_by": _time_by,
+    "shl": _shl,
+    "shr": _shr,
+    "rol": _rol,
+    "limit": _limit,
+    "mux": _mux,
+    "left": _left,
+    "right": _right,
+    "mid": _mid,
+    "concat": _concat,
+    "insert": _insert,
+    "delete": _delete,
+    "replace": _replace,
+    "find": _find,
+    "string_to_int": _string_to_int,
+    "string_to_real": _string_to_real,
+    "string_to_bool": _string_to_bool,
+    "bits_to_string": _bits_to_string,
+    "real_to_string": _real_to_string,
+    "string_to_moment": _string_to_moment,
+    "narrow": _narrow,
+    "first": _first,
+    "to_bcd": _to_bcd,
+    "from_bcd": _from_bcd,
+    "concat_date": _concat_date,
+    "concat_tod": _concat_tod,
+    "concat_dt": _concat_dt,
+    "day_of_week": _day_of_week,
+    "ltime_text": _ltime_text,
+    "ldate_text": _ldate_text,
+    "ltod_text": _ltod_text,
+    "ldt_text": _ldt_text,
+    "time_text": _time_text,
+    "date_text": _date_text,
+    "tod_text": _tod_text,
+    "dt_text": _dt_text,
+    "day_of": _day_of,
+    "time_of": _time_of,
+    "trunc": math.trunc,
+    "math": math,
+}

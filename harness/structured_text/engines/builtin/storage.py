@@ -1,0 +1,285 @@
+"""Code for the data of a program: a class per structure and block, and how to copy and save it.
+
+Scalars are slots, arrays flat lists in row-major order, structures and blocks objects. An object
+or list lives as long as its program instance: assignment and `restore` fill it, so that
+references to it stay good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from structured_text.engines.builtin.blocks import CLASSES
+from structured_text.engines.builtin.layouts import layout_of
+from structured_text.language.sizes import size_of
+from structured_text.language.tree import Pou, Symbol
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    InterfaceType,
+    ReferenceType,
+    StructType,
+    Type,
+)
+
+__all__ = [
+    "Storage",
+    "address_slot",
+    "in_cell",
+    "is_scalar",
+    "needs_globals",
+    "slot_name",
+    "stored",
+]
+
+
+def is_scalar(kind: Type) -> bool:
+    """Whether a value of the type is one Python number, bool or str, or a pointer."""
+    return isinstance(kind, (ElementaryType, EnumType, ReferenceType, InterfaceType))
+
+
+def in_cell(symbol: Symbol) -> bool:
+    """Whether a local variable is in a list of one, for a pointer leads to it."""
+    return symbol.addressed and is_scalar(symbol.type)
+
+
+def slot_name(name: str) -> str:
+    """A variable or POU as the generated code names it; `Block.Method` is one name there."""
+    return name.upper().replace(".", "_m_")
+
+
+def stored(symbols: Iterable[Symbol]) -> list[Symbol]:
+    """The variables that an instance of their block keeps itself."""
+    kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
+    return [item for item in symbols if item.section in kept and item.address is None]
+
+
+def needs_globals(pou: Pou) -> bool:
+    """Whether a body reads the time, or reads or writes global or located variables."""
+    return pou.clock or any(
+        item.section == "VAR_EXTERNAL" or item.address is not None for item in pou.symbols.values()
+    )
+
+
+def address_slot(address: str) -> str:
+    """Slot of the globals that holds what is located at `%QX0.1`."""
+    return "at_" + address[1:].replace(".", "_")
+
+
+class Storage:
+    """Writes the data half of the generated module.
+
+    For each type T that is no scalar and no list of scalars, the module has `copy_T(to, by)`,
+    `save_T(of)` and `load_T(to, saved)`; for structures and blocks also the class, `s_T` or
+    `b_T`. They are written when they are first asked for, after those they need.
+    """
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self._names: dict[Type, str] = {}
+        self._layouts: dict[str, str] = {}
+
+    def layout(self, kind: Type) -> str:
+        """The name of the layout of a type; None of what has no bytes of its own."""
+        if size_of(kind) is None:
+            return "None"
+        code = layout_of(kind)
+        if code not in self._layouts:
+            self._layouts[code] = name = f"y{len(self._layouts)}"
+            self.lines.append(f"{name} = {code}")
+        return self._layouts[code]
+
+    def create(self, kind: Type, initial: Any) -> str:
+        """Code that makes a new variable with its initial value."""
+        if isinstance(kind, BlockType):
+            return self._started(kind, f"b_{self._name(kind)}(g)", initial)
+        if isinstance(kind, StructType) and kind.union:
+            types = {name: (name.upper(), field) for name, field in kind.fields}
+            pairs = [
+                f"({types[name][0]!r}, {self.create(types[name][1], value)}), "
+                for name, value in initial.items()
+            ]
+            return f"started(Union({self.layout(kind)}), ({''.join(pairs)}))"
+        if isinstance(kind, StructType):
+            values = ", ".join(self.create(field, initial[name]) for name, field in kind.fields)
+            return f"s_{self._name(kind)}({values})"
+        if isinstance(kind, ArrayType):
+            return self._created(kind.element, initial)
+        if isinstance(kind, ReferenceType):
+            return "null"
+        return "no_block" if isinstance(kind, InterfaceType) else repr(initial)
+
+    def _created(self, kind: Type, initial: Sequence[Any]) -> str:
+        """Code for the elements of an array; usually they are all alike."""
+        first = initial[0]
+        if not all(item is first for item in initial):
+            items = [self.create(kind, item) for item in initial]
+            if len(set(items)) > 1:
+                return f"[{', '.join(items)}]"
+        code = self.create(kind, first)
+        if is_scalar(kind):
+            return f"[{code}] * {len(initial)}"
+        return f"[{code} for _ in range({len(initial)})]"
+
+    def _started(self, kind: BlockType, made: str, initial: Any) -> str:
+        """A block whose declaration gives values to some of its variables."""
+        if not initial:
+            return made
+        types = {pin.name: pin.type for pin in kind.variables}
+        pairs = "".join(
+            f"({name.upper()!r}, {self.create(types[name], value)}), "
+            for name, value in initial.items()
+        )
+        return f"started({made}, ({pairs}))"
+
+    def own(self, symbol: Symbol) -> str:
+        """A statement that makes a copy of what a function was given."""
+        name = symbol.name.upper()
+        if _is_flat(symbol.type):
+            return f"{name} = {name}[:]"
+        made = self.create(symbol.type, symbol.initial)
+        return f"{self.copy(symbol.type, f'(t_ := {made})', name)}; {name} = t_"
+
+    def copy(self, kind: Type, to: str, by: str) -> str:
+        """A statement that gives the variable `to` the value of `by`."""
+        if is_scalar(kind):
+            return f"{to} = {by}"
+        if isinstance(kind, BlockType):
+            name = self._name(kind)
+            return f"load_{name}({to}, save_{name}({by}))"
+        return f"{to}[:] = {by}" if _is_flat(kind) else f"copy_{self._name(kind)}({to}, {by})"
+
+    def copied(self, kind: Type, to: str, by: str) -> str:
+        """The same of a structure or array as an expression."""
+        if _is_flat(kind):
+            return f"{to}.__setitem__(slice(None), {by})"
+        return f"copy_{self._name(kind)}({to}, {by})"
+
+    def save(self, kind: Type, of: str) -> str:
+        """An expression for a copy of the variable `of`."""
+        if is_scalar(kind):
+            return of
+        return f"{of}[:]" if _is_flat(kind) else f"save_{self._name(kind)}({of})"
+
+    def load(self, kind: Type, to: str, saved: str) -> str:
+        """A statement that gives the variable `to` what `save` gave."""
+        if is_scalar(kind):
+            return f"{to} = {saved}"
+        return f"{to}[:] = {saved}" if _is_flat(kind) else f"load_{self._name(kind)}({to}, {saved})"
+
+    def _name(self, kind: Type) -> str:
+        if kind not in self._names:
+            if isinstance(kind, ArrayType):
+                self._array(kind)
+            elif isinstance(kind, StructType):
+                self._structure(kind)
+            else:
+                self._standard_block(kind)
+        return self._names[kind]
+
+    def _array(self, kind: ArrayType) -> None:
+        copy = self.copy(kind.element, "a", "b")
+        save, load = self.save(kind.element, "a"), self.load(kind.element, "a", "b")
+        name = self._names[kind] = f"array{len(self._names)}"
+        self.lines += [
+            f"def copy_{name}(to, by):",
+            f"    for a, b in zip(to, by): {copy}",
+            f"def save_{name}(of): return [{save} for a in of]",
+            f"def load_{name}(to, saved):",
+            f"    for a, b in zip(to, saved): {load}",
+        ]
+
+    def _structure(self, kind: StructType) -> None:
+        fields = [(name.upper(), field) for name, field in kind.fields]
+        name = kind.name.upper()
+        if kind.union:
+            self._names[kind] = name
+            layout = self.layout(kind)
+            self.lines += [
+                f"def copy_{name}(to, by): {layout}.write(to, 0, save_{name}(by))",
+                f"def save_{name}(of): return {layout}.read(of, 0, {layout}.size)",
+                f"def load_{name}(to, saved): {layout}.write(to, 0, saved)",
+            ]
+            return
+        copies = [self.copy(field, f"to.{slot}", f"by.{slot}") for slot, field in fields]
+        functions = self._save_and_load(name, fields)
+        self._names[kind] = name
+        self.lines += [
+            f"class s_{name}:",
+            f"    __slots__ = {tuple(slot for slot, _ in fields)!r}",
+            f"    def __init__(self, {', '.join(slot for slot, _ in fields)}):",
+            *(f"        self.{slot} = {slot}" for slot, _ in fields),
+            f"def copy_{name}(to, by):",
+            *(f"    {line}" for line in copies),
+            *functions,
+        ]
+
+    def _save_and_load(self, name: str, slots: list[tuple[str, Type]]) -> list[str]:
+        saves = "".join(f"{self.save(kind, f'of.{slot}')}, " for slot, kind in slots)
+        targets: list[str] = []
+        loads: list[str] = []
+        for slot, kind in slots:
+            if is_scalar(kind) or _is_flat(kind):
+                targets.append(f"to.{slot}" if is_scalar(kind) else f"to.{slot}[:]")
+            else:
+                targets.append(f"v{len(loads)}")
+                loads.append(self.load(kind, f"to.{slot}", targets[-1]))
+        return [
+            f"def save_{name}(of): return ({saves})",
+            f"def load_{name}(to, saved):",
+            f"    {', '.join(targets)}, = saved" if slots else "    pass",
+            *(f"    {line}" for line in loads),
+        ]
+
+    def _standard_block(self, kind: Type) -> None:
+        assert isinstance(kind, BlockType)
+        slots = [slot for slot in CLASSES[kind.name].__slots__ if slot != "clock"]
+        scalar = ElementaryType("LINT")
+        self.lines += self._save_and_load(kind.name, [(slot, scalar) for slot in slots])
+        self._names[kind] = kind.name
+
+    def block(self, pou: Pou) -> None:
+        """Write the class of a function block or program; those inside it come before it."""
+        assert pou.block is not None
+        name = pou.name.upper()
+        symbols = stored(pou.symbols.values())
+        creates = [(slot_name(item.name), self.create(item.type, item.initial)) for item in symbols]
+        slots = [(slot_name(item.name), item.type) for item in symbols]
+        functions = self._save_and_load(name, slots)
+        self._names[pou.block] = name
+        shared = [slot_name(one.name) for one in pou.section("VAR_IN_OUT") if one.shared]
+        self.lines += [
+            f"class b_{name}:",
+            f"    __slots__ = {('g', *(slot for slot, _ in slots), *shared)!r}",
+            "    def __init__(self, g):",
+            "        self.g = g",
+            *(f"        self.{slot} = uncalled" for slot in shared),
+            *(f"        self.{slot} = {code}" for slot, code in creates),
+            *functions,
+        ]
+
+    def globals(self, symbols: Iterable[Symbol]) -> None:
+        """Write the class of what one program shares: global and located variables, the time."""
+        slots: dict[str, tuple[Type, str]] = {}
+        for item in symbols:
+            slot = item.name.upper() if item.address is None else address_slot(item.address)
+            slots.setdefault(slot, (item.type, self.create(item.type, item.initial)))
+        functions = self._save_and_load(
+            "globals", [("now", ElementaryType("TIME")), *((k, v[0]) for k, v in slots.items())]
+        )
+        self.lines += [
+            "class b_globals:",
+            f"    __slots__ = {('now', *slots)!r}",
+            "    def __init__(self):",
+            "        g = self",
+            "        self.now = 0",
+            *(f"        self.{slot} = {code}" for slot, (_, code) in slots.items()),
+            *functions,
+        ]
+
+
+def _is_flat(kind: Type) -> bool:
+    return isinstance(kind, ArrayType) and is_scalar(kind.element)

@@ -1,0 +1,133 @@
+"""Which engine runs a program: the one place that chooses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from structured_text.engines.base import Program
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.collector import collecting
+from structured_text.engines.matiec.build import MISSING, Matiec, find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_compiler
+from structured_text.engines.retained import retained
+from structured_text.engines.strucpp.build import MISSING_STRUCPP, find_strucpp
+from structured_text.errors import InputError
+from structured_text.language.checked import load
+from structured_text.language.compiling import uncollected
+from structured_text.language.constructs import refuse
+from structured_text.language.project import Project
+
+__all__ = [
+    "ENGINES",
+    "MISSING",
+    "Built",
+    "Matiec",
+    "build",
+    "find_c_compiler",
+    "find_cxx_compiler",
+    "find_matiec",
+    "find_strucpp",
+    "load",
+    "why_not",
+]
+
+#: What `--engine` takes.
+ENGINES = ("auto", "matiec", "builtin", "strucpp")
+
+
+@dataclass(frozen=True)
+class Built:
+    """A compiled program, and what a user should know about the choice of its engine.
+
+    Attributes:
+        program: Ready for its first scan.
+        notice: One line where `auto` did without matiec, and why; else empty.
+        retained: Paths of the variables that a warm start keeps.
+    """
+
+    program: Program
+    notice: str
+    retained: tuple[str, ...] = ()
+
+
+#: Constructs that are not in the portable subset, and that matiec knows.
+_OF_MATIEC = ("a standard function of dates or BCD",)
+
+
+@uncollected()
+def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
+    """Check ST sources and compile them.
+
+    Args:
+        paths: The ST files, in any order.
+        engine: `matiec`, `builtin`, `strucpp`, or `auto`: matiec where it and a C compiler are
+            found and the program is portable, else the built-in engine, and so where coverage
+            is counted. STruC++ runs only where it is asked for.
+
+    Raises:
+        InputError: an error in the sources (with file and line), an unknown engine, or one
+            is asked for and missing, or matiec is and does not know a construct of the program.
+    """
+    if engine not in ENGINES:
+        raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
+    project = load([path if isinstance(path, Path) else Path(path) for path in paths])
+    program, notice = _compiled(project, engine)
+    return Built(program, notice, retained(project))
+
+
+def _compiled(project: Project, engine: str) -> tuple[Program, str]:
+    """The program on an engine, and a line about the choice."""
+    collector = collecting()
+    if engine == "auto" and collector is not None:
+        notice = "coverage is counted: running on the built-in engine"
+        return BuiltinProgram.build(project), notice
+    if engine == "matiec":
+        refuse(project.uses, "matiec", _OF_MATIEC)
+    matiec = find_matiec() if engine in ("auto", "matiec") else None
+    beyond = [use for use in project.uses if use.construct not in _OF_MATIEC]
+    if beyond and matiec is not None:
+        first = min(beyond, key=lambda use: (str(use.file), use.at))
+        where = f"{first.file.name}, line {first.at.line}"
+        notice = f"matiec does not know {first} ({where}): running on the built-in engine"
+        return BuiltinProgram.build(project), notice
+    strucpp = find_strucpp() if engine == "strucpp" else None
+    compiler = find_cxx_compiler() if strucpp else find_c_compiler()
+    compiled = compiler is not None and (matiec is not None or strucpp is not None)
+    if collector is not None and compiled:
+        collector.elsewhere.add(engine)
+    if matiec is not None and compiler is not None:
+        from structured_text.engines.matiec.program import MatiecProgram
+
+        return MatiecProgram.build(project, matiec, compiler), ""
+    if strucpp is not None and compiler is not None:
+        from structured_text.engines.strucpp.program import StrucppProgram
+
+        return StrucppProgram.build(project, strucpp, compiler), ""
+    if reason := why_not(engine):
+        raise InputError(f"{reason}, or use the built-in engine")
+    notice = ""
+    if engine == "auto":
+        missing = "matiec not found (RCX_MATIEC, PATH)"
+        if matiec is not None:
+            missing = "matiec found, but no C compiler (CC, cc, gcc, clang)"
+        notice = f"{missing}: running on the built-in engine"
+    return BuiltinProgram.build(project), notice
+
+
+def why_not(engine: str) -> str:
+    """Why an engine cannot run on this computer; empty where it can.
+
+    Raises:
+        InputError: `RCX_MATIEC` or `RCX_STRUCPP` is set, but leads to no complete installation.
+    """
+    if engine == "matiec" and find_matiec() is None:
+        return MISSING
+    if engine == "strucpp" and find_strucpp() is None:
+        return MISSING_STRUCPP
+    if engine == "matiec" and find_c_compiler() is None:
+        return "matiec found, but no C compiler: set CC or PATH"
+    if engine == "strucpp" and find_cxx_compiler() is None:
+        return "STruC++ found, but no C++ compiler: set CXX or PATH"
+    return ""

@@ -1,0 +1,298 @@
+"""From ST text to a shared object: iec2c, our runtime beside its C, the C compiler, the cache."""
+
+from __future__ import annotations
+
+import functools
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from structured_text import COMMAND
+from structured_text.engines.native.memory import tables
+from structured_text.engines.native.toolchain import (
+    CompilerError,
+    compile_shared,
+    fingerprint,
+    from_cache,
+    run_tool,
+)
+from structured_text.errors import InputError
+from structured_text.output.paths import real
+
+__all__ = [
+    "MISSING",
+    "Matiec",
+    "Message",
+    "TranslationError",
+    "Wanted",
+    "compile_program",
+    "find_matiec",
+]
+
+_RUNTIME = Path(__file__).with_name("runtime.c")
+
+_PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
+_GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
+_GLOBAL_PLACE = re.compile(r"__INIT_GLOBAL_LOCATED\(\w+,(\w+),(\w+),")
+# HEAD of matiec writes names of other globals before the macro, on the same line.
+_LOCATED = re.compile(r"__LOCATED_VAR\((\w+),(\w+),")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What the shared object has to tell: names as matiec writes them, in upper case.
+
+    Attributes:
+        instances: Program instances; the first of `shim_regions`.
+        globals: Global variables; the next of `shim_regions`.
+        layout: C expressions of the table `shim_layout`.
+    """
+
+    instances: tuple[str, ...]
+    globals: tuple[str, ...]
+    layout: tuple[str, ...]
+
+
+def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
+    """Compile a program, or take it from the cache.
+
+    Args:
+        text: All ST sources in one.
+        wanted: What is asked of the shared object.
+        matiec: The compiler from ST to C.
+        compiler: The C compiler.
+
+    Returns:
+        The contents of the shared object.
+
+    Raises:
+        TranslationError: iec2c refuses the text.
+        InputError: the C compiler fails.
+    """
+    parts = [
+        text,
+        repr(wanted),
+        matiec.fingerprint(),
+        _RUNTIME.read_text(encoding="utf-8"),
+        Path(__file__).read_text(encoding="utf-8"),
+    ]
+    return from_cache(compiler, parts, lambda: _compile(text, wanted, matiec, compiler))
+
+
+def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
+    with tempfile.TemporaryDirectory(prefix=f"{COMMAND}-") as name:
+        folder = Path(name)
+        source, target = folder / "program.st", folder / "c"
+        source.write_text(text, encoding="utf-8")
+        target.mkdir()
+        matiec.translate(source, target)
+        unit = target / "shim_program.c"
+        written = [_RUNTIME.read_text(encoding="utf-8"), *_program_part(target, wanted)]
+        # POUS.c is included by the file of the resource. These come last: they define macros
+        # named as the program instances.
+        parts = sorted(path.name for path in target.glob("*.c") if path.name != "POUS.c")
+        written += [f'#include "{part}"' for part in parts]
+        unit.write_text("\n".join(written) + "\n", encoding="utf-8")
+        try:
+            return compile_shared(compiler, ("-std=gnu11", "-I", str(matiec.headers)), unit)
+        except CompilerError as error:
+            raise InputError(
+                f"the C compiler refuses what iec2c made of the program: {error.reason}",
+                hint=f"check {compiler}, and that iec2c and its lib/C belong together",
+            ) from None
+
+
+def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
+    """The part of the runtime that is written for one program."""
+    places = dict(_located(target))
+    regions: list[str] = []
+    for kind, place in zip(places.values(), places, strict=True):
+        yield f"static {kind} shim_at{place};"
+        yield f"{kind} *{place} = &shim_at{place};"
+    programs = _programs(target)
+    for instance in wanted.instances:
+        symbol, kind = programs[instance]
+        yield f"extern {kind} {symbol};"
+        regions.append(symbol)
+    variables = _globals(target)
+    for variable in wanted.globals:
+        declaration, region = variables[variable]
+        yield declaration
+        regions.append(region)
+    regions += [f"shim_at{place}" for place in places]
+    yield from tables(regions, wanted.layout)
+
+
+def _located(target: Path) -> Iterator[tuple[str, str]]:
+    """The name matiec gives to each direct address (`__QX0_0`), and its C type."""
+    text = (target / "LOCATED_VARIABLES.h").read_text(encoding="utf-8", errors="replace")
+    for match in _LOCATED.finditer(text):
+        yield match[2], match[1]
+
+
+def _programs(target: Path) -> dict[str, tuple[str, str]]:
+    """C symbol and type of each program instance, by name."""
+    text = (target / "VARIABLES.csv").read_text(encoding="utf-8", errors="replace")
+    found = {}
+    for match in _PROGRAM.finditer(text.partition("// Variables")[0]):
+        # CONFIGURATION.RESOURCE.INSTANCE; without a RESOURCE, matiec calls it RESOURCE in C.
+        path = match[1].split(".")
+        resource = path[1] if len(path) == 3 else "RESOURCE"
+        found[path[-1]] = (f"{resource}__{path[-1]}", match[2])
+    return found
+
+
+def _globals(target: Path) -> dict[str, tuple[str, str]]:
+    """Declaration and value of each global variable of configuration and resources, by name."""
+    text = "".join(
+        path.read_text(encoding="utf-8", errors="replace") for path in sorted(target.glob("*.c"))
+    )
+    places = {match[1]: match[2] for match in _GLOBAL_PLACE.finditer(text)}
+    found = {}
+    for match in _GLOBAL.finditer(text):
+        form, kind, domain, name = match.groups()
+        symbol = f"{domain}__{name}"
+        if form == "_LOCATED":
+            found[name] = ("", f"shim_at{places[name]}")
+        elif form == "_FB":
+            found[name] = (f"extern {kind} {symbol};", symbol)
+        else:
+            found[name] = (f"extern __IEC_{kind}_t {symbol};", f"{symbol}.value")
+    return found
+
+
+#: What a user reads, and what a skipped test says, where matiec is not installed.
+MISSING = "matiec not found: set RCX_MATIEC or PATH"
+
+#: The options with which OpenPLC v3 calls it: full locations, relaxed type equivalence, forward
+#: references, REF_TO (twice) and constant expressions as array limits.
+_OPTIONS = ("-f", "-l", "-p", "-r", "-R", "-a")
+
+#: Where distributions put the library.
+PACKAGED = (Path("/usr/lib/matiec"), Path("/usr/share/matiec/lib"), Path("/usr/share/matiec"))
+
+_MESSAGE = re.compile(
+    r"^(?P<file>.+?):(?P<line>\d+)-(?P<column>\d+)\.\.\d+-\d+: error(?: [^:]+)?: (?P<text>.*)$"
+)
+
+
+@dataclass(frozen=True)
+class Message:
+    """One error of iec2c, at a place in the text that it was given (line and column from 1)."""
+
+    text: str
+    line: int
+    column: int
+
+
+class TranslationError(Exception):
+    """iec2c gave no usable C.
+
+    Args:
+        messages: Its errors that lie in the given text, in its order; empty when it crashed
+            or complained of something else.
+        output: All that it printed.
+        status: Its exit status, negative for a signal.
+    """
+
+    def __init__(self, messages: list[Message], output: str, status: int) -> None:
+        self.messages = messages
+        self.output = output
+        self.status = status
+        super().__init__(f"iec2c ended with status {status}")
+
+
+@dataclass(frozen=True)
+class Matiec:
+    """An installed matiec: the compiler, its library of blocks and its C headers."""
+
+    iec2c: Path
+    library: Path
+    headers: Path
+
+    def translate(self, source: Path, target: Path) -> None:
+        """Translate one ST file to C.
+
+        Args:
+            source: The file with everything in it.
+            target: Directory that receives the C files.
+
+        Raises:
+            TranslationError: any exit status but 0; iec2c may crash after it printed errors.
+        """
+        command = [str(self.iec2c), *_OPTIONS, "-I", str(self.library), "-T", str(target)]
+        done = run_tool([*command, source.name], source.parent)
+        output = (done.stderr + done.stdout).decode("utf-8", "replace")
+        if done.returncode != 0:
+            found = list(_messages(output, source.name))
+            raise TranslationError(found, output, done.returncode)
+
+    def fingerprint(self) -> str:
+        """A hash of the compiler, its library and its headers, as part of a cache key."""
+        return _fingerprint(self)
+
+
+def _messages(output: str, name: str) -> Iterator[Message]:
+    for line in output.splitlines():
+        match = _MESSAGE.match(line)
+        if match and match["file"] == name:
+            yield Message(match["text"].rstrip(".! "), int(match["line"]), int(match["column"]))
+
+
+@functools.lru_cache(maxsize=8)
+def _fingerprint(matiec: Matiec) -> str:
+    return fingerprint([matiec.iec2c, *matiec.library.glob("*.txt"), *matiec.headers.glob("*.h")])
+
+
+def find_matiec() -> Matiec | None:
+    """Look for matiec in `RCX_MATIEC`, then on `PATH`.
+
+    Returns:
+        The installation, or None when there is none.
+
+    Raises:
+        InputError: `RCX_MATIEC` is set but leads to no complete matiec, or an `iec2c` on `PATH`
+            has no library near it.
+    """
+    named = os.environ.get("RCX_MATIEC")
+    if named:
+        binary = shutil.which("iec2c", path=named)
+        if binary is None:
+            raise InputError(
+                f"RCX_MATIEC has no iec2c in it: {named}",
+                hint="name the directory that holds iec2c and lib, or unset RCX_MATIEC",
+            )
+    else:
+        binary = shutil.which("iec2c")
+        if binary is None:
+            return None
+    iec2c = real(binary)
+    for library in _library_places(iec2c.parent, Path(binary).parent):
+        headers = _headers(library, iec2c.parent)
+        if (library / "ieclib.txt").is_file() and headers is not None:
+            return Matiec(iec2c, real(library), real(headers))
+    raise InputError(
+        f"{binary} has no library: neither ieclib.txt nor C/iec_std_lib.h was found near it",
+        hint="set RCX_MATIEC to the directory that holds iec2c and lib",
+    )
+
+
+def _library_places(*binaries: Path) -> Iterator[Path]:
+    """Build tree and OpenPLC (lib beside it), prefix installations, then packages (Beremiz)."""
+    for folder in dict.fromkeys(binaries):
+        yield folder / "lib"
+        for part in ("lib/matiec", "share/matiec/lib", "share/matiec", "lib"):
+            yield folder.parent / part
+    yield from PACKAGED
+
+
+def _headers(library: Path, binary_folder: Path) -> Path | None:
+    """The C headers: `lib/C`; OpenPLC v3 keeps them in `core/lib` beside its iec2c."""
+    for folder in (library / "C", binary_folder / "core" / "lib"):
+        if (folder / "iec_std_lib.h").is_file():
+            return folder
+    return None

@@ -1,0 +1,357 @@
+"""A program in a shared object, scanned in process: what the engines share that compile to one.
+
+What the shared object shows: `shim_start`, `shim_scan`, `shim_tick`, and the tables `shim_regions`,
+`shim_sizes` and `shim_layout` (`native.memory.tables`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import struct
+import tempfile
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain, groupby
+from operator import itemgetter
+from typing import Any, Literal, TypeVar
+
+from structured_text import COMMAND
+from structured_text.engines.base import Value
+from structured_text.engines.native.memory import (
+    Codec,
+    Dialect,
+    Layout,
+    layout_expressions,
+    memory_at,
+)
+from structured_text.errors import InputError
+from structured_text.language.paths import resolve, walk
+from structured_text.language.project import Project
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    Located,
+    StructType,
+    Type,
+)
+from structured_text.language.values import array_length, describe, from_python
+from structured_text.output import system
+
+__all__ = ["NativeProgram", "layout_of"]
+
+_P = TypeVar("_P", bound="NativeProgram")
+_POINTER = struct.Struct("@P")
+#: Bytes of an element, and its character for `memoryview`.
+_BYTES: dict[Type, tuple[int, Literal["B", "H"]]] = {
+    ElementaryType("BYTE"): (1, "B"),
+    ElementaryType("WORD"): (2, "H"),
+}
+
+
+@dataclass(frozen=True)
+class _Slot:
+    """Where the variable of a path lies."""
+
+    path: str
+    type: Type
+    memory: memoryview
+    at: int
+    codec: Codec
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """The elements of an array of BYTE or WORD, wherever they lie, and the bytes of one."""
+
+    memory: memoryview
+    width: int
+    form: Literal["B", "H"]
+    size: int
+
+
+@dataclass(frozen=True)
+class _Snapshot:
+    """The state of an instance, its first state, and where its memory lies."""
+
+    image: bytes
+    tick: int
+    contents: tuple[bytes, ...]
+    first: tuple[bytes, ...]
+    base: int
+
+
+class NativeProgram:
+    """One running instance of a compiled program; see `engines.base.Program`.
+
+    Args:
+        project: The checked sources.
+        image: The shared object made of them.
+
+    Raises:
+        InputError: the shared object cannot be loaded.
+    """
+
+    engine: str
+    dialect: Dialect
+
+    def __init__(self, project: Project, image: bytes) -> None:
+        self.tick_us = project.tick_us
+        self._project = project
+        self._image = image
+        library, self.close = _load_private_copy(self, image)
+        self.check(library)
+        self._scan = library.shim_scan
+        self._scan.argtypes, self._scan.restype = [ctypes.c_longlong], ctypes.c_char_p
+        self._tick = ctypes.c_ulonglong.in_dll(library, "shim_tick")
+        table = _table(library, "shim_layout", ctypes.c_size_t)
+        self._layout = Layout(_contained_types(project), table, self.dialect)
+        places = _table(library, "shim_regions", ctypes.c_void_p)
+        sizes = _table(library, "shim_sizes", ctypes.c_size_t)
+        self._regions = [memory_at(*region) for region in zip(places, sizes, strict=True)]
+        self._base = places[0]
+        kinds: dict[str, Type] = dict(project.instances)
+        kinds.update((variable.name, variable.type) for variable in project.globals.values())
+        # What an engine keeps beside these comes after them.
+        self._roots = {
+            name: (kind, memory)
+            for (name, kind), memory in zip(kinds.items(), self._regions, strict=False)
+        }
+        self._slots: dict[str, _Slot] = {}
+        self._views: dict[str, _Cells] = {}
+        library.shim_start()
+        self._first = self._contents()
+
+    def check(self, library: ctypes.PyDLL) -> None:
+        """What an engine has to ask of its library first."""
+
+    def instance(self: _P) -> _P:
+        """Another instance of the same program, in its first state."""
+        return type(self)(self._project, self._image)
+
+    def scan(self, now_us: int) -> None:
+        """Run one base tick at PLC time `now_us`, microseconds.
+
+        Endless loops are not ended, and an index is checked only where the compiler does so.
+
+        Raises:
+            InputError: the program divides an integer by zero, or leaves its memory.
+        """
+        wrong = self._scan(now_us)
+        if wrong is not None:
+            raise InputError(
+                wrong.decode("utf-8", "replace"),
+                hint="--engine builtin tells the file and line",
+            )
+
+    def read(self, path: str) -> Value:
+        """Value at `path`."""
+        slot = self._slot(path)
+        return slot.codec.get(slot.memory, slot.at)
+
+    def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
+        """A function that reads these variables; see `engines.base.Program.reader`."""
+        slots = [self._slot(path) for path in paths]
+        parts = [_reader(list(part)) for _, part in groupby(slots, lambda one: id(one.memory))]
+        if len(parts) == 1:
+            return parts[0]
+        return lambda: tuple(chain.from_iterable([part() for part in parts]))
+
+    def write(self, path: str, value: Value) -> None:
+        """Set `path`, whole or in part."""
+        slot = self._slot(path)
+        slot.codec.put(slot.memory, slot.at, from_python(slot.type, value, slot.path))
+
+    def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:
+        """An array of BYTE or WORD as bytes, little endian; see `engines.base.Program`."""
+        cells = self._views.get(path) or self._view(path)
+        end = cells.size if size is None else start + size
+        first, last = start // cells.width, -(-end // cells.width)
+        return cells.memory[first:last].tobytes()[: end - start]
+
+    def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
+        """Set bytes of an array of BYTE or WORD; see `engines.base.Program`."""
+        cells = self._views.get(path) or self._view(path)
+        end = start + len(data)
+        if end > cells.size or start % cells.width or end % cells.width:
+            given = f"{len(data)} from byte {start} on" if start else f"{len(data)}"
+            raise InputError(f"{path} holds {cells.size} bytes and cannot take {given}")
+        first, last = start // cells.width, end // cells.width
+        cells.memory[first:last] = memoryview(data).cast(cells.form)
+
+    def type_of(self, path: str) -> Type:
+        """Type of the variable at `path`."""
+        return self._slot(path).type
+
+    def instances(self) -> Mapping[str, Type]:
+        """The program instances by name."""
+        return dict(self._project.instances)
+
+    def walk(self) -> Iterator[tuple[str, Type]]:
+        """Every variable of the program instances and every global one, parents first."""
+        return walk(self._project)
+
+    def located(self) -> list[Located]:
+        """Directly represented variables in order of declaration."""
+        return list(self._project.located)
+
+    def note_calls(self, blocks: Mapping[str, int | None]) -> None:
+        """Compiled code does not show its calls."""
+
+    def snapshot(self) -> object:
+        """The whole state."""
+        first, base = self._first, self._base
+        return _Snapshot(self._image, self._tick.value, self._contents(), first, base)
+
+    def restore(self, snapshot: object) -> None:
+        """Go back to a state that `snapshot` gave, of this or another instance of the program.
+
+        Raises:
+            InputError: the snapshot is of another program.
+        """
+        if not isinstance(snapshot, _Snapshot) or snapshot.image != self._image:
+            raise InputError("this snapshot is of another program")
+        every = zip(self._regions, snapshot.contents, snapshot.first, self._first, strict=True)
+        for memory, content, theirs, ours in every:
+            memory[:] = content
+            if theirs != ours:
+                _keep_pointers(memory, theirs, ours, self._base - snapshot.base)
+        self._tick.value = snapshot.tick
+
+    def _contents(self) -> tuple[bytes, ...]:
+        return tuple(memory.tobytes() for memory in self._regions)
+
+    def _slot(self, path: str) -> _Slot:
+        slot = self._slots.get(path)
+        if slot is None:
+            slot = self._slots[path] = self._find(path)
+        return slot
+
+    def _find(self, path: str) -> _Slot:
+        found = resolve(self._project, path)
+        kind, memory = self._roots[found.root]
+        at = 0
+        codec = self._layout.codec(kind, len(memory))
+        for step in found.steps:
+            if isinstance(kind, ArrayType):
+                size = codec.size // array_length(kind)
+                at += int(step) * size
+                kind = kind.element
+                codec = self._layout.codec(kind, size)
+            elif isinstance(kind, (StructType, BlockType)):
+                member = self._layout.member(kind, str(step))
+                kind, codec = member.type, member.codec
+                at += member.offset
+        return _Slot(found.path, found.type, memory, at, codec)
+
+    def _view(self, path: str) -> _Cells:
+        slot = self._slot(path)
+        kind = slot.type
+        if not isinstance(kind, ArrayType) or kind.element not in _BYTES:
+            raise InputError(
+                f"{slot.path} is of type {describe(kind)}",
+                hint="only an array of BYTE or WORD can be taken as bytes",
+            )
+        width, form = _BYTES[kind.element]
+        count = array_length(kind)
+        every = slot.memory[slot.at : slot.at + slot.codec.size].cast(form)
+        cells = every[:: slot.codec.size // (count * width)]
+        found = self._views[path] = _Cells(cells, width, form, count * width)
+        return found
+
+
+def _keep_pointers(memory: memoryview, theirs: bytes, ours: bytes, distance: int) -> None:
+    """Set back what led into its own memory at first: it differs by how far instances lie apart."""
+    for at in range(0, len(ours) - _POINTER.size + 1, _POINTER.size):
+        there, here = _POINTER.unpack_from(theirs, at)[0], _POINTER.unpack_from(ours, at)[0]
+        if here - there == distance:
+            _POINTER.pack_into(memory, at, here)
+
+
+def _reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]]:
+    """A reader of variables in one memory; plain ones are taken in one go."""
+    if all(one.codec.form for one in slots):
+        packed = _packed_reader(slots)
+        if packed is not None:
+            return packed
+    places = [(slot.codec.get, slot.memory, slot.at) for slot in slots]
+    return lambda: tuple([get(memory, at) for get, memory, at in places])
+
+
+def _packed_reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]] | None:
+    """A reader of plain variables in one memory; None if one of them is asked for twice."""
+    memory = slots[0].memory
+    order = sorted(range(len(slots)), key=lambda k: slots[k].at)
+    start = end = slots[order[0]].at
+    form = "="
+    for slot in (slots[k] for k in order):
+        if slot.at < end:
+            return None
+        form += f"{slot.at - end}x{slot.codec.form}"
+        end = slot.at + slot.codec.size
+    unpack = struct.Struct(form).unpack_from
+    if order == sorted(order):
+        return lambda: unpack(memory, start)
+    pick = itemgetter(*(order.index(k) for k in range(len(slots))))
+    return lambda: pick(unpack(memory, start))
+
+
+def layout_of(project: Project, dialect: Dialect) -> tuple[str, ...]:
+    """The C expressions of a project's table `shim_layout`."""
+    return tuple(layout_expressions(_contained_types(project), dialect))
+
+
+def _contained_types(project: Project) -> list[StructType | BlockType]:
+    """Structures and blocks in the program instances and globals, each after what it contains."""
+    found: dict[str, StructType | BlockType] = {}
+
+    def visit(kind: Type) -> None:
+        if isinstance(kind, ArrayType):
+            visit(kind.element)
+        elif isinstance(kind, (StructType, BlockType)) and kind.name.upper() in found:
+            return
+        elif isinstance(kind, StructType):
+            for _, field in kind.fields:
+                visit(field)
+            found.setdefault(kind.name.upper(), kind)
+        elif isinstance(kind, BlockType):
+            for variable in kind.variables:
+                visit(variable.type)
+            found.setdefault(kind.name.upper(), kind)
+
+    for block in project.instances.values():
+        visit(block)
+    for variable in project.globals.values():
+        visit(variable.type)
+    return list(found.values())
+
+
+def _load_private_copy(
+    owner: object, image: bytes
+) -> tuple[ctypes.PyDLL, weakref.finalize[..., object]]:
+    """Load a shared object from a file of its own: one that is loaded twice shares its data.
+
+    Returns:
+        The library, and the call that unloads it (at the latest when `owner` is gone).
+    """
+    with tempfile.NamedTemporaryFile(prefix=f"{COMMAND}-", suffix=system.DLL, delete=False) as file:
+        file.write(image)
+    try:
+        # PyDLL: no other thread may scan meanwhile, the handlers of faults.h are the process's.
+        library = ctypes.PyDLL(file.name)
+    except OSError as error:
+        os.unlink(file.name)
+        raise InputError(
+            f"the compiled program cannot be loaded: {error}",
+            hint="set TMPDIR to a directory from which programs may be run",
+        ) from None
+    system.loaded(file.name)
+    handle = library._handle  # noqa: SLF001
+    return library, weakref.finalize(owner, system.unload, handle, file.name)
+
+
+def _table(library: ctypes.PyDLL, name: str, kind: Any) -> list[Any]:
+    count = ctypes.c_size_t.in_dll(library, f"{name}_count").value
+    return list((kind * count).in_dll(library, name))

@@ -1,0 +1,147 @@
+"""From C or C++ text to a shared object: the compilers, and the cache of what they made."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import shutil
+import subprocess
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from subprocess import CompletedProcess
+
+from structured_text.errors import InputError
+from structured_text.language import cache
+from structured_text.output import programs
+from structured_text.output.limits import MOST_TOOL_S
+from structured_text.output.system import DLL, WHOLE
+
+__all__ = [
+    "CompilerError",
+    "compile_shared",
+    "find_c_compiler",
+    "find_cxx_compiler",
+    "fingerprint",
+    "from_cache",
+    "run_tool",
+    "version",
+]
+
+_HERE = Path(__file__).parent
+_FLAGS = ("-O1", "-w", "-fPIC", "-shared", *WHOLE)
+# Signed overflow wraps and a float stays a float, whatever the optimiser would like.
+_ARITHMETIC = ("-fwrapv", "-fno-strict-aliasing", "-ffp-contract=off")
+# With RCX_SANITIZE=on: what C leaves undefined and accesses out of bounds end the process. The
+# process must have been started with the address sanitizer's library preloaded.
+_SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+
+
+class CompilerError(Exception):
+    """The C or C++ compiler gave no shared object.
+
+    Args:
+        output: All that it printed.
+    """
+
+    def __init__(self, output: str) -> None:
+        self.output = output
+        lines = output.splitlines()
+        self.reason = next((line for line in lines if "error" in line), "no message")
+        super().__init__(self.reason)
+
+
+def find_c_compiler() -> str | None:
+    """The C compiler: `CC`, then cc, gcc or clang on `PATH`; None when there is none."""
+    return _first(os.environ.get("CC"), "cc", "gcc", "clang")
+
+
+def find_cxx_compiler() -> str | None:
+    """The C++ compiler: `CXX`, then c++, g++ or clang++ on `PATH`; None when there is none."""
+    return _first(os.environ.get("CXX"), "c++", "g++", "clang++")
+
+
+def _first(*names: str | None) -> str | None:
+    return next((path for name in names if name and (path := shutil.which(name))), None)
+
+
+def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -> bytes:
+    """A shared object as it was made before, or as `make` makes it now.
+
+    Args:
+        compiler: The C or C++ compiler.
+        parts: What else it depends on, but for the flags.
+        make: Compiles it.
+    """
+    folder = cache.folder()
+    if folder is None:
+        return make()
+    own = fingerprint(_HERE.iterdir())
+    every = "\0".join([*parts, version(compiler), *_flags(), own])
+    entry = folder / f"{hashlib.sha256(every.encode()).hexdigest()}.so"
+    with suppress(OSError, ValueError):
+        return cache.content(entry)
+    image = make()
+    with suppress(OSError):
+        cache.put(entry, image)
+    return image
+
+
+def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
+    """Compile one file, in whose folder the result is left, too.
+
+    Args:
+        compiler: The C or C++ compiler.
+        options: The language's version and the folders of its headers.
+        unit: The file; it may include `faults.h`.
+
+    Returns:
+        The contents of the shared object.
+
+    Raises:
+        CompilerError: the compiler refuses it.
+    """
+    shared = unit.with_suffix(DLL)
+    command = [compiler, *_flags(), *options, "-I", str(_HERE), str(unit), "-lm", "-o", str(shared)]
+    done = run_tool(command)
+    if done.returncode != 0:
+        raise CompilerError(done.stderr.decode("utf-8", "replace"))
+    return shared.read_bytes()
+
+
+def run_tool(command: Sequence[str], folder: Path | None = None) -> CompletedProcess[bytes]:
+    """Run a compiler, and keep what it prints.
+
+    Raises:
+        InputError: it does not come to an end.
+    """
+    try:
+        return programs.run(command, cwd=folder, timeout=MOST_TOOL_S)
+    except subprocess.TimeoutExpired:
+        raise InputError(
+            f"{Path(command[0]).name} has not compiled this program within {MOST_TOOL_S} s",
+            hint="make the program smaller, or use --engine builtin",
+        ) from None
+
+
+def fingerprint(files: Iterable[Path]) -> str:
+    """A hash of some files with their names, as part of a cache's key."""
+    digest = hashlib.sha256()
+    for path in sorted(file for file in files if file.is_file()):
+        digest.update(f"\0{path.name}\0".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _flags() -> tuple[str, ...]:
+    wanted = os.environ.get("RCX_SANITIZE", "").lower() == "on"
+    return _FLAGS + _ARITHMETIC + (_SANITIZERS if wanted else ())
+
+
+@functools.lru_cache(maxsize=8)
+def version(compiler: str) -> str:
+    """Path of a compiler, and what it says of itself."""
+    done = programs.run([compiler, "--version"])
+    said: bytes = done.stdout
+    return compiler + said.decode("utf-8", "replace")

@@ -1,0 +1,203 @@
+"""From ST files to a shared object: STruC++, our runtime beside its C++, the C++ compiler."""
+
+from __future__ import annotations
+
+import functools
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from structured_text import COMMAND
+from structured_text.engines.native.memory import tables
+from structured_text.engines.native.toolchain import (
+    CompilerError,
+    compile_shared,
+    fingerprint,
+    from_cache,
+    run_tool,
+    version,
+)
+from structured_text.engines.strucpp.memory import NAMESPACE
+from structured_text.errors import InputError
+from structured_text.language.project import Project
+from structured_text.language.source import origin, source_text
+from structured_text.output.paths import real
+
+__all__ = ["MISSING_STRUCPP", "Strucpp", "compile_project", "find_strucpp"]
+
+#: What a user reads, and what a skipped test says, where STruC++ is not installed.
+MISSING_STRUCPP = "STruC++ not found: set RCX_STRUCPP or PATH"
+
+_RUNTIME = Path(__file__).with_name("runtime.cpp")
+# Inline variables, such as globals, and their guards would be one for all programs of a process.
+_OPTIONS = ("-std=c++17", "-fvisibility=hidden")
+_OF_GCC = ("-fno-gnu-unique",)
+_BLOCKS = "iec-standard-fb.stlib"
+_SCRIPT = Path("dist", "node", "cli.js")
+_OTHERWISE = "write it another way, or use --engine builtin"
+#: A place in one of the files that STruC++ was given, in its words and in those of g++ and clang++.
+_PLACE = re.compile(r"\bpart(\d+)\.st:(\d+)(?::(\d+))?:(?: error: (.*))?")
+_OFFSET = re.compile(r"at offset: (\d+)")
+
+
+@dataclass(frozen=True)
+class Strucpp:
+    """An installed STruC++: how it is called, its standard blocks and its C++ headers."""
+
+    command: tuple[str, ...]
+    blocks: Path
+    headers: Path
+
+    def fingerprint(self) -> str:
+        """A hash of the compiler, its blocks and its headers, as part of a cache key."""
+        return _fingerprint(self)
+
+
+@functools.lru_cache(maxsize=8)
+def _fingerprint(strucpp: Strucpp) -> str:
+    own = Path(strucpp.command[-1])
+    code = own.parents[1].rglob("*.js") if own.suffix == ".js" else [own]
+    return fingerprint([*code, strucpp.blocks, *strucpp.headers.glob("*.hpp")])
+
+
+def find_strucpp() -> Strucpp | None:
+    """Look for STruC++ in `RCX_STRUCPP`, then on `PATH`.
+
+    Returns:
+        The installation, or None when there is none.
+
+    Raises:
+        InputError: `RCX_STRUCPP` is set but leads to no complete STruC++, or a `strucpp` on `PATH`
+            has neither headers nor standard blocks near it.
+    """
+    named = os.environ.get("RCX_STRUCPP")
+    binary = shutil.which("strucpp", path=named or None)
+    if named and binary is None and (Path(named) / _SCRIPT).is_file():
+        binary = str(Path(named) / _SCRIPT)
+    if binary is None:
+        if not named:
+            return None
+        raise InputError(
+            f"RCX_STRUCPP has neither strucpp nor {_SCRIPT.as_posix()} in it: {named}",
+            hint="name the folder of a release of STruC++ or of its sources after `npm run build`, "
+            "or unset RCX_STRUCPP",
+        )
+    own = real(binary)
+    command: tuple[str, ...] = (str(own),)
+    if own.suffix == ".js":
+        node = shutil.which("node")
+        if node is None:
+            raise InputError(f"{own} needs node, which is not found", hint="set PATH")
+        command = (node, str(own))
+    for folder in own.parents[:3]:
+        blocks = folder / "libs" / _BLOCKS
+        for headers in (folder / "runtime" / "include", folder / "src" / "runtime" / "include"):
+            if blocks.is_file() and (headers / "iec_std_lib.hpp").is_file():
+                return Strucpp(command, blocks, headers)
+    raise InputError(
+        f"{binary} has neither runtime/include nor libs/{_BLOCKS} near it",
+        hint="set RCX_STRUCPP to the folder of a release of STruC++",
+    )
+
+
+def compile_project(
+    project: Project, layout: Sequence[str], strucpp: Strucpp, compiler: str
+) -> bytes:
+    """Compile a project, or take it from the cache.
+
+    Args:
+        project: The checked sources.
+        layout: C++ expressions of the table `shim_layout`.
+        strucpp: The compiler from ST to C++.
+        compiler: The C++ compiler.
+
+    Returns:
+        The contents of the shared object.
+
+    Raises:
+        InputError: one of the compilers refuses it, with the user's file and line where it says so.
+    """
+    texts = [source_text(file) for file in project.files]
+    added = "\n".join([*_program_part(project, layout), _RUNTIME.read_text(encoding="utf-8")])
+    parts = [*texts, added, strucpp.fingerprint(), Path(__file__).read_text(encoding="utf-8")]
+
+    def make() -> bytes:
+        with tempfile.TemporaryDirectory(prefix=f"{COMMAND}-") as name:
+            folder = Path(name)
+            _translate(project, texts, strucpp, folder)
+            unit = folder / "unit.cpp"
+            unit.write_text(f'#include "program.cpp"\n{added}', encoding="utf-8")
+            options = [*_OPTIONS, *(() if "clang" in version(compiler) else _OF_GCC)]
+            try:
+                return compile_shared(compiler, [*options, "-I", str(strucpp.headers)], unit)
+            except CompilerError as error:
+                place = _PLACE.search(error.output)
+                file = project.files[int(place[1])] if place else None
+                line = origin(file, int(place[2]), 1)[0] if place and file else None
+                said = error.reason.split("error: ", 1)[-1][:200]
+                raise InputError(
+                    f"the C++ compiler refuses what STruC++ made of the program: {said}",
+                    file=file,
+                    line=line,
+                    hint=_OTHERWISE,
+                ) from None
+
+    return from_cache(compiler, parts, make)
+
+
+def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder: Path) -> None:
+    """Have `program.cpp` and its header written into a folder."""
+    names = [f"part{number}.st" for number in range(len(texts))]
+    for name, text in zip(names, texts, strict=True):
+        (folder / name).write_text(text, encoding="utf-8")
+    # Of the libraries beside it only the standard's: names of the others may be the user's.
+    shutil.copy(strucpp.blocks, folder)
+    options = ("-o", "program.cpp", "--line-directives", "--no-default-libs", "-L", ".")
+    done = run_tool([*strucpp.command, *names, *options], folder)
+    if done.returncode == 0:
+        return
+    output = (done.stderr + done.stdout).decode("utf-8", "replace")
+    for place in _PLACE.finditer(output):
+        if place[4]:
+            number, line, column = int(place[1]), int(place[2]), int(place[3])
+            if offset := _OFFSET.search(place[4]):  # what is no word at all has no line
+                before = texts[number][: int(offset[1])]
+                line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
+            file = project.files[number]
+            line, column = origin(file, line, column)
+            raise InputError(
+                f"STruC++: {place[4].rstrip('. ')}",
+                file=file,
+                line=line,
+                column=column,
+                hint=_OTHERWISE,
+            )
+    said = next((line for line in output.splitlines() if line.strip()), "nothing")
+    raise InputError(
+        f"STruC++ failed with status {done.returncode} and said: {said}",
+        file=project.files[0] if len(project.files) == 1 else None,
+        hint=f"check its installation: {' '.join(strucpp.command)}",
+    )
+
+
+def _program_part(project: Project, layout: Sequence[str]) -> Iterator[str]:
+    """The part of the runtime that is written for one program."""
+    if project.configured:
+        name = next(unit.name for unit in project.units if unit.kind == "CONFIGURATION")
+        yield f"static {NAMESPACE}::Configuration_{name.upper()} shim_configuration;"
+        instances = {name: f"shim_configuration.{name.upper()}" for name in project.instances}
+    else:
+        ((name, block),) = project.instances.items()
+        yield f"static {NAMESPACE}::Program_{block.name.upper()} shim_program;"
+        instances = {name: "shim_program"}
+    yield "static void shim_programs(unsigned long long tick) {"
+    for run in project.schedule:
+        yield f"  if (tick % {run.every} == 0) {instances[run.instance]}.run();"
+    yield "}"
+    regions = [*instances.values(), *(f"{NAMESPACE}::{name}.value" for name in project.globals)]
+    yield "#pragma GCC visibility push(default)"
+    yield from tables(regions, layout, 'extern "C" ')

@@ -1,0 +1,87 @@
+"""How the C++ of STruC++ keeps variables.
+
+Each scalar is wrapped: the value, a flag that it is forced, the value it is forced to. Blocks,
+structures and arrays lie bare.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from structured_text.engines.base import Value
+from structured_text.engines.native.memory import FORMATS, Codec, enumeration, packed
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    StructType,
+    Variable,
+)
+from structured_text.language.values import scalar_to_python
+
+__all__ = ["NAMESPACE", "StrucppDialect"]
+
+NAMESPACE = "strucpp"
+_LENGTH = struct.Struct("=H")
+
+
+class StrucppDialect:
+    """See `engines.native.memory.Dialect`.
+
+    Args:
+        programs: Names of the programs, in upper case.
+    """
+
+    def __init__(self, programs: frozenset[str] = frozenset()) -> None:
+        self._programs = programs
+
+    def type_name(self, kind: StructType | BlockType) -> str:
+        """A structure or block in C++."""
+        name = kind.name.upper()
+        return f"{NAMESPACE}::{'Program_' if name in self._programs else ''}{name}"
+
+    def member_name(self, kind: StructType | BlockType, variable: Variable) -> str:
+        """A member; STruC++ calls one that is named as its type otherwise."""
+        name = variable.name.upper()
+        own = not isinstance(variable.type, (ElementaryType, ArrayType))
+        return f"{name}_" if own and name == variable.type.name.upper() else name
+
+    def is_pointer(self, variable: Variable) -> bool:
+        """Located variables lie in their program."""
+        return False
+
+    def scalar(self, kind: ElementaryType | EnumType, size: int) -> Codec:
+        """The codec of an elementary type or enumeration."""
+        if isinstance(kind, EnumType):
+            return enumeration(kind, packed({1: "b", 2: "h", 4: "i", 8: "q"}[size // 3], size))
+        if kind.name == "STRING":
+            return _string_codec(size)
+        if kind.name in FORMATS:
+            return packed(FORMATS[kind.name], size)
+        return _moment_codec(kind, packed("q", size))
+
+
+def _moment_codec(kind: ElementaryType, number: Codec) -> Codec:
+    """TIME, DATE, TOD and DT: nanoseconds."""
+
+    def get(memory: memoryview, at: int) -> Value:
+        return scalar_to_python(kind, number.get(memory, at))
+
+    return Codec(number.size, get, number.put)
+
+
+def _string_codec(size: int) -> Codec:
+    """The characters, a zero, the length in two bytes; then flag and forced value."""
+    length_at = (size - _LENGTH.size) // 2 - _LENGTH.size
+
+    def get(memory: memoryview, at: int) -> Value:
+        (length,) = _LENGTH.unpack_from(memory, at + length_at)
+        return bytes(memory[at : at + length]).decode("latin-1")
+
+    def put(memory: memoryview, at: int, value: Value) -> None:
+        text = value.encode("latin-1")
+        memory[at : at + len(text) + 1] = text + b"\0"
+        _LENGTH.pack_into(memory, at + length_at, len(text))
+
+    return Codec(size, get, put)

@@ -1,0 +1,65 @@
+"""Whether a program starts with the values that its sources give: STruC++ leaves some out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from structured_text.engines.base import Value
+from structured_text.errors import InputError
+from structured_text.language.project import Project
+from structured_text.language.tree import Symbol
+from structured_text.language.types import ArrayType, BlockType, StructType, Type
+from structured_text.language.values import nest, scalar_to_python
+
+__all__ = ["check_start"]
+
+_STORED = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_GLOBAL")
+
+
+def check_start(project: Project, read: Callable[[str], Value]) -> None:
+    """Compare the first state of a program with its sources.
+
+    Args:
+        project: The checked sources.
+        read: `Program.read` before the first scan.
+
+    Raises:
+        InputError: a variable has not its initial value; with the line of its declaration.
+    """
+    seen: set[str] = set()
+
+    def check(symbols: Iterable[Symbol], prefix: str, file: str | None) -> None:
+        for symbol in symbols:
+            path = prefix + symbol.name
+            if symbol.section not in _STORED:
+                continue
+            if isinstance(symbol.type, BlockType):
+                check_block(symbol.type, path)
+            elif symbol.initial is not None and read(path) != _shown(symbol.type, symbol.initial):
+                raise InputError(
+                    f"STruC++ does not start {path} with its initial value",
+                    file=file,
+                    line=symbol.at.line,
+                    hint="assign it in the first scan, or use --engine builtin",
+                )
+
+    def check_block(block: BlockType, path: str) -> None:
+        """Once for all instances of a block: they start alike."""
+        pou = project.pous.get(block.name.upper())
+        if pou is not None and pou.name not in seen:
+            seen.add(pou.name)
+            check(pou.symbols.values(), f"{path}.", pou.file)
+
+    check(project.global_symbols.values(), "", None)
+    for name, block in project.instances.items():
+        check_block(block, name)
+
+
+def _shown(kind: Type, initial: Any) -> Value:
+    """An initial value as `Program.read` gives it."""
+    if isinstance(kind, StructType):
+        return {name: _shown(field, initial[name]) for name, field in kind.fields}
+    if isinstance(kind, ArrayType):
+        return nest(kind, [_shown(kind.element, item) for item in initial])
+    return scalar_to_python(kind, initial)

@@ -1,0 +1,87 @@
+"""The errors that a user sees: what is wrong, where, and what to do."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+__all__ = ["InputError", "OutputError", "did_you_mean", "legible", "refused"]
+
+#: All control characters but tab and end of line.
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
+
+def legible(text: str) -> str:
+    r"""Return a message with its control characters written as `\x1b`.
+
+    Names of files, variables and keys in it may come from a project of somebody else's: an escape
+    sequence would clear the screen of the reader, or show lines that nobody has written.
+    """
+    return _CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+class InputError(Exception):
+    """Bad input of the user's: reported in one message, never as a traceback.
+
+    Args:
+        message: What is wrong, one sentence without a full stop.
+        file: The file it is in, if there is one.
+        line: Line in that file, from 1.
+        column: Column in that line, from 1.
+        hint: What to do about it, one sentence without a full stop.
+
+    Attributes:
+        exit_code: Of the command that ends with it.
+    """
+
+    exit_code = 2
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str | Path | None = None,
+        line: int | None = None,
+        column: int | None = None,
+        hint: str = "",
+    ) -> None:
+        self.message = message
+        self.file = str(file) if file is not None else None
+        self.line = line
+        self.column = column
+        self.hint = hint
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        """`file:line:column: message (hint)`, as compilers print it."""
+        where = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
+        text = f"{where}: {self.message}" if where else self.message
+        return legible(f"{text}; {self.hint}" if self.hint else text)
+
+
+class OutputError(OSError):
+    """Standard output cannot be written; any other OSError is about something else."""
+
+
+def did_you_mean(names: Sequence[str]) -> str:
+    """A hint that names what was perhaps meant; empty without any."""
+    return f"did you mean {' or '.join(names)}" if names else ""
+
+
+def refused(error: OSError) -> InputError:
+    """Return the message for something that the system has refused, with the file if it has one."""
+    reason = error.strerror or str(error) or type(error).__name__
+    if error.filename is not None:
+        return InputError(f"cannot be accessed: {reason}", file=os.fsdecode(error.filename))
+    if error.errno in (errno.EMFILE, errno.ENFILE):
+        hint = "`ulimit -n` shows the limit, and raises it"
+        return InputError(f"files cannot be opened: {reason}", hint=hint)
+    try:
+        os.getcwd()
+    except OSError:
+        hint = "change to another one"
+        return InputError("the current folder cannot be accessed: it may be gone", hint=hint)
+    return InputError(f"the system has refused something: {reason}")

@@ -1,0 +1,354 @@
+"""Statements in a tool's words: the source's own text, its comments and line breaks kept."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from structured_text.export.parts import Part, Sources
+from structured_text.export.words import Words
+from structured_text.language import syntax as s
+from structured_text.language.lexer import tokens
+from structured_text.language.standard import BLOCKS, FUNCTIONS, conversion
+
+__all__ = ["Body", "Scope", "variables_of"]
+
+_OPERATORS = frozenset(
+    (
+        *("PLUS", "MINUS", "STAR", "SLASH", "POWER", "AND", "OR", "XOR", "MOD", "NOT"),
+        *("EQ", "NE", "LT", "GT", "LE", "GE", "AMPERSAND"),
+    )
+)
+_OPEN = {"LPAR": 1, "LSQB": 1, "RPAR": -1, "RSQB": -1}
+_ENDS = ("IDENT", "LABEL", "INTEGER", "REALNUM", "STRING", "TYPED", "TRUE", "FALSE", "RPAR", "RSQB")
+_PASSED = ("VAR_INPUT", "VAR_IN_OUT")
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What names mean to the statements of a POU, by upper-case name.
+
+    Attributes:
+        variables: Types of its variables.
+        types: Types of the sources.
+        pins: What an instance of each block of the sources is given, in order; and a function.
+    """
+
+    variables: Mapping[str, s.TypeSpec]
+    types: Mapping[str, s.TypeDecl]
+    pins: Mapping[str, tuple[str, ...]]
+    functions: Collection[str]
+
+    @staticmethod
+    def of(part: Part, sources: Sources) -> Scope:
+        """That of a part."""
+        return Scope(
+            variables_of(part.node) if isinstance(part.node, s.Pou) else {},
+            {
+                one.name.upper(): one.node
+                for one in sources.parts
+                if isinstance(one.node, s.TypeDecl)
+            },
+            {
+                one.name.upper(): _pins(one.node)
+                for one in sources.parts
+                if isinstance(one.node, s.Pou)
+            },
+            {one.name.upper() for one in sources.of("FUNCTION")},
+        )
+
+    def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
+        """What a named type stands for."""
+        while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
+            spec = self.types[spec.name.key].spec
+        return spec
+
+    def block(self, spec: s.TypeSpec | None) -> str:
+        """The upper-case name of a block type; else empty."""
+        key = spec.name.key if isinstance(spec, s.NamedSpec) else ""
+        return key if key in BLOCKS or key in self.pins else ""
+
+
+def variables_of(node: s.Pou) -> dict[str, s.TypeSpec]:
+    """The types of a POU's variables by upper-case name; a function's own name is one."""
+    found = {
+        name.key: one.spec
+        for section in node.sections
+        for one in section.variables
+        for name in one.names
+    }
+    return found if node.result is None else {**found, node.name.key: node.result}
+
+
+def _pins(node: s.Pou) -> tuple[str, ...]:
+    return tuple(
+        name.text
+        for section in node.sections
+        if section.kind in _PASSED
+        for one in section.variables
+        for name in one.names
+    )
+
+
+class Body:
+    """Writes standard functions, and pins of standard blocks, as a tool's list has them."""
+
+    def __init__(self, text: str, scope: Scope, words: Words) -> None:
+        self._text = text
+        self._found = list(tokens(text, Path("body")))
+        self._scope = scope
+        self._words = words
+
+    def all(self) -> str:
+        """The statements, with what stands before and after them."""
+        if not self._found:
+            return self._text
+        last = len(self._found)
+        return f"{self._gap(0)}{self._run(0, last)}{self._text[self._end(last - 1) :]}"
+
+    # --- what a tool may do otherwise -----------------------------------------------------
+
+    def _plain(self, text: str) -> str:
+        """A variable's, pin's or field's name, or that of a function of the sources."""
+        return text
+
+    def _word(self, at: int) -> str:
+        """A name that is no variable: a member of an enumeration, or a function."""
+        return str(self._found[at])
+
+    def _own(self, at: int, given: list[tuple[str, int, int]], end: int) -> str:
+        """A call of a function of the sources."""
+        return self._listed(at, given, end, self._scope.pins[self._found[at].upper()], named=None)
+
+    def _typed(self, text: str) -> str:
+        """A typed literal."""
+        return text
+
+    # --- tokens ---------------------------------------------------------------------------
+
+    def _end(self, at: int) -> int:
+        return (self._found[at].start_pos or 0) + len(self._found[at]) if at >= 0 else 0
+
+    def _gap(self, at: int) -> str:
+        return self._text[self._end(at - 1) : self._found[at].start_pos or 0]
+
+    def _kind(self, at: int) -> str:
+        return str(self._found[at].type) if 0 <= at < len(self._found) else ""
+
+    def _run(self, first: int, last: int) -> str:
+        """Tokens from `first` to before `last`, without what stands before the first one."""
+        pieces, at = [], first
+        while at < last:
+            gap = self._gap(at) if at > first else ""
+            piece, at = self._piece(at)
+            pieces.append(f"{gap}{piece}")
+        return "".join(pieces)
+
+    def _piece(self, at: int) -> tuple[str, int]:
+        """A token's text, or that of a call or variable, and where the next piece begins."""
+        token, kind = self._found[at], self._kind(at)
+        called = self._kind(at + 1) == "LPAR"
+        if kind == "AMPERSAND":
+            return "AND", at + 1
+        if kind in FUNCTIONS and called and self._kind(at - 1) not in _ENDS:
+            return self._function(at)
+        if kind == "TYPED":
+            return self._typed(str(token)), at + 1
+        if kind not in ("IDENT", "LABEL"):
+            return str(token), at + 1
+        if kind == "IDENT" and token.upper() in self._scope.variables:
+            return self._path(at)
+        return self._function(at) if called else (self._word(at), at + 1)
+
+    def _path(self, at: int) -> tuple[str, int]:
+        """A variable with its fields and indices; a block's instance with its call."""
+        pieces = [self._variable(at)]
+        spec = self._scope.base(self._scope.variables[self._found[at].upper()])
+        at += 1
+        while self._kind(at) in ("DOT", "LSQB"):
+            block = self._scope.block(spec)
+            if self._kind(at) == "LSQB":
+                end = self._closed(at)
+                pieces.append(f"{self._gap(at)}{self._enclosed(at, end)}")
+                spec, at = spec.element if isinstance(spec, s.ArraySpec) else None, end
+            else:
+                gaps = self._gap(at), self._gap(at + 1)
+                key = self._found[at + 1].upper()
+                pieces.append(f"{gaps[0]}.{gaps[1]}{self._pin(block, str(self._found[at + 1]))}")
+                spec, at = self._field(spec, key), at + 2
+            spec = self._scope.base(spec)
+        if self._kind(at) == "LPAR" and self._scope.block(spec):
+            end = self._closed(at)
+            pieces.append(f"{self._gap(at)}({self._pins(at, end, self._scope.block(spec))})")
+            at = end
+        return "".join(pieces), at
+
+    def _variable(self, at: int) -> str:
+        return self._plain(str(self._found[at]))
+
+    def _enclosed(self, at: int, end: int) -> str:
+        """What is in brackets, with them."""
+        inside = f"{self._gap(at + 1)}{self._run(at + 1, end - 1)}{self._gap(end - 1)}"
+        return f"{self._found[at]}{inside}{self._found[end - 1]}"
+
+    def _pin(self, block: str, name: str) -> str:
+        """A field's name, or that of a standard block's pin."""
+        form = self._words.blocks.get(block)
+        if form is None or block not in BLOCKS:
+            return self._plain(name)
+        pins = [one.name.upper() for one in BLOCKS[block].variables]
+        found = form.parameters[pins.index(name.upper())]
+        return name if found.upper() == name.upper() else found
+
+    def _pins(self, at: int, end: int, block: str) -> str:
+        """The arguments of a block's call, each with its pin."""
+        pieces = []
+        standard = BLOCKS.get(block)
+        order = [one.name for one in standard.variables] if standard else self._scope.pins[block]
+        for place, (name, first, last) in enumerate(self._arguments(at + 1, end - 1)):
+            if place:
+                pieces.append(f"{self._gap(self._begin(name, first) - 1)},")
+            pieces.append(self._gap(self._begin(name, first)))
+            if name:
+                sign = f"{self._gap(first - 1)}{self._found[first - 1]}{self._gap(first)}"
+                pieces.append(f"{self._pin(block, str(self._found[first - 2]))}{sign}")
+            else:
+                pieces.append(f"{self._pin(block, order[place])} := ")
+            pieces.append(self._run(first, last))
+        return f"{''.join(pieces)}{self._gap(end - 1)}"
+
+    # --- functions ------------------------------------------------------------------------
+
+    def _function(self, at: int) -> tuple[str, int]:
+        end = self._closed(at + 1)
+        given = self._arguments(at + 2, end - 1)
+        key = self._found[at].upper()
+        if key in self._scope.functions:
+            return self._own(at, given, end), end
+        types = conversion(key)
+        if types is not None:
+            return self._converted(*types, given[0][1:]), end
+        return (self._standard(key, given) if key in FUNCTIONS else self._run(at, end)), end
+
+    def _converted(self, source: str, target: str, value: tuple[int, int]) -> str:
+        return f"{source}_TO_{target}({self._run(*value)})"
+
+    def _standard(self, key: str, given: list[tuple[str, int, int]]) -> str:
+        """A standard function in the form of the list."""
+        form = self._words.functions[key]
+        ordered = sorted(given, key=lambda one: _rank(key, one[0])) if given[0][0] else given
+        texts = []
+        for place, (name, first, last) in enumerate(ordered):
+            kept = place and given[place] == ordered[place]
+            gap = self._gap(self._begin(name, first)) if kept else " " if place else ""
+            texts.append(f"{gap}{self._argument(key, place, first, last)}")
+        return form.text(key, texts)
+
+    def _argument(self, key: str, place: int, first: int, last: int) -> str:
+        """An argument of a standard function."""
+        return self._run(first, last)
+
+    def _listed(
+        self,
+        at: int,
+        given: list[tuple[str, int, int]],
+        end: int,
+        parameters: tuple[str, ...],
+        *,
+        named: bool | None,
+        defaults: Mapping[str, str] | None = None,
+    ) -> str:
+        """A call of a function of the sources.
+
+        Args:
+            at: Where its name is.
+            given: Its arguments.
+            end: Behind it.
+            parameters: Its own, in order.
+            named: Whether arguments are named; None as the source has it.
+            defaults: What is written for those that are left out, by upper-case name.
+        """
+        texts, keys = {}, [one.upper() for one in parameters]
+        for place, (name, first, last) in enumerate(given):
+            key = name or keys[place]
+            wanted = keys.index(key) if named is False else place
+            begin = self._begin(name, first)
+            gap = self._gap(begin) if place == wanted and place else " "
+            parameter = self._plain(parameters[keys.index(key)])
+            written = f"{parameter} := " if named or (named is None and name) else ""
+            texts[key] = (gap, f"{written}{self._run(first, last)}")
+        missing = {key: (" ", value) for key, value in (defaults or {}).items() if key not in texts}
+        if named:
+            missing = {
+                key: (gap, f"{self._plain(parameters[keys.index(key)])} := {value}")
+                for key, (gap, value) in missing.items()
+            }
+        every = texts | missing
+        order = keys if named is False else every
+        pieces = [every[key] for key in order if key in every]
+        inside = "".join(f"{',' + gap if k else ''}{text}" for k, (gap, text) in enumerate(pieces))
+        return f"{self._word(at)}({inside})"
+
+    def _begin(self, name: str, first: int) -> int:
+        """Where an argument begins."""
+        return first - 2 if name else first
+
+    def _arguments(self, first: int, end: int) -> list[tuple[str, int, int]]:
+        """Name in upper case or "", and first and behind the last token, of each argument."""
+        found, depth, begin = [], 0, first
+        for at in range(first, end + 1):
+            depth += _OPEN.get(self._kind(at), 0) if at < end else 0
+            if at == end or (depth == 0 and self._kind(at) == "COMMA"):
+                named = self._kind(begin + 1) in ("ASSIGN", "SENDTO")
+                name = self._found[begin].upper() if named else ""
+                if begin < at:
+                    found.append((name, begin + 2 if named else begin, at))
+                begin = at + 1
+        return found
+
+    def _closed(self, at: int) -> int:
+        """Behind the parenthesis or bracket that closes the one at a place."""
+        depth = 0
+        while True:
+            depth += _OPEN.get(self._kind(at), 0)
+            at += 1
+            if depth == 0:
+                return at
+
+    def _compound(self, first: int, last: int) -> bool:
+        depth = 0
+        for at in range(first, last):
+            depth += _OPEN.get(self._kind(at), 0)
+            if depth == 0 and self._kind(at) in _OPERATORS:
+                return True
+        return False
+
+    def _type(self, at: int) -> s.TypeSpec | None:
+        """The type of a variable, a field or an element."""
+        spec = self._scope.base(self._scope.variables.get(self._found[at].upper()))
+        at += 1
+        while self._kind(at) in ("DOT", "LSQB"):
+            if self._kind(at) == "LSQB":
+                spec = spec.element if isinstance(spec, s.ArraySpec) else None
+                at = self._closed(at)
+            else:
+                spec = self._field(spec, self._found[at + 1].upper())
+                at += 2
+            spec = self._scope.base(spec)
+        return spec
+
+    def _field(self, spec: s.TypeSpec | None, key: str) -> s.TypeSpec | None:
+        if not isinstance(spec, s.StructSpec):
+            return None
+        return next(
+            (one.spec for one in spec.fields if key in {name.key for name in one.names}), None
+        )
+
+
+def _rank(key: str, name: str) -> int:
+    """The place of a named argument of a standard function."""
+    pins = [pin for pin, _ in FUNCTIONS[key].pins]
+    if name in pins:
+        return pins.index(name)
+    return len(pins) + int(name.lstrip("IN"))

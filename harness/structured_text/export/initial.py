@@ -1,0 +1,99 @@
+"""Complete initial values of the sources: their parts, and their literals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from datetime import datetime
+from itertools import groupby, product
+from typing import Any
+
+from structured_text.language.resolve import default_scalar
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from structured_text.language.values import array_length, scalar_to_python
+
+__all__ = ["differing", "is_scalar", "literal", "runs", "zero"]
+
+_BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
+
+
+def is_scalar(kind: Type) -> bool:
+    """It is elementary or an enumeration."""
+    return not isinstance(kind, StructType | ArrayType | BlockType)
+
+
+def zero(kind: Type) -> Any:
+    """What a variable begins with where neither it nor its type says otherwise."""
+    if isinstance(kind, StructType):
+        return {name: zero(field) for name, field in kind.fields}
+    if isinstance(kind, ArrayType):
+        return [zero(kind.element)] * array_length(kind)
+    return default_scalar(kind) if isinstance(kind, ElementaryType) else 0
+
+
+def literal(value: Any, kind: ElementaryType) -> str:
+    """A value of an elementary type as Structured Text has it; bit patterns with their type."""
+    name = kind.name
+    if name == "BOOL":
+        return "TRUE" if value else "FALSE"
+    if name in _BITS:
+        return f"{name}#16#{int(value):0{_BITS[name]}X}"
+    if name in ("REAL", "LREAL"):
+        digits, mark, exponent = f"{float(value):.{9 if name == 'REAL' else 17}g}".partition("e")
+        return f"{digits if '.' in digits else f'{digits}.0'}{mark.upper()}{exponent}"
+    if name in ("STRING", "CHAR"):
+        return "'" + "".join(map(_character, str(value))) + "'"
+    if name in ("WSTRING", "WCHAR"):
+        return '"' + "".join(_wide_character(one) for one in str(value)) + '"'
+    if name in ("TIME", "LTIME"):
+        ms, rest = divmod(abs(int(value)), 1_000_000)
+        digits = f"{ms}.{rest:06d}".rstrip("0") if rest else str(ms)
+        return f"{'T' if name == 'TIME' else name}#{'-' if value < 0 else ''}{digits}ms"
+    if name in ("DATE", "TOD", "DT", "LDATE", "LTOD", "LDT"):
+        found = scalar_to_python(kind, value)
+        shown = f"{found:%Y-%m-%d-%H:%M:%S.%f}" if isinstance(found, datetime) else str(found)
+        return f"{name}#{shown}"
+    return str(int(value))
+
+
+def differing(
+    path: str, value: Any, other: Any, kind: Type, field: Callable[[str], str]
+) -> Iterator[tuple[str, Any, Type]]:
+    """Path, value and type of each scalar in a value that is not as in another one.
+
+    Args:
+        path: The variable.
+        value: Its complete initial value.
+        other: What it begins with anyway; None: each scalar is wanted.
+        kind: Its type.
+        field: What a field is called in a path.
+    """
+    if isinstance(kind, StructType):
+        for name, inner in kind.fields:
+            below = None if other is None else other[name]
+            yield from differing(f"{path}.{field(name)}", value[name], below, inner, field)
+    elif isinstance(kind, ArrayType):
+        places = product(*(range(low, high + 1) for low, high in kind.bounds))
+        for place, (indices, item) in enumerate(zip(places, value, strict=True)):
+            below = None if other is None else other[place]
+            at = f"{path}[{', '.join(map(str, indices))}]"
+            yield from differing(at, item, below, kind.element, field)
+    elif other is None or value != other:
+        yield path, value, kind
+
+
+def runs(values: list[str]) -> str:
+    """The elements of an array as `[1, 2(7), -3]`."""
+    found = [(text, len(list(same))) for text, same in groupby(values)]
+    return f"[{', '.join(text if count == 1 else f'{count}({text})' for text, count in found)}]"
+
+
+def _character(one: str) -> str:
+    if one == "$":
+        return "$$"
+    return one if " " <= one <= "~" and one != "'" else f"${ord(one):02X}"
+
+
+def _wide_character(one: str) -> str:
+    if one == "$":
+        return "$$"
+    return one if " " <= one <= "~" and one != '"' else f"${ord(one):04X}"

@@ -1,0 +1,91 @@
+"""Instructions for the standard blocks TON and R_TRIG, and for the first scan of a program."""
+
+from __future__ import annotations
+
+from structured_text.export.l5x.model import FIRST_SCAN, Aoi, Data, Tag
+
+__all__ = ["FBD_TIMER", "standard_blocks"]
+
+#: Inputs and outputs of the structure that the instruction TONR keeps its state in.
+FBD_TIMER = {
+    "EnableIn": "BOOL",
+    "TimerEnable": "BOOL",
+    "PRE": "DINT",
+    "Reset": "BOOL",
+    "EnableOut": "BOOL",
+    "ACC": "DINT",
+    "EN": "BOOL",
+    "TT": "BOOL",
+    "DN": "BOOL",
+    "Status": "DINT",
+    "InstructFault": "BOOL",
+    "PresetInv": "BOOL",
+}
+
+_BOOL, _DINT = Data("BOOL"), Data("DINT")
+
+
+def standard_blocks() -> list[Aoi]:
+    """RCX_TON, RCX_R_TRIG and RCX_FirstScan."""
+    return [_ton(), _r_trig(), _first_scan()]
+
+
+def _ton() -> Aoi:
+    """TONR with its own preset as high as can be, so that PT may change while it runs."""
+    return Aoi(
+        "RCX_TON",
+        "RCX_TON: the on-delay timer TON of IEC 61131-3, its times in milliseconds.",
+        [
+            Tag("IN", _BOOL, "Input", "0", "TRUE: the time runs"),
+            Tag("PT", _DINT, "Input", "0", "[ms] after which Q comes on"),
+            Tag("Q", _BOOL, "Output", "0", "IN has been TRUE for PT"),
+            Tag("ET", _DINT, "Output", "0", "[ms] for which IN has been TRUE; PT at most"),
+        ],
+        [Tag("Timer", Data("FBD_TIMER"), "Local", None)],
+        [
+            "Timer.PRE := 2147483647;",
+            "Timer.Reset := 0;",
+            "Timer.TimerEnable := IN;",
+            "TONR(Timer);",
+            "IF NOT IN THEN",
+            "  Q := 0;",
+            "  ET := 0;",
+            "ELSIF NOT Q THEN",
+            "  ET := Timer.ACC;",
+            "  IF ET >= PT THEN",
+            "    ET := PT;",
+            "    Q := 1;",
+            "  END_IF;",
+            "END_IF;",
+        ],
+        ["Timer.TimerEnable := 0;", "TONR(Timer);", "Q := 0;", "ET := 0;"],
+    )
+
+
+def _r_trig() -> Aoi:
+    return Aoi(
+        "RCX_R_TRIG",
+        "RCX_R_TRIG: the edge detection R_TRIG of IEC 61131-3.",
+        [
+            Tag("CLK", _BOOL, "Input", "0", "what is looked at"),
+            Tag("Q", _BOOL, "Output", "0", "TRUE for one call after CLK has come on"),
+        ],
+        [Tag("WasOn", _BOOL, "Local", "0")],
+        ["Q := CLK AND NOT WasOn;", "WasOn := CLK;"],
+        ["Q := 0;", "WasOn := 0;"],
+    )
+
+
+def _first_scan() -> Aoi:
+    """The Prescan routine runs when the controller starts (1756-PM010).
+
+    The flag S:FS is not for Structured Text: the vendor's help names it for XIC and XIO only.
+    """
+    return Aoi(
+        FIRST_SCAN,
+        "RCX_FirstScan: TRUE in the first scan after the controller has started.",
+        [Tag("Q", _BOOL, "Output", "0", "TRUE in the first call after the start")],
+        [Tag("HasRun", _BOOL, "Local", "0")],
+        ["Q := NOT HasRun;", "HasRun := 1;"],
+        ["Q := 0;", "HasRun := 0;"],
+    )

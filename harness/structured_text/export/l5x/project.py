@@ -1,0 +1,149 @@
+"""Rockwell L5X: structures as data types, functions and blocks as Add-On Instructions.
+
+What Studio 5000 Logix Designer imports as a component: a PROGRAM with all it needs, or, without
+one, an instruction that needs the whole library. docs/export.md says what is translated how.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+
+from structured_text.export.l5x.blocks import standard_blocks
+from structured_text.export.l5x.body import translated
+from structured_text.export.l5x.model import Aoi, Data, NotCarriedError, Tag, data_of
+from structured_text.export.l5x.xml import aoi_element, data_type, document, program_element
+from structured_text.export.losses import lost_configuration, missing, reaching_out, sections
+from structured_text.export.output import Missing, Output
+from structured_text.export.parts import Part, Sources
+from structured_text.export.words import unwritten, words
+from structured_text.language import syntax as s
+from structured_text.language.project import Project
+from structured_text.language.types import BlockType, StructType
+
+__all__ = ["LIBRARY", "to_l5x"]
+
+#: The instruction that stands for the library in a file without a program.
+LIBRARY = "RCX_Library"
+
+_ASIDE = re.compile(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)")
+_CALLED = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\s*\(")
+_KEYWORDS = (
+    "IF",
+    "ELSIF",
+    "WHILE",
+    "UNTIL",
+    "CASE",
+    "NOT",
+    "AND",
+    "OR",
+    "XOR",
+    "MOD",
+    "OF",
+    "THEN",
+)
+
+_ABOUT = (
+    "RCX_Library: brings all instructions of the library with it when it is imported. It does "
+    "nothing, and can be deleted then."
+)
+
+
+def to_l5x(sources: Sources) -> Output:
+    """The sources as one L5X file; `missing` names what has no counterpart."""
+    project = sources.project
+    lost: list[Missing] = []
+    types = _types(sources, project, lost)
+    aois = {aoi.name: aoi for aoi in standard_blocks()}
+    programs: list[Aoi] = []
+    reasons = {
+        part.name.upper(): reaching_out(part.node, "Studio 5000 Logix Designer")
+        for part in sources.parts
+        if isinstance(part.node, s.Pou)
+    }
+    barred = unwritten(sources.parts, words("logix"), reasons)
+    for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):
+        if part.name.upper() in barred:
+            lost.append(barred[part.name.upper()])
+            continue
+        try:
+            made = translated(part, project.pous[part.name.upper()], project.pous)
+            _check_needed(made, aois, types)
+            _check_words(made, aois)
+        except NotCarriedError as error:
+            lost.append(missing(part, str(error), at=error.at))
+            continue
+        if part.kind != "PROGRAM":
+            aois[made.name] = made
+        elif programs:
+            lost.append(missing(part, "a file holds one program; export it by itself"))
+            continue
+        else:
+            programs.append(made)
+        lost += _begins_anew(part, project)
+    for part in sources.of("CONFIGURATION"):
+        lost.append(lost_configuration(part, "make a periodic task and put the program in"))
+    text = _document(types.values(), aois, programs, sources.names.project)
+    head, _, rest = text.partition("\n")
+    return Output({"": f"{head}\n<!--\n{sources.notice}\n-->\n{rest}"}, tuple(lost), newline="\r\n")
+
+
+def _document(
+    types: Iterable[str], aois: dict[str, Aoi], programs: list[Aoi], controller: str
+) -> str:
+    elements = [aoi_element(aoi, aois) for aoi in aois.values()]
+    if programs:
+        program = program_element(programs[0], aois)
+        return document(
+            "Program", programs[0].name, types, elements, program, controller=controller
+        )
+    instances = [Tag(f"{name}_1", Data(name), "Local", is_block=True) for name in aois]
+    needed = dict.fromkeys(aois)
+    library = Aoi(LIBRARY, _ABOUT, locals=instances, logic=["(* nothing to do *)"], blocks=needed)
+    elements.append(aoi_element(library, aois, target=True))
+    return document("AddOnInstructionDefinition", LIBRARY, types, elements, controller=controller)
+
+
+def _types(sources: Sources, project: Project, lost: list[Missing]) -> dict[str, str]:
+    """The structures; other types are written out where they are used."""
+    found: dict[str, str] = {}
+    gone: set[str] = set()
+    for part in sources.of("TYPE"):
+        kind = project.types[part.name.upper()]
+        if isinstance(kind, StructType):
+            try:
+                for _, inner in kind.fields:
+                    if data_of(inner).type in gone:
+                        raise NotCarriedError(f"needs {data_of(inner).type}, which is not carried")
+                found[kind.name] = data_type(kind, part.header, part.notes)
+            except NotCarriedError as error:
+                gone.add(kind.name)
+                lost.append(missing(part, str(error)))
+    return found
+
+
+def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
+    """Blocks in VAR RETAIN: their Prescan routines clear them when the controller starts."""
+    assert isinstance(part.node, s.Pou)
+    for section, _, name in sections(part.node):
+        kind = project.pous[part.name.upper()].symbols[name.key].type
+        if section.qualifier == "RETAIN" and isinstance(kind, BlockType):
+            why = "RETAIN: it begins anew when power was off"
+            yield missing(part, why, of=f"{section.kind} {name.text}", at=name.at)
+
+
+def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> None:
+    for name in (*made.types, *made.blocks):
+        if name not in types and name not in aois:
+            raise NotCarriedError(f"needs {name}, which is not carried")
+
+
+def _check_words(made: Aoi, aois: dict[str, Aoi]) -> None:
+    """Whatever its lines call must be on the list of what Structured Text of Logix has."""
+    listed = words("logix")
+    functions = {one.name for one in listed.functions.values() if not one.is_operator}
+    known = {*_KEYWORDS, *functions, *listed.instructions, *aois}
+    for line in (*made.logic, *made.prescan):
+        for name in _CALLED.findall(_ASIDE.sub(" ", line)):
+            if name not in known:
+                raise NotCarriedError(f"{listed.tool} has no {name}: {line.strip()}")

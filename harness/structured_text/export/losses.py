@@ -1,0 +1,77 @@
+"""What a target does not carry of a declaration, in the words of a message."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from structured_text.export.output import Missing
+from structured_text.export.parts import Part
+from structured_text.language import syntax as s
+
+__all__ = ["lost_configuration", "missing", "reaching_out", "retain", "sections"]
+
+_NAMED = 3
+
+
+def missing(
+    part: Part, why: str, *, of: str = "", at: s.Position | None = None, replaced: bool = False
+) -> Missing:
+    """That a part is not carried, or `of` it something that is declared at a place."""
+    what = f"{part.kind} {part.name}"
+    what = f"{of} of {what}" if of else what
+    return Missing(what, why, part.file, (at or part.node.at).line, replaced)
+
+
+def lost_configuration(part: Part, todo: str, *, without_globals: bool = False) -> Missing:
+    """That a CONFIGURATION is not carried, with all that it declares.
+
+    Args:
+        part: The CONFIGURATION.
+        todo: What to do instead.
+        without_globals: Its global variables are carried.
+    """
+    node = part.node
+    assert isinstance(node, s.Configuration)
+    found = [(f"TASK {one.name.text}", one.at) for one in node.tasks]
+    found += [(f"PROGRAM {one.name.text}", one.at) for one in node.programs]
+    if not without_globals:
+        found += [
+            (f"VAR_GLOBAL {name.text}", name.at)
+            for section in node.globals
+            for one in section.variables
+            for name in one.names
+        ]
+    listed = ", ".join(f"{what} (line {at.line})" for what, at in found)
+    return missing(part, f"{listed}: {todo}")
+
+
+def reaching_out(node: s.Pou, tool: str) -> str:
+    """Why a POU with global or located variables cannot be had by itself; else empty."""
+    found = [
+        name.text
+        for section, one, name in sections(node)
+        if section.kind in ("VAR_EXTERNAL", "VAR_GLOBAL") or one.address is not None
+    ]
+    if not found:
+        return ""
+    return f"has global or located variables ({_listed(found)}); make it again in {tool}"
+
+
+def retain(part: Part) -> set[str]:
+    """Upper-case names of a POU's variables that keep their values when power is off."""
+    assert isinstance(part.node, s.Pou)
+    return {name.key for section, _, name in sections(part.node) if section.qualifier == "RETAIN"}
+
+
+def sections(node: s.Pou) -> Iterator[tuple[s.Section, s.VarDecl, s.Name]]:
+    """Each variable of a POU with its section and declaration."""
+    for section in node.sections:
+        for one in section.variables:
+            for name in one.names:
+                yield section, one, name
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:_NAMED])
+    more = len(names) - _NAMED
+    return f"{shown} and {more} more" if more > 0 else shown

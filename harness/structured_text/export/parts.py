@@ -1,0 +1,353 @@
+"""The sources of an export: each declaration with its text, its tree and its comments."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from importlib.metadata import version
+from pathlib import Path
+
+from lark import Token
+
+from structured_text import COMMAND, DISTRIBUTION
+from structured_text.errors import InputError
+from structured_text.export.prefix import Renaming, renaming
+from structured_text.language import syntax as s
+from structured_text.language.constructs import refuse
+from structured_text.language.lexer import tokens
+from structured_text.language.library import Names
+from structured_text.language.load import checked
+from structured_text.language.parser import parse, parse_text
+from structured_text.language.project import Project
+from structured_text.language.registry import Registry
+from structured_text.language.source import source_text
+from structured_text.output.exported import MARK
+from structured_text.output.paths import real
+from structured_text.projects.sources import SourceFiles, not_declared, source_files
+
+__all__ = ["Declaration", "Part", "Sources", "comment", "plain", "sources_of"]
+
+Declaration = s.TypeDecl | s.Pou | s.Configuration
+
+_COMMENT = re.compile(r"\(\*(.*?)\*\)", re.DOTALL)
+_OPENING = ("TYPE", "FUNCTION", "FUNCTION_BLOCK", "PROGRAM", "CONFIGURATION")
+
+
+@dataclass(frozen=True)
+class Part:
+    """One type, function, block, program or configuration.
+
+    Attributes:
+        kind: TYPE, FUNCTION, FUNCTION_BLOCK, PROGRAM or CONFIGURATION.
+        name: As it is declared.
+        file: Where it is declared.
+        folder: Folder below that of the library, or `program` for the user's own.
+        header: What the comment before it says, without the comment's marks.
+        head: Its text from the opening word to the last END_VAR; of a type or a configuration
+            all of it.
+        body: The text of its statements, with their comments.
+        line: Where the body begins in the file.
+        node: Its syntax tree.
+        notes: Comments of its variables, fields, enumeration members, tasks and instances by
+            upper-case name; under "" what belongs to none of them and is not in the header.
+    """
+
+    kind: str
+    name: str
+    file: Path
+    folder: str
+    header: str
+    head: str
+    body: str
+    line: int
+    node: Declaration
+    notes: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """All of it as Structured Text, header included."""
+        header = f"{comment(self.header)}\n" if self.header else ""
+        if self.kind in ("TYPE", "CONFIGURATION"):
+            return f"{header}{self.head}\n"
+        between = "\n" if self.kind == "FUNCTION" else "\n\n"
+        return f"{header}{self.head}{between}{self.body}\nEND_{self.kind}\n"
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What is exported: checked, and each part after those it needs.
+
+    Attributes:
+        parts: The declarations.
+        project: What they mean.
+        renaming: What names of the library have become.
+        names: What the library says of itself.
+    """
+
+    parts: tuple[Part, ...]
+    project: Project
+    renaming: Renaming = field(default_factory=Renaming)
+    names: Names = field(default_factory=Names)
+
+    @property
+    def notice(self) -> str:
+        """The head of what is exported; the licence asks for it."""
+        version_ = f"Version {version(DISTRIBUTION)}."
+        licence = f"SPDX-License-Identifier: {self.names.licence}"
+        owner = f"Copyright (c) {self.names.copyright}"
+        return "\n".join([self.names.about, version_, "", licence, owner, MARK])
+
+    def of(self, *kinds: str) -> list[Part]:
+        """The parts of some kinds, in dependency order."""
+        return [part for part in self.parts if part.kind in kinds]
+
+
+def sources_of(
+    lib: Path,
+    program: Sequence[Path] = (),
+    *,
+    only_needed: bool = False,
+    prefix: str | None = None,
+    names: Names | None = None,
+) -> Sources:
+    """Read and check the library, and a user's files with it.
+
+    Args:
+        lib: Folder of the library.
+        program: The user's files or folders.
+        only_needed: Leave out what the program does not need.
+        prefix: What the names of the library get; None to leave them.
+        names: What the library says of itself.
+
+    Raises:
+        InputError: a file that is missing or wrong, a prefix that cannot be, or a construct
+            beyond the portable subset, which no target carries.
+    """
+    if only_needed and not program:
+        raise InputError("--needed asks what a program needs", hint="name it with --program")
+    files = _files(lib, program, only_needed)
+    renamed = Renaming() if prefix is None else renaming(files, prefix)
+
+    def read(file: Path) -> s.Source:
+        text = renamed.texts.get(file)
+        return parse(file) if text is None else parse_text(text, file)
+
+    project = checked(files.all, read)
+    refuse(project.uses, f"{COMMAND} export")
+    found = {
+        id(part.node): part
+        for file in files.all
+        for part in _parts(file, _folder(file, files), renamed.texts.get(file))
+    }
+    ordered = Registry(map(read, files.all), _raise).ordered()
+    return Sources(
+        tuple(found[id(declared.node)] for declared in ordered), project, renamed, names or Names()
+    )
+
+
+def plain(text: str) -> str:
+    """What a comment says: without its marks and the stars at the beginnings of its lines."""
+    lines = [re.sub(r"^\s*\*(?= |$)", "", line).strip() for line in text.strip().splitlines()]
+    return "\n".join(lines).strip()
+
+
+def comment(text: str) -> str:
+    """A comment that says that."""
+    if "\n" not in text:
+        return f"(* {text} *)"
+    lines = "\n".join(f" * {line}".rstrip() for line in text.splitlines())
+    return f"(*\n{lines}\n *)"
+
+
+def _files(lib: Path, program: Sequence[Path], only_needed: bool) -> SourceFiles:
+    if only_needed:
+        return source_files(list(program), lib)
+    whole = source_files([lib], lib).own
+    if not program:
+        return SourceFiles((), whole, lib)
+    own = source_files(list(program), lib)
+    taken = {real(file) for file in own.own}
+    others = [file for file in whole if real(file) not in taken]
+    return replace(own, lib=tuple(not_declared(others, own.declared)))
+
+
+def _raise(error: InputError) -> None:
+    raise error
+
+
+def _folder(file: Path, files: SourceFiles) -> str:
+    if file in files.own:
+        return "program"
+    return file.parent.relative_to(files.folder).as_posix()
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A file's text with its tokens; `gap(k)` is what stands before token k."""
+
+    text: str
+    tokens: list[Token]
+
+    def start(self, index: int) -> int:
+        """Where a token begins."""
+        return self.tokens[index].start_pos or 0
+
+    def end(self, index: int) -> int:
+        """Where a token ends; before the first one, the beginning of the text."""
+        return self.start(index) + len(self.tokens[index]) if index >= 0 else 0
+
+    def gap(self, index: int) -> str:
+        """The blanks and comments before a token."""
+        return self.text[self.end(index - 1) : self.start(index)]
+
+
+def _parts(file: Path, folder: str, text: str | None) -> Iterator[Part]:
+    text = source_text(file) if text is None else text
+    source = _Source(text, list(tokens(text, file)))
+    declared = parse_text(text, file).declarations
+    nodes = iter([one for one in declared if not isinstance(one, (s.GlobalList, s.Interface))])
+    first = 0
+    while first < len(source.tokens):
+        kind = str(source.tokens[first].type)
+        assert kind in _OPENING, kind
+        last = next(
+            index
+            for index in range(first, len(source.tokens))
+            if source.tokens[index].type == f"END_{kind}"
+        )
+        header = _said(source.gap(first))
+        if last + 1 == len(source.tokens):
+            header = "\n".join(filter(None, [header, _said(text[source.end(last) :])]))
+        if kind == "TYPE":
+            yield from _types(source, first, last, header, file, folder, nodes)
+        else:
+            node = next(nodes)
+            head, body, line = _split(source, first, last, kind)
+            notes = _notes(source, first, last, node)
+            yield Part(kind, node.name.text, file, folder, header, head, body, line, node, notes)
+        first = last + 1
+
+
+def _said(gap: str) -> str:
+    return "\n".join(plain(found[1]) for found in _COMMENT.finditer(gap))
+
+
+def _split(source: _Source, first: int, last: int, kind: str) -> tuple[str, str, int]:
+    """Head, body, and the line in which the body begins."""
+    if kind == "CONFIGURATION":
+        return source.text[source.start(first) : source.end(last)], "", 1
+    ends = [at for at in range(first, last) if source.tokens[at].type == "END_VAR"]
+    head_end = ends[-1] if ends else first + (3 if kind == "FUNCTION" else 1)
+    body = source.text[source.end(head_end) : source.start(last)]
+    lines = [line.rstrip() for line in body.splitlines()]
+    begin = source.text.count("\n", 0, source.end(head_end)) + 1
+    while lines and not lines[0]:
+        del lines[0]
+        begin += 1
+    while lines and not lines[-1]:
+        del lines[-1]
+    return source.text[source.start(first) : source.end(head_end)], "\n".join(lines), begin
+
+
+def _types(
+    source: _Source,
+    first: int,
+    last: int,
+    header: str,
+    file: Path,
+    folder: str,
+    nodes: Iterator[Declaration],
+) -> Iterator[Part]:
+    """The types between TYPE and END_TYPE, each in a block of its own."""
+    begin, depth = first + 1, 0
+    for index in range(first + 1, last):
+        word = source.tokens[index].type
+        depth += {"STRUCT": 1, "END_STRUCT": -1}.get(str(word), 0)
+        if word != "SEMICOLON" or depth:
+            continue
+        node = next(nodes)
+        body = source.text[source.end(begin - 1) : source.end(index)].strip("\n")
+        remark = source.gap(index + 1)
+        if index + 1 == last:
+            body += remark.rstrip()
+        head = f"TYPE\n{body}\nEND_TYPE"
+        notes = _notes(source, begin, index, node)
+        around = [
+            *_remarks(source.gap(begin), own=begin > first + 1),
+            *filter(None, [notes.get("")]),
+            *_remarks(remark, own=False, last=index + 1 == last),
+        ]
+        notes |= {"": "\n".join(around)} if around else {}
+        yield Part("TYPE", node.name.text, file, folder, header, head, "", 1, node, notes)
+        begin, header = index + 1, ""
+
+
+def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
+    """The comments in a gap between types: of the one behind it, or of the one before it.
+
+    Args:
+        gap: What stands between.
+        own: Leave out what stands on the line of the type before.
+        last: Take what stands on lines of its own.
+    """
+    for found in _COMMENT.finditer(gap):
+        on_line = "\n" not in gap[: found.start()]
+        if (on_line and not own) or (not on_line and last):
+            yield plain(found[1])
+
+
+def _notes(source: _Source, first: int, last: int, node: Declaration) -> dict[str, str]:
+    """The comments of what a declaration declares.
+
+    A comment belongs to the name before it on its line; on a line of its own to the next one,
+    or, where none comes any more, to the last one.
+    """
+    places = {name.at: name.key for name in _names(node)}
+    notes: dict[str, list[str]] = {}
+    waiting: list[str] = []
+    current = ""
+    for index in range(first + 1, last + 1):
+        token = source.tokens[index]
+        gap = source.gap(index)
+        for found in _COMMENT.finditer(gap):
+            own_line = "\n" in gap[: found.start()]
+            said = plain(found[1])
+            if current and not own_line:
+                notes.setdefault(current, []).append(said)
+            else:
+                waiting.append(said)
+        if token.type == "END_VAR" and current:
+            notes.setdefault(current, []).extend(waiting)
+            waiting = []
+        if key := places.get(s.Position(token.line or 0, token.column or 0)):
+            current = key
+            notes.setdefault(current, []).extend(waiting)
+            waiting = []
+        ended = token.type == "END_VAR" and not _more(source, index, last)
+        if (index == last and not isinstance(node, s.Pou)) or (ended and not current):
+            notes.setdefault(current, []).extend(waiting)
+        if ended and isinstance(node, s.Pou):
+            break
+    return {key: "\n".join(said) for key, said in notes.items() if said}
+
+
+def _more(source: _Source, index: int, last: int) -> bool:
+    """Whether another section of variables comes."""
+    return any(source.tokens[at].type == "END_VAR" for at in range(index + 1, last))
+
+
+def _names(node: Declaration) -> Iterator[s.Name]:
+    if isinstance(node, s.TypeDecl):
+        if isinstance(node.spec, s.EnumSpec):
+            yield from node.spec.members
+        elif isinstance(node.spec, s.StructSpec):
+            for one in node.spec.fields:
+                yield from one.names
+        return
+    if isinstance(node, s.Configuration):
+        yield from [one.name for one in node.tasks] + [one.name for one in node.programs]
+    sections = node.sections if isinstance(node, s.Pou) else node.globals
+    for section in sections:
+        for one in section.variables:
+            yield from one.names

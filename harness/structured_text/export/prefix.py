@@ -1,0 +1,204 @@
+"""`--prefix`: the names of the library with a prefix, for projects that have such names already."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from structured_text.errors import InputError
+from structured_text.language import syntax as s
+from structured_text.language.lexer import tokens
+from structured_text.language.parser import parse
+from structured_text.language.registry import parts_of
+from structured_text.language.source import source_text
+from structured_text.output.paths import real
+from structured_text.projects.sources import SourceFiles, st_files
+
+__all__ = ["Renaming", "renaming"]
+
+_LEGAL = re.compile(r"[A-Z](_?[A-Z0-9])*_?", re.IGNORECASE | re.ASCII)
+#: A word of a comment, unless it is part of a path.
+_WORD = re.compile(r"(?<![\w/.-])[A-Za-z]\w*(?![\w/]|\.\w)")
+
+
+@dataclass(frozen=True)
+class Renaming:
+    """What becomes of the names of the library.
+
+    Attributes:
+        prefixes: What stands before a name, by the names that get it, as they are declared.
+        texts: The sources with the new names, by their files; lines stay where they are.
+    """
+
+    prefixes: Mapping[str, str] = field(default_factory=dict)
+    texts: Mapping[Path, str] = field(default_factory=dict)
+
+    def said(self, text: str) -> str:
+        """Words for people, with the new names in them."""
+        return _said(text, self.prefixes)
+
+
+def renaming(files: SourceFiles, prefix: str) -> Renaming:
+    """Give the library's names a prefix, in the library and where the user's program means them.
+
+    A name that the user declares is the user's own in all of the user's files. A name that begins
+    with the prefix already stays; where the prefix makes one that stays, it stands twice.
+
+    Raises:
+        InputError: what cannot begin a name, or makes a name that is there already.
+    """
+    if not _LEGAL.fullmatch(prefix):
+        raise InputError(
+            f"--prefix {prefix!r} cannot begin a name",
+            hint="a letter, then letters, digits and single underscores, such as RCX_",
+        )
+    users, library = files.users
+    whole = dict.fromkeys([*library, *_unneeded(files)])  # comments name blocks of all of it
+    known = frozenset(name.text for file in whole for name in _declared(parse(file)))
+    staying = {name.upper() for name in known if name.upper().startswith(prefix.upper())}
+    prefixes = {
+        name: 2 * prefix if f"{prefix}{name}".upper() in staying else prefix
+        for name in known
+        if name.upper() not in staying
+    }
+    _check({f"{begin}{name}".upper(): name for name, begin in prefixes.items()}, files.all, prefix)
+    own = frozenset(name.key for file in users for name in _declared(parse(file)))
+    globals_ = frozenset(name.key for file in users for name in _globals(parse(file)))
+    in_library = _Names(known, prefixes)
+    in_users = _Names(
+        frozenset(name for name in known if name.upper() not in own),
+        {name: begin for name, begin in prefixes.items() if name.upper() not in own},
+        globals_,
+    )
+    texts = {file: _renamed(file, in_library) for file in library}
+    texts |= {file: _renamed(file, in_users) for file in users}
+    return Renaming(prefixes, texts)
+
+
+def _unneeded(files: SourceFiles) -> Iterator[Path]:
+    """Files of the library that are not exported."""
+    taken = {real(file) for file in files.all}
+    return (file for file in st_files(files.folder) if real(file) not in taken)
+
+
+@dataclass(frozen=True)
+class _Names:
+    """What the names in a file mean.
+
+    Attributes:
+        known: Names of the library, as they are declared.
+        prefixes: What some of them get.
+        hidden: Names of variables, which are not the library's, in upper case.
+    """
+
+    known: frozenset[str]
+    prefixes: Mapping[str, str]
+    hidden: frozenset[str] = frozenset()
+
+    @cached_property
+    def keys(self) -> Mapping[str, str]:
+        """The prefixes by upper-case names."""
+        return {name.upper(): begin for name, begin in self.prefixes.items()}
+
+    @cached_property
+    def known_keys(self) -> frozenset[str]:
+        """All names of the library, in upper case."""
+        return frozenset(map(str.upper, self.known))
+
+    def of(self, word: str) -> str:
+        """A name as it is exported."""
+        return self.keys.get(word.upper(), "") + word
+
+
+def _declared(source: s.Source) -> Iterator[s.Name]:
+    """Names of types and POUs, and the members of enumerations."""
+    for node in source.declarations:
+        if not isinstance(node, s.Configuration):
+            yield node.name
+        if isinstance(node, s.TypeDecl) and isinstance(node.spec, s.EnumSpec):
+            yield from node.spec.members
+
+
+def _globals(source: s.Source) -> Iterator[s.Name]:
+    for node in source.declarations:
+        if isinstance(node, s.Configuration):
+            yield from _variables(node.globals)
+
+
+def _variables(sections: Iterable[s.Section]) -> Iterator[s.Name]:
+    return (name for one in sections for variable in one.variables for name in variable.names)
+
+
+def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
+    """Whether a new name is used for something else."""
+    for file in files:
+        for token in tokens(source_text(file), file):
+            words = token.split("#") if token.type == "TYPED" else [token]
+            for word in words:
+                if token.type in ("IDENT", "LABEL", "TYPED") and word.upper() in made:
+                    raise InputError(
+                        f"{word} is there already; --prefix {prefix} makes it of "
+                        f"{made[word.upper()]} of the library",
+                        file=file,
+                        line=token.line,
+                        hint="take another prefix",
+                    )
+
+
+def _renamed(file: Path, names: _Names) -> str:
+    """The text of a file with the new names; a literal `TYPE#MEMBER` has two of them."""
+    text = source_text(file)
+    source = parse(file)
+    places = {name.at for name in _declared(source) if name.key in names.keys}
+    for node in source.declarations:
+        if not isinstance(node, (s.GlobalList, s.Interface)):
+            places.update(_uses(node, names))
+    written, behind = [], 0
+    for token in tokens(text, file):
+        start = token.start_pos or 0
+        written.append(_said(text[behind:start], names.prefixes))
+        named = s.Position(token.line or 0, token.column or 0) in places
+        written.append("#".join(map(names.of, token.split("#"))) if named else str(token))
+        behind = start + len(token)
+    return "".join([*written, _said(text[behind:], names.prefixes)])
+
+
+def _said(text: str, prefixes: Mapping[str, str]) -> str:
+    """Comments with the new names; a name is what is spelt as it is declared."""
+    return _WORD.sub(lambda found: prefixes.get(found[0], "") + found[0], text)
+
+
+def _uses(declaration: s.TypeDecl | s.Pou | s.Configuration, names: _Names) -> Iterator[s.Position]:
+    """Where a declaration names types, POUs and members of the library."""
+    hidden = names.hidden
+    if isinstance(declaration, s.Pou):
+        hidden |= frozenset(name.key for name in _variables(declaration.sections))
+    waiting: list[Any] = [declaration]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, tuple):
+            waiting += node
+        elif isinstance(node, s.Name):
+            if node.key in names.keys and node.key not in hidden:
+                yield node.at
+        elif isinstance(node, s.StructInit):
+            waiting += [value for _, value in node.fields]
+        elif isinstance(node, s.Literal):
+            if node.text.partition("#")[0].upper() in names.known_keys:
+                yield node.at
+        else:
+            yield from (name.at for name in _named(node) if name.key in names.keys)
+            waiting += [getattr(node, part) for part in parts_of(node)]
+
+
+def _named(node: Any) -> Iterable[s.Name]:
+    """The types and POUs that a piece of syntax names besides its parts."""
+    if isinstance(node, s.NamedSpec):
+        return (node.name,)
+    if isinstance(node, s.Call):
+        return (node.function,)
+    return (node.program,) if isinstance(node, s.ProgramInstance) else ()

@@ -1,0 +1,370 @@
+"""Siemens SCL: one external source file for TIA Portal."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from structured_text.export.body import Body, Scope
+from structured_text.export.expressions import expression_text, init_text
+from structured_text.export.initial import is_scalar, literal, runs, zero
+from structured_text.export.losses import lost_configuration, reaching_out, sections
+from structured_text.export.output import Missing, Output
+from structured_text.export.parts import Part, Sources
+from structured_text.export.starts import Starts, each_call
+from structured_text.export.words import blocks_of, unwritten, words
+from structured_text.language import syntax as s
+from structured_text.language.tree import Symbol
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from structured_text.language.values import array_length
+
+__all__ = ["Names", "quoted", "scl_body", "to_scl"]
+
+#: Words of SCL that are names in IEC 61131-3.
+_RESERVED = frozenset(
+    (
+        *("AUTHOR", "BEGIN", "BLOCK", "BLOCK_DB", "BLOCK_FB", "BLOCK_FC", "CHAR", "CONTINUE"),
+        *("COUNTER", "DATA_BLOCK", "DATE", "DT", "DTL", "END", "FAMILY", "GOTO"),
+        *("KNOW_HOW_PROTECT", "LABEL", "LDT", "LTIME", "LTOD", "NAME", "NIL", "OK"),
+        *("ORGANIZATION_BLOCK", "POINTER", "REF", "REF_TO", "REGION", "S5TIME", "TIMER"),
+        *("TITLE", "TOD", "VARIANT", "VERSION", "VOID", "WCHAR", "WSTRING"),
+    )
+)
+
+
+@dataclass(frozen=True)
+class Names:
+    """What the names of the sources mean, in upper case.
+
+    Attributes:
+        members: Members of enumerations: `#Name`, as variables are.
+        defaults: Functions of the sources, `"Name"`, with what stands for each parameter that is
+            left out, by upper-case name.
+    """
+
+    members: Collection[str]
+    defaults: Mapping[str, Mapping[str, str]]
+
+
+def scl_body(text: str, scope: Scope, names: Names) -> str:
+    """Rewrite statements; comments and line breaks stay.
+
+    `Name` becomes `#Name`, a function `"Name"`; arguments of functions and blocks are named, and
+    left-out arguments of functions, for which SCL has no defaults, are written out.
+    """
+    return _Body(text, scope, names).all()
+
+
+def quoted(name: str) -> str:
+    """A name, in quotes if it is a word of SCL."""
+    return f'"{name}"' if name.upper() in _RESERVED else name
+
+
+class _Body(Body):
+    def __init__(self, text: str, scope: Scope, names: Names) -> None:
+        super().__init__(text, scope, words("scl"))
+        self._names = names
+
+    def _plain(self, text: str) -> str:
+        return quoted(text)
+
+    def _variable(self, at: int) -> str:
+        return f"#{quoted(str(self._found[at]))}"
+
+    def _word(self, at: int) -> str:
+        token = self._found[at]
+        if token.upper() in self._names.members:
+            return f"#{quoted(str(token))}"
+        return f'"{token}"' if token.upper() in self._names.defaults else str(token)
+
+    def _own(self, at: int, given: list[tuple[str, int, int]], end: int) -> str:
+        key = self._found[at].upper()
+        defaults = self._names.defaults[key]
+        return self._listed(at, given, end, self._scope.pins[key], named=True, defaults=defaults)
+
+
+_ZEROS = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0", "TIME": "T#0s", "STRING": "''"}
+_ORDER = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR", "VAR_TEMP")
+
+#: The flip-flops, which SCL has not: the statements of IEC 61131-3, tables 34.1 and 34.2.
+_FLIP_FLOPS = {
+    "SR": ("S1", "R", "#S1 OR (NOT #R AND #Q1)"),
+    "RS": ("S", "R1", "NOT #R1 AND (#S OR #Q1)"),
+}
+
+_PROGRAM = "written as FUNCTION_BLOCK; call an instance of it in a cyclic OB"
+_CONFIGURATION = "set the cycle of the OB that calls the program"
+
+
+def to_scl(sources: Sources) -> Output:
+    """Write structures, functions and blocks; what SCL has no word for is written another way.
+
+    Enumerations become INT, their members local constants of each block that uses them; named
+    arrays are written out where they are used; programs become function blocks.
+    """
+    writer = _Writer(sources)
+    texts, notes = [f"{_lines(sources.notice)}{writer.enumerations()}"], []
+    lost: list[Missing] = []
+    reasons = {
+        part.name.upper(): reaching_out(part.node, "TIA Portal")
+        for part in sources.parts
+        if isinstance(part.node, s.Pou)
+    }
+    barred = unwritten(sources.parts, words("scl"), reasons)
+    texts += writer.flip_flops(one for one in sources.parts if one.name.upper() not in barred)
+    for part in sources.parts:
+        node = part.node
+        if isinstance(node, s.Configuration):
+            lost.append(lost_configuration(part, _CONFIGURATION))
+        elif part.name.upper() in barred:
+            lost.append(barred[part.name.upper()])
+        elif isinstance(node, s.TypeDecl):
+            if isinstance(node.spec, s.StructSpec):
+                texts.append("\n".join(writer.structure(part, node.spec)))
+        else:
+            if part.kind == "PROGRAM":
+                notes.append(f"PROGRAM {part.name}: {_PROGRAM}")
+            texts.append("\n".join(writer.pou(part, node)))
+            lost += writer.starts.lost(part, node)
+    text = "\n\n".join(texts) + "\n"
+    return Output({"": text}, tuple(lost), newline="\r\n", notes=tuple(notes))
+
+
+def _in_declaration(kind: Type) -> bool:
+    """Whether a declaration has a place for its initial value: not for structures in it."""
+    row = isinstance(kind, ArrayType) and len(kind.bounds) == 1 and is_scalar(kind.element)
+    return is_scalar(kind) or row
+
+
+def _lines(text: str) -> str:
+    return "".join(f"// {line}".rstrip() + "\n" for line in text.splitlines())
+
+
+def _note(text: str) -> str:
+    return f"   // {' '.join(text.split())}" if text else ""
+
+
+class _Writer:
+    """Knows the types and functions of the sources."""
+
+    def __init__(self, sources: Sources) -> None:
+        self._sources = sources
+        self._project = sources.project
+        self.starts = Starts(
+            sources.project,
+            lambda name: f"#{quoted(name)}",
+            quoted,
+            self._literal,
+            implicit=self._implicit,
+            declared=_in_declaration,
+            kept=lambda section, symbol: (
+                section.qualifier == "RETAIN" and not isinstance(symbol.type, BlockType)
+            ),
+        )
+        self._types = {
+            part.name.upper(): part.node
+            for part in sources.parts
+            if isinstance(part.node, s.TypeDecl)
+        }
+        self._enums = [
+            (part, part.node.spec)
+            for part in sources.of("TYPE")
+            if isinstance(part.node, s.TypeDecl) and isinstance(part.node.spec, s.EnumSpec)
+        ]
+        self._members = {
+            member.key: (member.text, value)
+            for _, spec in self._enums
+            for value, member in enumerate(spec.members)
+        }
+        self._blocks = {part.name.upper() for part in sources.of("FUNCTION_BLOCK", "PROGRAM")}
+        self._functions = {
+            part.name.upper(): self._defaults(part.node)
+            for part in sources.of("FUNCTION")
+            if isinstance(part.node, s.Pou)
+        }
+
+    def enumerations(self) -> str:
+        """All enumerations as comments, for those who call the blocks."""
+        text = ["", "Enumerations are INT here; their members are constants of the blocks:"]
+        for part, spec in self._enums:
+            members = (f"{value} {name.text}" for value, name in enumerate(spec.members))
+            text.append(f"  {part.name}: {', '.join(members)}")
+        return _lines("\n".join(text)) if self._enums else ""
+
+    def flip_flops(self, parts: Iterable[Part]) -> Iterator[str]:
+        """The flip-flops that the parts use, as function blocks."""
+        used = {key for part in parts for key in blocks_of(part)}
+        for key, (first, second, value) in _FLIP_FLOPS.items():
+            if key in used:
+                name = words("scl").blocks[key].name
+                yield "\n".join(
+                    [
+                        f'FUNCTION_BLOCK "{name}"',
+                        "{ S7_Optimized_Access := 'TRUE' }\nVERSION : 0.1",
+                        f"// {name}: the flip-flop {key} of IEC 61131-3, which SCL has not.",
+                        f"   VAR_INPUT\n      {first} : BOOL;\n      {second} : BOOL;\n   END_VAR",
+                        "   VAR_OUTPUT\n      Q1 : BOOL;\n   END_VAR",
+                        f"BEGIN\n  #Q1 := {value};\nEND_FUNCTION_BLOCK",
+                    ]
+                )
+
+    def structure(self, part: Part, spec: s.StructSpec) -> Iterator[str]:
+        """A PLC data type."""
+        yield f'TYPE "{part.name}"\nVERSION : 0.1\n{_lines(part.header)}   STRUCT'
+        kind, values = self._project.types[part.name.upper()], self._project.initial
+        assert isinstance(kind, StructType)
+        assert isinstance(part.node, s.TypeDecl)
+        for field in spec.fields:
+            if part.node.initial is not None:  # of the whole structure: it may say otherwise
+                field = replace(field, initial=None)
+            for name in field.names:
+                inner, value = dict(kind.fields)[name.text], values[part.name.upper()][name.text]
+                yield self._variable(name, field, part, self._initial(field, inner, value))
+        yield "   END_STRUCT;\n\nEND_TYPE"
+
+    def pou(self, part: Part, node: s.Pou) -> Iterator[str]:
+        """A function or function block."""
+        kind = "FUNCTION_BLOCK" if node.kind == "PROGRAM" else node.kind
+        result = f" : {self._spec(node.result)}" if node.result is not None else ""
+        yield f'{kind} "{part.name}"{result}'
+        yield f"{{ S7_Optimized_Access := 'TRUE' }}\nVERSION : 0.1\n{_lines(part.header)}".rstrip()
+        for wanted in _ORDER:
+            for section in node.sections:
+                if self._section(section, node) == wanted:
+                    yield from self._declared(section, wanted, part, node)
+        for flag, kept in self.starts.flags(node).items():
+            yield f"   VAR{' RETAIN' if kept else ''}"
+            yield f"      {flag} : BOOL;   // TRUE once the initial values are set"
+            yield "   END_VAR"
+        names = Names(self._members, self._functions)
+        body = scl_body(part.body, Scope.of(part, self._sources), names)
+        constants = list(self._constants(part, node, body))
+        if constants:
+            yield "\n".join(["   VAR CONSTANT", *constants, "   END_VAR"])
+        yield "\n".join(["BEGIN", *self._cleared(node), body, f"END_{kind}"])
+
+    def _section(self, section: s.Section, node: s.Pou) -> str:
+        """A function's variables are temporary."""
+        return "VAR_TEMP" if node.kind == "FUNCTION" and section.kind == "VAR" else section.kind
+
+    def _declared(self, section: s.Section, word: str, part: Part, node: s.Pou) -> Iterator[str]:
+        """A section without the constants that are single values; they come last."""
+        lines = []
+        for one in section.variables:
+            for name in one.names:
+                symbol = self.starts.symbol(node, name)
+                if symbol.constant and is_scalar(symbol.type):
+                    continue
+                initial = ""
+                if node.kind != "FUNCTION" and not each_call(node, section):
+                    initial = self._initial(one, symbol.type, symbol.initial)
+                lines.append(self._variable(name, one, part, initial))
+        if lines or section.qualifier != "CONSTANT":
+            yield f"   {word}{' RETAIN' if section.qualifier == 'RETAIN' else ''}"
+            yield from lines
+            yield "   END_VAR"
+
+    def _variable(self, name: s.Name, one: s.VarDecl, part: Part, initial: str) -> str:
+        note = _note(part.notes.get(name.key, ""))
+        value = f" := {initial}" if initial else ""
+        return f"      {quoted(name.text)} : {self._spec(one.spec)}{value};{note}"
+
+    def _initial(self, one: s.VarDecl, kind: Type, value: Any) -> str:
+        """What a declaration begins with; empty where it says nothing, or has no place for it."""
+        if isinstance(kind, BlockType) or not _in_declaration(kind):
+            return ""
+        if one.initial is None and value == self._implicit(kind):
+            return ""
+        if isinstance(kind, ArrayType):
+            return runs([self._literal(item, kind.element) for item in value])
+        return self._literal(value, kind) if one.initial is None else self._value(one.initial)
+
+    def _implicit(self, kind: Type) -> Any:
+        """What a variable of a type begins with: the fields of a PLC data type have values."""
+        if isinstance(kind, StructType):
+            values = self._project.initial[kind.name.upper()]
+            return {
+                name: values[name] if _in_declaration(field) else self._implicit(field)
+                for name, field in kind.fields
+            }
+        if isinstance(kind, ArrayType):
+            return [self._implicit(kind.element)] * array_length(kind)
+        return zero(kind)
+
+    def _literal(self, value: Any, kind: Type) -> str:
+        return literal(value, kind) if isinstance(kind, ElementaryType) else str(value)
+
+    def _value(self, init: s.Init) -> str:
+        if isinstance(init, s.Name) and init.key in self._members:
+            return str(self._members[init.key][1])
+        return init_text(init)
+
+    def _spec(self, spec: s.TypeSpec) -> str:
+        if isinstance(spec, s.ArraySpec):
+            bounds = (
+                f"{expression_text(one.low)}..{expression_text(one.high)}"
+                for one in spec.dimensions
+            )
+            return f"Array[{', '.join(bounds)}] of {self._spec(spec.element)}"
+        if isinstance(spec, s.EnumSpec):
+            return "INT"
+        if isinstance(spec, s.StructSpec):
+            fields = " ".join(
+                f"{name.text} : {self._spec(one.spec)};"
+                for one in spec.fields
+                for name in one.names
+            )
+            return f"STRUCT {fields} END_STRUCT"
+        assert isinstance(spec, s.NamedSpec)
+        declared = self._types.get(spec.name.key)
+        if declared is not None and not isinstance(declared.spec, s.StructSpec):
+            return self._spec(declared.spec)
+        if declared is not None or spec.name.key in self._blocks:
+            return f'"{spec.name.text}"'
+        standard = words("scl").blocks.get(spec.name.key)
+        if standard is None:
+            return spec.name.text
+        return f'"{standard.name}"' if spec.name.key in _FLIP_FLOPS else standard.name
+
+    def _constants(self, part: Part, node: s.Pou, body: str) -> Iterator[str]:
+        """The block's own constants and the members of enumerations that it uses."""
+        for _, one, name in sections(node):
+            symbol = self.starts.symbol(node, name)
+            if symbol.constant and is_scalar(symbol.type):
+                initial = self._initial(one, symbol.type, symbol.initial)
+                zeros = self._literal(symbol.initial, symbol.type)
+                yield self._variable(name, one, part, initial or zeros)
+        used = {word.upper() for word in body.replace("#", " #").split() if word.startswith("#")}
+        marked = {"".join(c for c in word[1:] if c.isalnum() or c == "_") for word in used}
+        for key in sorted(marked & self._members.keys(), key=self._rank):
+            member, value = self._members[key]
+            yield f"      {member} : INT := {value};"
+
+    def _rank(self, key: str) -> int:
+        return list(self._members).index(key)
+
+    def _cleared(self, node: s.Pou) -> Iterator[str]:
+        """Temporary variables begin with their initial values at each call; in SCL, with none."""
+        if node.result is not None:
+            yield f"  #{node.name.text} := {self._zero(node.result)};"
+        yield from self.starts.statements(node, self._start)
+
+    def _start(self, one: s.VarDecl, symbol: Symbol) -> str:
+        """What a scalar begins with."""
+        if one.initial is not None:
+            return self._value(one.initial)
+        if symbol.initial == zero(symbol.type):
+            return self._zero(one.spec)
+        return self._literal(symbol.initial, symbol.type)
+
+    def _zero(self, spec: s.TypeSpec) -> str:
+        return _ZEROS.get(self._spec(spec).upper(), "0")
+
+    def _defaults(self, node: s.Pou) -> Mapping[str, str]:
+        """What stands for each argument of a function that is left out."""
+        return {
+            name.key: self._start(one, self.starts.symbol(node, name))
+            for section, one, name in sections(node)
+            if section.kind == "VAR_INPUT" and is_scalar(self.starts.symbol(node, name).type)
+        }

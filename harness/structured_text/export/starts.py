@@ -1,0 +1,129 @@
+"""What variables begin with, where a tool's declarations have no place for it: statements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from structured_text.export.initial import differing, is_scalar
+from structured_text.export.losses import missing, sections
+from structured_text.export.output import Missing
+from structured_text.export.parts import Part
+from structured_text.language import syntax as s
+from structured_text.language.project import Project
+from structured_text.language.tree import Symbol
+from structured_text.language.types import BlockType, Type
+
+__all__ = ["Starts", "each_call"]
+
+#: As many values are set by statements; a table of more is not carried.
+_MOST = 1024
+#: Set once the statements have been executed; the second one keeps its value as the variables do.
+_FLAGS = ("RcxStarted", "RcxStartedKept")
+
+
+def each_call(node: s.Pou, section: s.Section) -> bool:
+    """Whether a variable begins anew at each call."""
+    return section.kind == "VAR_TEMP" or (node.kind == "FUNCTION" and section.kind == "VAR")
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Sets what declarations do not, in a tool's words.
+
+    Attributes:
+        project: What the sources mean.
+        variable: What a variable is called in statements.
+        field: What a field is called there.
+        literal: A scalar's value there.
+        implicit: What a variable of a type begins with if its declaration says nothing.
+        declared: Whether a declaration has a place for the initial value of a type.
+        kept: Whether a variable keeps its value when power is off.
+    """
+
+    project: Project
+    variable: Callable[[str], str]
+    field: Callable[[str], str]
+    literal: Callable[[Any, Type], str]
+    implicit: Callable[[Type], Any]
+    declared: Callable[[Type], bool]
+    kept: Callable[[s.Section, Symbol], bool]
+
+    def symbol(self, node: s.Pou, name: s.Name) -> Symbol:
+        """What is known of a POU's variable."""
+        return self.project.pous[node.name.key].symbols[name.key]
+
+    def flags(self, node: s.Pou) -> dict[str, bool]:
+        """Names of the BOOLs that a block needs for this, and whether they keep their values."""
+        return {flag: kept for flag, (kept, _) in self._once(node).items()}
+
+    def statements(self, node: s.Pou, scalar: Callable[[s.VarDecl, Symbol], str]) -> Iterator[str]:
+        """What stands before a POU's own statements.
+
+        Args:
+            node: The POU.
+            scalar: What a scalar begins with.
+        """
+        for section, one, name in sections(node):
+            symbol = self.symbol(node, name)
+            if not each_call(node, section):
+                continue
+            if not is_scalar(symbol.type):
+                yield from (f"  {line}" for line in self._values(symbol, None))
+            elif not symbol.constant:
+                yield f"  {self.variable(name.text)} := {scalar(one, symbol)};"
+        for flag, (_, lines) in self._once(node).items():
+            flag = self.variable(flag)
+            yield f"  IF NOT {flag} THEN (* initial values *)"
+            yield from (f"    {line}" for line in (f"{flag} := TRUE;", *lines))
+            yield "  END_IF;"
+
+    def lost(self, part: Part, node: s.Pou) -> Iterator[Missing]:
+        """The variables of a POU whose initial values or RETAIN are not carried."""
+        for section, _, name in sections(node):
+            symbol = self.symbol(node, name)
+            of, kind = f"{section.kind} {name.text}", symbol.type
+            keeps = section.kind in ("VAR", "VAR_INPUT", "VAR_OUTPUT") and node.kind != "FUNCTION"
+            if section.qualifier == "RETAIN" and keeps and not self.kept(section, symbol):
+                why = "RETAIN: it begins anew when power was off"
+                yield missing(part, why, of=of, at=name.at)
+            given = node.kind == "FUNCTION" and section.kind == "VAR_INPUT"
+            if isinstance(kind, BlockType) or section.kind == "VAR_IN_OUT" or given:
+                continue
+            always = each_call(node, section)
+            pins = node.kind == "FUNCTION" and not always
+            if is_scalar(kind) if always or pins else self.declared(kind):
+                continue
+            count = len(self._values(symbol, None if always else self.implicit(kind), cut=False))
+            if count and section.kind == "VAR_INPUT":
+                why = "its initial value: set it where you call the block"
+                yield missing(part, why, of=of, at=name.at)
+            elif count > _MOST:
+                why = f"its initial value: {count} statements would set it, {_MOST} at most"
+                yield missing(part, why, of=of, at=name.at)
+
+    def _once(self, node: s.Pou) -> dict[str, tuple[bool, list[str]]]:
+        """What is set in a block's first call, by the flag that says so."""
+        taken = {name.key for _, _, name in sections(node)}
+        found = {}
+        for wanted, flag in enumerate(_FLAGS):
+            lines: list[str] = []
+            for section, _, name in sections(node):
+                symbol = self.symbol(node, name)
+                here = section.kind in ("VAR", "VAR_OUTPUT") and not each_call(node, section)
+                whole = not isinstance(symbol.type, BlockType) and not self.declared(symbol.type)
+                if here and whole and self.kept(section, symbol) == bool(wanted):
+                    lines += self._values(symbol, self.implicit(symbol.type))
+            if lines:
+                while flag.upper() in taken:
+                    flag += "1"
+                found[flag] = (bool(wanted), lines)
+        return found
+
+    def _values(self, symbol: Symbol, other: Any, *, cut: bool = True) -> list[str]:
+        """What sets a structure or an array, where it does not begin so anyway."""
+        name = self.variable(symbol.name)
+        leaves = differing(name, symbol.initial, other, symbol.type, self.field)
+        found = [f"{path} := {self.literal(value, kind)};" for path, value, kind in leaves]
+        return [] if cut and len(found) > _MOST else found

@@ -1,0 +1,167 @@
+"""TwinCAT 3: a `.TcPOU` or `.TcDUT` for each declaration, and what the `.plcproj` needs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from uuid import UUID, uuid5
+from xml.sax.saxutils import escape, quoteattr
+
+from structured_text.export.body import Body, Scope
+from structured_text.export.losses import lost_configuration
+from structured_text.export.output import Missing, Output
+from structured_text.export.parts import Part, Sources, comment
+from structured_text.export.words import unwritten, words
+from structured_text.language import syntax as s
+from structured_text.language.lexer import tokens
+
+__all__ = ["to_twincat"]
+
+#: Of the identifiers of all objects; with the name of the object it gives the same one each time.
+_SPACE = UUID("5b0f6a2e-7c0d-5f0e-9d0e-52435833f0b1")
+
+_OBJECT = """\
+<?xml version="1.0" encoding="utf-8"?>
+<TcPlcObject Version="1.1.0.1" ProductVersion="3.1.4024.0">
+  {element}
+</TcPlcObject>
+"""
+_POU = """\
+<POU Name={name} Id="{{{id}}}" SpecialFunc="None">
+    <Declaration><![CDATA[{declaration}
+]]></Declaration>
+    <Implementation>
+      <ST><![CDATA[{body}
+]]></ST>
+    </Implementation>
+  </POU>"""
+_DUT = """\
+<DUT Name={name} Id="{{{id}}}">
+    <Declaration><![CDATA[{declaration}
+]]></Declaration>
+  </DUT>"""
+_GVL = """\
+<GVL Name={name} Id="{{{id}}}">
+    <Declaration><![CDATA[{declaration}
+]]></Declaration>
+  </GVL>"""
+_PROJECT = """\
+<?xml version="1.0" encoding="utf-8"?>
+<!--
+{notice}
+
+Copy these item groups into the .plcproj of your PLC project, and the folder {root} beside it.
+-->
+<Project DefaultTargets="Build" xmlns="http://schemas.microsoft.com/developer/msbuild/2003">
+  <ItemGroup>
+{compile}
+  </ItemGroup>
+  <ItemGroup>
+{folders}
+  </ItemGroup>
+  <ItemGroup>
+    <PlaceholderReference Include="Tc2_Standard">
+      <DefaultResolution>Tc2_Standard, * (Beckhoff Automation GmbH)</DefaultResolution>
+      <Namespace>Tc2_Standard</Namespace>
+    </PlaceholderReference>
+  </ItemGroup>
+</Project>
+"""
+_COMPILE = '    <Compile Include="{}">\n      <SubType>Code</SubType>\n    </Compile>'
+_FOLDER = '    <Folder Include="{}" />'
+
+
+def to_twincat(sources: Sources) -> Output:
+    """A folder of objects, and a project with the item groups that name them.
+
+    Of a CONFIGURATION the global variables are carried. In TwinCAT, tasks are objects of the
+    project that call programs by their type's name.
+    """
+    files, lost = {}, list[Missing]()
+    root = sources.names.project  # folder of the objects, in the project and on the disk
+    barred = unwritten(sources.parts, words("twincat"))
+    for part in sources.parts:
+        if part.kind == "CONFIGURATION":
+            todo = "make a task in the project and let it call the program"
+            lost.append(lost_configuration(part, todo, without_globals=True))
+            if globals_ := _globals(part):
+                path = f"{root}/{part.folder}/{part.name}.TcGVL"
+                files[path] = _OBJECT.format(element=globals_)
+            continue
+        if part.name.upper() in barred:
+            lost.append(barred[part.name.upper()])
+            continue
+        ending = "TcDUT" if part.kind == "TYPE" else "TcPOU"
+        element = _dut(part) if part.kind == "TYPE" else _pou(part, sources)
+        files[f"{root}/{part.folder}/{part.name}.{ending}"] = _OBJECT.format(element=element)
+    project = _PROJECT.format(
+        notice=sources.notice,
+        root=root,
+        compile="\n".join(_COMPILE.format(_windows(path)) for path in sorted(files)),
+        folders="\n".join(_FOLDER.format(_windows(path)) for path in _folders(files)),
+    )
+    return Output({f"{root}.plcproj": project, **files}, tuple(lost), newline="\r\n")
+
+
+def _globals(part: Part) -> str:
+    """The global variables of a CONFIGURATION as a list of them; empty where there are none."""
+    assert isinstance(part.node, s.Configuration)
+    if not part.node.globals:
+        return ""
+    found = list(tokens(part.head, part.file))
+    begins = [one for one in found if one.type == "VAR_GLOBAL"]
+    ends = [one for one in found if one.type == "END_VAR"]
+    texts = [
+        part.head[first.start_pos : (last.start_pos or 0) + len(last)]
+        for first, last in zip(begins, ends, strict=True)
+    ]
+    declaration = "\n".join(_retained(text, part) for text in texts)
+    return _GVL.format(
+        name=quoteattr(part.name), id=_identifier(part), declaration=_data(declaration)
+    )
+
+
+def _retained(text: str, part: Part) -> str:
+    """A head without NON_RETAIN, which TwinCAT has no word for: it is what is not RETAIN."""
+    for one in reversed([one for one in tokens(text, part.file) if one.type == "NON_RETAIN"]):
+        at = one.start_pos or 0
+        text = f"{text[:at].rstrip(' ')}{text[at + len(one) :]}"
+    return text
+
+
+def _pou(part: Part, sources: Sources) -> str:
+    head = _retained(part.head, part)
+    declaration = f"{comment(part.header)}\n{head}" if part.header else head
+    return _POU.format(
+        name=quoteattr(part.name),
+        id=_identifier(part),
+        declaration=_data(declaration),
+        body=_data(Body(part.body, Scope.of(part, sources), words("twincat")).all()),
+    )
+
+
+def _dut(part: Part) -> str:
+    text = f"{comment(part.header)}\n{part.head}" if part.header else part.head
+    declaration = re.sub(r"\bEND_STRUCT\s*;", "END_STRUCT", text)
+    return _DUT.format(
+        name=quoteattr(part.name), id=_identifier(part), declaration=_data(declaration)
+    )
+
+
+def _identifier(part: Part) -> UUID:
+    return uuid5(_SPACE, f"{part.kind} {part.name.upper()}")
+
+
+def _data(text: str) -> str:
+    """A text inside CDATA, which cannot hold its own end."""
+    return text.replace("]]>", "]]]]><![CDATA[>")
+
+
+def _windows(path: str) -> str:
+    return escape(path.replace("/", "\\"))
+
+
+def _folders(files: Iterable[str]) -> list[str]:
+    found = {path.rpartition("/")[0] for path in files}
+    parents = {"/".join(path.split("/")[:end]) for path in found for end in range(1, 9)}
+    return sorted(found | parents)

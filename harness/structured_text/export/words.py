@@ -1,0 +1,297 @@
+"""What a tool's Structured Text has: its functions, blocks and operators, each with its source.
+
+The lists are in `words/*.toml`. What is not on a tool's list is not written for it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from structured_text.export.losses import missing
+from structured_text.export.output import Missing
+from structured_text.export.parts import Part
+from structured_text.language import syntax as s
+from structured_text.language.standard import BLOCKS, FUNCTIONS, conversion, reserved
+from structured_text.output.toml_files import load_toml
+
+__all__ = ["FOLDER", "Form", "Words", "blocks_of", "mentioned", "unwritten", "words"]
+
+#: Where the lists are.
+FOLDER = Path(__file__).parent / "words"
+
+_CALL = re.compile(r"(\w+)\((.*)\)")
+_COMPARED = ("=", "<>", "<", ">", "<=", ">=")
+_CHAINED = ("CONCAT", "MAX", "MIN")
+_OF_EDITION_3 = ("AND_THEN", "OR_ELSE")
+_OTHERWISE = {
+    **dict.fromkeys(("SEL", "MAX", "MIN", "LIMIT"), "write IF"),
+    "MUX": "write CASE",
+    "MOVE": "write :=",
+    "EXPT": "write a product",
+    "**": "write EXPT(IN1 := a, IN2 := b)",
+    **dict.fromkeys(("SHL", "SHR", "ROL", "ROR"), "multiply or divide by a power of 2"),
+    "EXP": "compute it before, or pass it in",
+    "LOG": "write LN(IN := x) / 2.302585",
+    "SR": "write Q1 := S1 OR (NOT R AND Q1)",
+    "RS": "write Q1 := NOT R1 AND (S OR Q1)",
+    "F_TRIG": "write R_TRIG with NOT before its input",
+    **dict.fromkeys(("TOF", "TP"), "write it with TON"),
+    **dict.fromkeys(("MULTIME", "DIVTIME"), "compute in milliseconds"),
+    "RETURN": "put what follows into an IF",
+    "FOR": "write WHILE",
+}
+
+
+@dataclass(frozen=True)
+class Form:
+    """How a function or block is written.
+
+    Attributes:
+        name: Its name; of an operator, its sign.
+        parameters: Names in the tool; those that are written end in `:=`, `...` goes on.
+        source: What says so.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    source: str
+
+    @property
+    def is_operator(self) -> bool:
+        """It stands between its operands."""
+        return not self.parameters
+
+    def text(self, key: str, arguments: list[str]) -> str:
+        """A call of the standard function `key`."""
+        if self.is_operator:
+            return self._operation([f"({one.strip()})" for one in arguments])
+        listed = len(self.parameters)
+        if key in _CHAINED and "..." not in self.parameters and len(arguments) > listed:
+            first = self.text(key, arguments[:listed])
+            return self.text(key, [first, *arguments[listed:]])
+        named = (f"{self._named(at)}{one.lstrip()}" for at, one in enumerate(arguments))
+        plain = zip(named, arguments, strict=True)
+        kept = (f"{one[: len(one) - len(one.lstrip())]}{text}" for text, one in plain)
+        return f"{self.name}({','.join(kept)})"
+
+    def _named(self, at: int) -> str:
+        """What stands before an argument: nothing, or its name."""
+        last = len(self.parameters) - (self.parameters[-1] == "...")
+        parameter = self.parameters[min(at, last - 1)]
+        if not parameter.endswith(":="):
+            return ""
+        name = parameter.removesuffix(":=").strip()
+        if at >= last:
+            stem = name.rstrip("0123456789")
+            name = f"{stem}{int(name[len(stem) :]) + at - last + 1}"
+        return f"{name} := "
+
+    def _operation(self, operands: list[str]) -> str:
+        if self.name in _COMPARED and len(operands) > 2:
+            pairs = (operands[at : at + 2] for at in range(len(operands) - 1))
+            return f"({' AND '.join(map(self._operation, pairs))})"
+        return operands[0] if len(operands) == 1 else f"({f' {self.name} '.join(operands)})"
+
+    def takes(self, key: str, count: int) -> bool:
+        """Whether so many arguments can be written."""
+        if self.is_operator or key in _CHAINED or "..." in self.parameters:
+            return True
+        return count <= len(self.parameters)
+
+
+@dataclass(frozen=True)
+class Words:
+    """A tool's list.
+
+    Attributes:
+        tool: What it is the list of.
+        functions: Standard functions by their names in IEC 61131-3.
+        blocks: Standard blocks likewise, the pins in the standard's order.
+        conversions: Types among which each conversion `X_TO_Y` is there.
+        operators: Signs and words of expressions.
+        statements: Words that statements begin with.
+        instructions: Of Logix: what statements call.
+        instead: Of Logix: what is none of them, and what to write.
+        sources: Every entry of the file with what says so.
+    """
+
+    tool: str
+    functions: Mapping[str, Form]
+    blocks: Mapping[str, Form]
+    conversions: Collection[str]
+    operators: Collection[str]
+    statements: Collection[str]
+    instructions: Mapping[str, Form]
+    instead: Mapping[str, str]
+    sources: Mapping[str, str]
+
+    def lacks(self, part: Part, functions: Collection[str]) -> Missing | None:
+        """What of a part is not on the list, where, and what to write instead.
+
+        Args:
+            part: A declaration.
+            functions: Functions of the sources, in upper case.
+        """
+        if isinstance(part.node, s.Configuration):
+            return None
+        first = next(self.lacking(part.node, functions), None)
+        return missing(part, first[1], at=first[0]) if first is not None else None
+
+    def lacking(
+        self, node: s.Pou | s.TypeDecl, functions: Collection[str]
+    ) -> Iterator[tuple[s.Position, str]]:
+        """All that a declaration uses and the list does not have: where, and what to write.
+
+        What came with the third edition is passed over: it is a construct of its own.
+
+        Args:
+            node: The declaration.
+            functions: Functions of the sources, in upper case.
+        """
+        for what, name, at in _used(node, functions):
+            if not self._has(what, name):
+                key, _, count = name.partition("/")
+                if what in ("function", "block") and not reserved(key):
+                    continue
+                of = f" of {count} arguments" if key in self.functions else ""
+                said = f"{key}{of} is not on the list for {self.tool}"
+                yield at, f"{said}; {self._otherwise(what, key)}"
+
+    def _has(self, what: str, name: str) -> bool:
+        if what == "function":
+            key, _, count = name.partition("/")
+            types = conversion(key)
+            if types is not None:
+                return set(types) <= set(self.conversions)
+            return key in self.functions and self.functions[key].takes(key, int(count))
+        known = {"block": self.blocks, "operator": self.operators, "statement": self.statements}
+        return name in known[what]
+
+    def _otherwise(self, what: str, name: str) -> str:
+        if name == "**" and "EXPT" not in self.functions:
+            return _OTHERWISE["EXPT"]
+        if name in _OTHERWISE:
+            return _OTHERWISE[name]
+        types = conversion(name)
+        if types is not None and "STRING" in types:
+            return "texts of numbers differ from tool to tool; write your own"
+        if types is not None:
+            return "what it counts in, or whether it is there, differs from tool to tool"
+        if name.startswith(("CTU", "CTD")):
+            return "count with R_TRIG and an addition"
+        return "write it with what the list has" if what == "function" else "write it otherwise"
+
+
+@cache
+def words(name: str) -> Words:
+    """The list of a file in `FOLDER`."""
+    content = load_toml(FOLDER / f"{name}.toml")
+    origins: dict[str, str] = content["sources"]
+    said: dict[str, str] = {}
+
+    def forms(section: str) -> dict[str, Form]:
+        made = {}
+        for key, (text, origin) in content.get(section, {}).items():
+            call = _CALL.fullmatch(text)
+            listed = tuple(one.strip() for one in call[2].split(",")) if call else ()
+            made[key] = Form(call[1] if call else text, listed, origins[origin])
+            said[f"{section}.{key}"] = origins[origin]
+        return made
+
+    lists = {}
+    for key, (listed, origin) in content["language"].items():
+        lists[key] = tuple(listed)
+        said[f"language.{key}"] = origins[origin]
+    return Words(
+        content["tool"],
+        forms("functions"),
+        forms("blocks"),
+        lists["conversions"],
+        lists["operators"],
+        lists["statements"],
+        forms("instructions"),
+        content.get("instead", {}),
+        said,
+    )
+
+
+def unwritten(
+    parts: Collection[Part], list_of: Words, barred: Mapping[str, str] | None = None
+) -> dict[str, Missing]:
+    """Parts that are not written, by upper-case name: what the list lacks, or what they need.
+
+    Args:
+        parts: All parts, each after those it needs.
+        list_of: The tool's list.
+        barred: Other reasons, by upper-case name; an empty one is none.
+    """
+    functions = {part.name.upper() for part in parts if part.kind == "FUNCTION"}
+    names = {part.name.upper(): part.name for part in parts}
+    found: dict[str, Missing] = {}
+    for part in parts:
+        if part.kind == "CONFIGURATION":
+            continue
+        why = (barred or {}).get(part.name.upper())
+        lost = missing(part, why) if why else list_of.lacks(part, functions)
+        needed = next((names[one] for one in mentioned(part) if one in found), None)
+        if lost is None and needed is not None:
+            lost = missing(part, f"needs {needed}, which is not carried")
+        if lost is not None:
+            found[part.name.upper()] = lost
+    return found
+
+
+def blocks_of(part: Part) -> set[str]:
+    """The standard blocks that a part has instances of."""
+    used = () if isinstance(part.node, s.Configuration) else _used(part.node, ())
+    return {name for what, name, _ in used if what == "block"}
+
+
+def mentioned(part: Part) -> Iterator[str]:
+    """All names in a part, in upper case."""
+    for node in _nodes(part.node):
+        if isinstance(node, s.Name):
+            yield node.key
+
+
+def _used(
+    node: s.Pou | s.TypeDecl, functions: Collection[str]
+) -> Iterator[tuple[str, str, s.Position]]:
+    """Kind and name of each standard thing that is used; a function with how many arguments."""
+    for one in _nodes(node):
+        if isinstance(one, s.Call) and one.function.key not in functions:
+            key = one.function.key
+            if key in FUNCTIONS or conversion(key) is not None:
+                yield "function", f"{key}/{len(one.arguments)}", one.at
+        elif isinstance(one, s.Binary) and one.op not in _OF_EDITION_3:
+            yield "operator", "AND" if one.op == "&" else one.op, one.at
+        elif isinstance(one, s.Unary):
+            yield "operator", one.op, one.at
+        elif isinstance(one, s.NamedSpec) and one.name.key in BLOCKS:
+            yield "block", one.name.key, one.name.at
+        elif isinstance(one, s.If | s.Case | s.For | s.While | s.Repeat | s.Exit | s.Return):
+            yield "statement", type(one).__name__.upper(), one.at
+
+
+def _nodes(node: Any) -> Iterator[Any]:
+    """A syntax tree's nodes, in the order of the text."""
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        kind: Any = type(one)
+        if kind is tuple:
+            waiting += one[::-1]
+        elif names := _fields(kind):
+            yield one
+            waiting += [getattr(one, name) for name in names]
+
+
+@cache
+def _fields(kind: type[Any]) -> tuple[str, ...]:
+    """The fields of a syntax class, the last one first; of anything else none."""
+    return tuple(one.name for one in reversed(fields(kind))) if is_dataclass(kind) else ()

@@ -1,0 +1,278 @@
+"""Workers that are those of a cluster of dask.distributed; imported only where it is used."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import pickle
+import socket
+import threading
+import time
+import uuid
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import suppress
+from queue import Empty, Queue
+from typing import Any
+
+from distributed import Client, Future, KilledWorker, Security, Worker, WorkerPlugin
+from distributed import __version__ as distributed_version
+from distributed.client import ClosedClientError
+from distributed.comm import connect, get_address_host
+
+from structured_text import COMMAND, DISTRIBUTION
+from structured_text.errors import InputError
+from structured_text.farm.cluster import Cluster
+from structured_text.farm.fingerprint import Fingerprint, differences
+from structured_text.farm.work import Died, Done, Ended, NotBegun, Work, attempt, doer
+
+__all__ = ["ClusterCrew"]
+
+#: Items at a time for each worker: one is done, and one is on its way meanwhile.
+_DEPTH = 2
+#: The cluster is asked for its workers so often [s].
+_LOOK_S = 1.0
+#: What says itself that something is amiss; here that is a message to the user.
+_LOGS = ("distributed", "distributed.client")
+
+
+class _Bench:
+    """In a worker: does one item at a time, since no program is two at once."""
+
+    def __init__(self, work: bytes) -> None:
+        self._work = work
+        self._lock = threading.Lock()
+        self._do: Callable[[Any], Any] | None = None
+
+    def one(self, item: bytes) -> Any:
+        """Do it."""
+        with self._lock:
+            self._do = self._do or doer(pickle.loads(self._work))
+            return self._do(pickle.loads(item))
+
+
+#: In a worker: the work that it was given, by the run that it is of.
+_BENCHES: dict[str, _Bench] = {}
+
+
+class _Carrier(WorkerPlugin):  # type: ignore[misc]
+    """Brings the work to each worker, also to those to come."""
+
+    def __init__(self, run: str, work: bytes) -> None:
+        self.name = f"{COMMAND}-{run}"
+        self._run, self._work = run, work
+
+    def setup(self, worker: Worker) -> None:
+        """Leave it there."""
+        _BENCHES[self._run] = _Bench(self._work)
+
+    def teardown(self, worker: Worker) -> None:
+        """Take it away."""
+        _BENCHES.pop(self._run, None)
+
+
+def _one(run: str, here: Callable[[], Fingerprint], of: Fingerprint, item: bytes) -> bytes:
+    """What a worker does with an item."""
+
+    def one() -> Any:
+        if differ := differences(of, here()):
+            raise _other(f"a worker on {socket.gethostname()}", differ)
+        return _BENCHES[run].one(item)
+
+    return attempt(one)
+
+
+class ClusterCrew:
+    """The workers of a cluster, as many as there are at the time.
+
+    Args:
+        work: What each of them does with an item.
+        cluster: Where they are.
+        say: Takes a line for the user.
+
+    Raises:
+        InputError: there is no such cluster, or it is not like this computer.
+    """
+
+    attempts = 2
+
+    def __init__(
+        self, work: Work[Any, Any], cluster: Cluster, say: Callable[[str], None] = lambda _: None
+    ) -> None:
+        self._cluster, self._say = cluster, say
+        self._carrier = _Carrier(uuid.uuid4().hex, pickle.dumps(work))
+        self._of = cluster.fingerprint()
+        self._ended: Queue[tuple[int, Future]] = Queue()
+        self._futures: dict[int, Future] = {}
+        self._workers: dict[str, Any] = {}
+        self._looked_s = 0.0
+        self._lonely_s: float | None = None
+        self._levels = [(name, logging.getLogger(name).level) for name in _LOGS]
+        for name in _LOGS:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        self._client: Client | None = None
+        try:
+            self._client = _connected(cluster)
+            self._begin(self._client)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def size(self) -> int:
+        """How many there are; one where all have gone for the moment."""
+        return max(1, len(self._workers))
+
+    def has_room(self) -> bool:
+        """Would an item be begun now, or soon?"""
+        if time.monotonic() - self._looked_s > _LOOK_S:
+            self._look()
+        return len(self._futures) < _DEPTH * len(self._workers)
+
+    def give(self, number: int, item: Any) -> None:
+        """Begin an item under a number of its own."""
+        assert self._client is not None
+        run = self._carrier.name
+        key = f"{run}-{uuid.uuid4().hex}"
+        of = (self._cluster.fingerprint, self._of)
+        arguments = (run.removeprefix(f"{COMMAND}-"), *of, pickle.dumps(item))
+        try:
+            future = self._client.submit(_one, *arguments, key=key, pure=False)
+        except ClosedClientError:
+            raise self._gone() from None
+        self._futures[number] = future
+        future.add_done_callback(lambda one: self._ended.put((number, one)))
+
+    def ended(self) -> Iterator[tuple[int, Ended]]:
+        """Wait until one has ended, or a second; which, and how."""
+        try:
+            number, future = self._ended.get(timeout=_LOOK_S)
+        except Empty:
+            self._look()
+            return
+        del self._futures[number]
+        yield number, self._how(future)
+
+    def close(self) -> None:
+        """Take away what has not begun; what has is done to its end, for nobody."""
+        if self._client is not None:
+            try:
+                self._client.cancel(list(self._futures.values()), force=True)
+                self._client.unregister_worker_plugin(self._carrier.name)
+            except Exception:  # it has gone, and all with it
+                pass
+            self._client.close()
+            self._client = None
+        for name, level in self._levels:
+            logging.getLogger(name).setLevel(level)
+
+    def _begin(self, client: Client) -> None:
+        """Wait for a first worker; all that are there must be like this computer."""
+        seen = client.get_versions(check=False)
+        others = {"its scheduler": seen["scheduler"], **seen["workers"]}
+        for name, one in others.items():
+            there = one["packages"]["distributed"] if one else distributed_version
+            if there != distributed_version:
+                differ = f"distributed {distributed_version} here, {there} there"
+                raise _other(f"{self._cluster.address}, {name}", differ)
+        try:
+            client.wait_for_workers(1, timeout=self._cluster.patience_s)
+        except TimeoutError:
+            hint = f"start some: dask worker {self._cluster.address} --nthreads 1"
+            raise _failed(self._cluster, "has no workers", hint) from None
+        self._look()
+        for address, one in client.run(self._cluster.fingerprint, on_error="return").items():
+            if isinstance(one, Exception):
+                raise _other(f"the worker {address}", f"it has no such {DISTRIBUTION} ({one})")
+            if differ := differences(self._of, one):
+                raise _other(f"the worker {address}", differ)
+        client.register_plugin(self._carrier)
+
+    def _look(self) -> None:
+        """Which workers are there?"""
+        assert self._client is not None
+        self._looked_s = time.monotonic()
+        if self._client.status not in ("running", "connecting"):
+            raise self._gone()
+        before = self._workers
+        # While the connection is lost, it knows of none.
+        self._workers = dict(self._client.scheduler_info(n_workers=-1).get("workers", {}))
+        for address in self._workers.keys() - before.keys():
+            if address.startswith("tcp://"):
+                self._cluster.check_plain(address, get_address_host(address))
+        if self._workers:
+            self._lonely_s = None
+        elif self._lonely_s is None:
+            self._lonely_s = self._looked_s
+        elif self._looked_s - self._lonely_s > self._cluster.patience_s:
+            raise _failed(self._cluster, "has lost all its workers", "start some more")
+        threads = [one["nthreads"] for one in self._workers.values()]
+        if not before and any(one > 1 for one in threads):
+            self._say("workers do one item at a time: start more of them, each with --nthreads 1")
+
+    def _how(self, future: Future) -> Ended:
+        assert self._client is not None
+        if future.status == "finished":
+            with suppress(CancelledError):  # a result that its worker has taken along
+                done: Done = pickle.loads(future.result())
+                return done
+        if future.status == "error":
+            error = future.exception()
+            if isinstance(error, KilledWorker):
+                host = get_address_host(error.last_worker.address)
+                return Died(f"the last one on {host}", error.allowed_failures + 1)
+            return Done(error=_other("a worker", f"it cannot take work from here ({error})"))
+        if self._client.status == "running":
+            return NotBegun()
+        raise self._gone()
+
+    def _gone(self) -> InputError:
+        return _failed(self._cluster, "has gone", "start it again")
+
+
+def _connected(cluster: Cluster) -> Client:
+    scheme, host, port = cluster.parts()
+    files = {"ca_file": cluster.ca, "client_cert": cluster.cert, "client_key": cluster.key}
+    given = {f"tls_{name}": str(file) for name, file in files.items() if file is not None}
+    security = Security(require_encryption=True, **given) if scheme == "tls" else Security()
+    try:
+        # Each says at once what a client would find out only after many attempts, or never.
+        socket.create_connection((host, port), cluster.patience_s).close()
+        asyncio.run(_greet(cluster, security))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of versions, which are compared more strictly
+            return Client(
+                cluster.address, security=security, timeout=cluster.patience_s, set_as_default=False
+            )
+    except (TimeoutError, asyncio.TimeoutError):  # two classes before Python 3.11
+        raise _not_there(cluster, "who listens there does not answer as one") from None
+    except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
+        raise _not_there(cluster, _words(error)) from None
+
+
+async def _greet(cluster: Cluster, security: Security) -> None:
+    arguments = security.get_connection_args("client")
+    greeted = connect(cluster.address, timeout=cluster.patience_s, **arguments)
+    (await asyncio.wait_for(greeted, cluster.patience_s)).abort()
+
+
+def _words(error: BaseException) -> str:
+    """What is behind an error, on one line."""
+    while error.__cause__ is not None:
+        error = error.__cause__
+    return " ".join((getattr(error, "strerror", None) or str(error) or repr(error)).split())
+
+
+def _not_there(cluster: Cluster, why: str) -> InputError:
+    hint = f"start one (docs/cluster.md), its scheduler with distributed {distributed_version}"
+    return InputError(f"there is no cluster at {cluster.address}: {why}", hint=hint)
+
+
+def _failed(cluster: Cluster, what: str, hint: str) -> InputError:
+    return InputError(f"the cluster at {cluster.address} {what}", hint=hint)
+
+
+def _other(name: str, differ: str) -> InputError:
+    hint = f"install the same {DISTRIBUTION} and distributed on both"
+    return InputError(f"{name} is not like this computer: {differ}", hint=hint)

@@ -1,0 +1,85 @@
+"""The user's files on their way to workers that may have another disk."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from structured_text import COMMAND
+from structured_text.errors import InputError
+from structured_text.output.limits import OTHER
+from structured_text.output.paths import real
+from structured_text.output.reading import file_bytes
+
+__all__ = ["Parcel"]
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """Files with their contents as they were when it was made.
+
+    Attributes:
+        files: As it was named at home; its path below a folder that all have in common; content.
+    """
+
+    files: tuple[tuple[str, str, bytes], ...]
+
+    @classmethod
+    def of(cls, files: Iterable[Path]) -> Parcel:
+        """Read files.
+
+        Raises:
+            InputError: one cannot be read.
+        """
+        named = list(files)
+        contents = [file_bytes(file, OTHER) for file in named]
+        return cls(tuple(zip(map(str, named), _names(named), contents, strict=True)))
+
+    def digest(self) -> str:
+        """A hash of what is in it and of how it lies, not of where."""
+        found = hashlib.sha256()
+        for _, name, content in self.files:
+            found.update(f"{name} {len(content)}\n".encode())
+            found.update(content)
+        return found.hexdigest()[:16]
+
+    @contextmanager
+    def unpacked(self) -> Iterator[list[Path]]:
+        """Meanwhile the files are on this computer's disk; where, in the order they were given.
+
+        They lie to each other as they did. An error of the user's names them as he has.
+        """
+        with TemporaryDirectory(prefix=f"{COMMAND}-") as folder:
+            here = [real(folder) / name for _, name, _ in self.files]
+            for file, (_, _, content) in zip(here, self.files, strict=True):
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(content)
+            try:
+                yield here
+            except InputError as error:
+                homes = zip(map(str, here), self.files, strict=True)
+                raise _at_home(error, {there: home for there, (home, _, _) in homes}) from None
+
+
+def _names(files: Iterable[Path]) -> list[str]:
+    paths = [real(file) for file in files]
+    try:
+        common = os.path.commonpath([path.parent for path in paths])
+        return [path.relative_to(common).as_posix() for path in paths]
+    except ValueError:  # there are none, or on several drives
+        return [path.as_posix().replace(":", "").lstrip("/") for path in paths]
+
+
+def _at_home(error: InputError, homes: Mapping[str, str]) -> InputError:
+    for there, home in homes.items():
+        if error.file == there:
+            error.file = home
+        error.message = error.message.replace(there, home)
+        error.hint = error.hint.replace(there, home)
+    error.args = (str(error),)
+    return error

@@ -1,0 +1,498 @@
+"""Checks the statements of POUs and gives them their checked form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+from structured_text.errors import InputError
+from structured_text.language import syntax as s
+from structured_text.language import tree as t
+from structured_text.language.calls import block_arguments, pin_of
+from structured_text.language.declare import Scope
+from structured_text.language.expressions import Expressions, group
+from structured_text.language.functions import NOTHING, same_text
+from structured_text.language.references import PLACES, place_of
+from structured_text.language.resolve import ConsequenceError, fills
+from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
+from structured_text.language.standard import BLOCKS
+from structured_text.language.starting import Start, start_call, starting
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    EnumType,
+    ReferenceType,
+    Type,
+    Variable,
+    has_block,
+)
+from structured_text.language.values import describe
+from structured_text.language.widening import widens
+
+__all__ = ["check_body", "check_start", "root_of"]
+
+#: Statements, and among them loops, that may lie inside each other: Python has its own limits.
+_MOST_NESTED, _MOST_LOOPS = 64, 16
+
+
+def check_body(
+    scope: Scope, body: Iterable[s.Statement], report: Callable[[InputError], None]
+) -> None:
+    """Check the body of a POU and store it in `scope.pou`.
+
+    Args:
+        scope: The POU and its surroundings.
+        body: Its statements as parsed.
+        report: Takes each error; checking goes on with the next statement.
+    """
+    statements = _Statements(scope, report)
+    scope.pou.body = statements.block(body)
+    result = scope.pou.result
+    is_function = scope.pou.kind == "FUNCTION"
+    if is_function and result is not None and result not in statements.assigned:
+        name = scope.where.node.name
+        scope.note("a function that never sets its result", name.at)
+
+
+def check_start(
+    scope: Scope, sections: Iterable[s.Section], report: Callable[[InputError], None]
+) -> None:
+    """Check the initial values that are known only while the program runs.
+
+    These are of pointers, references and interfaces, and the arguments of FB_init. Those of a
+    function or method go before its body; a block gets a method for them, `Block.fb_start`.
+
+    Args:
+        scope: The POU and its surroundings.
+        sections: Its declarations.
+        report: Takes each error.
+    """
+    pou, statements = scope.pou, _Statements(scope, report)
+    start = statements.block(starting(sections, scope))
+    if not start:
+        return
+    if pou.block is None:
+        pou.body = (*start, *pou.body)
+        return
+    name = f"{pou.name}.fb_start"
+    method = t.Pou("METHOD", name, pou.file, {}, body=start, owner=pou, at=pou.at)
+    scope.declarations.pous[name.upper()] = method
+    scope.declarations.objects.own[pou.name.upper()]["FB_START"] = method
+
+
+class _Statements:
+    """The statements of one POU; `assigned` collects the variables that are written."""
+
+    def __init__(self, scope: Scope, report: Callable[[InputError], None]) -> None:
+        self._scope = scope
+        self._report = report
+        self._expressions = Expressions(scope)
+        self._calls = _BlockCalls(self._expressions)
+        self._loops = self._depth = 0
+        # Made here, and known by their identity as long as this lives.
+        self._made: list[s.Expression] = []
+        self.assigned: set[t.Symbol] = set()
+
+    def block(self, statements: Iterable[s.Statement | Start]) -> tuple[t.Statement, ...]:
+        """Check a list of statements; those with an error are reported and left out."""
+        result: list[t.Statement] = []
+        self._depth += 1
+        for statement in statements:
+            try:
+                self._check_depth(statement)
+                result += self._lowered(statement)
+            except InputError as error:
+                self._report(error)
+        self._depth -= 1
+        return tuple(result)
+
+    def _check_depth(self, node: s.Statement | Start) -> None:
+        hint = "move the inner ones into a function block; ELSIF instead of ELSE IF needs no depth"
+        if self._depth > _MOST_NESTED:
+            message = f"more than {_MOST_NESTED} statements inside each other"
+        elif self._loops > _MOST_LOOPS:
+            message = f"more than {_MOST_LOOPS} loops inside each other"
+        else:
+            return
+        raise self._scope.error(message, node.at, hint)
+
+    def _lowered(self, node: s.Statement | Start) -> Iterable[t.Statement]:
+        """A statement as one or several of the checked ones."""
+        if isinstance(node, s.AssignChain):
+            return self._chain(node)
+        if isinstance(node, s.CallStatement):
+            return self._call(node)
+        return (self._statement(node),)
+
+    def _statement(self, node: s.Statement | Start) -> t.Statement:
+        if isinstance(node, s.Assign):
+            return self._assign(node.target, node.value, node.at)
+        if isinstance(node, s.Latch):
+            return self._bind(node) if node.op == "REF" else self._latch(node)
+        if isinstance(node, Start):
+            return start_call(node, self._expressions)
+        if isinstance(node, s.If):
+            branches = tuple(
+                (self._condition(condition), self.block(body)) for condition, body in node.branches
+            )
+            return t.If(branches, self.block(node.otherwise), node.at)
+        if isinstance(node, s.Case):
+            return self._case(node)
+        if isinstance(node, s.For):
+            return self._for(node)
+        if isinstance(node, s.While):
+            return t.While(self._condition(node.condition), self._loop(node.body), node.at)
+        if isinstance(node, s.Repeat):
+            return t.Repeat(self._loop(node.body), self._condition(node.condition), node.at)
+        if isinstance(node, s.Exit):
+            if not self._loops:
+                raise self._scope.error("EXIT outside a loop", node.at)
+            return node
+        if isinstance(node, s.Continue) and not self._loops:
+            raise self._scope.error("CONTINUE outside a loop", node.at)
+        assert isinstance(node, (s.Return, s.Continue))
+        return node
+
+    def _condition(self, node: s.Expression) -> t.Expression:
+        return self._expressions.check(node, BOOL)
+
+    def _loop(self, body: tuple[s.Statement, ...]) -> tuple[t.Statement, ...]:
+        self._loops += 1
+        try:
+            return self.block(body)
+        finally:
+            self._loops -= 1
+
+    def _assign(self, to: s.Variable, value: s.Expression, at: s.Position) -> t.Assign | t.Evaluate:
+        if isinstance(to, s.Part):
+            return self._assign_part(to, value, at)
+        setter = self._expressions.methods.setter(to)
+        if setter is not None:
+            instance, method, final = setter
+            (pin,) = method.section("VAR_INPUT")[:1]
+            given = (self._expressions.check(value, pin.type),)
+            call = t.CallMethod(instance, method, final, given, (), (), NOTHING)
+            return t.Evaluate(call, at)
+        target = self._target(to)
+        if isinstance(target.type, ArrayType) and target.type.open:
+            text = "an array of open length cannot be assigned"
+            raise self._scope.error(text, at, "assign its elements")
+        if has_block(target.type):
+            self._scope.note("the assignment of a block", at)
+        return t.Assign(target, self._expressions.check(value, target.type), at)
+
+    def _target(self, node: s.Variable) -> t.Variable:
+        target = self._expressions.writable(node)
+        self._write(target)
+        return target
+
+    def _assign_part(self, to: s.Part, value: s.Expression, at: s.Position) -> t.Assign:
+        """The whole variable anew, with one part of it changed."""
+        self._target(to.base)
+        base, bits, first, kind = self._expressions.part(to)
+        whole = bits.type
+        part = self._expressions.check(value, kind)
+        mask = ((1 << WIDTH.get(kind.name, 1)) - 1) << first
+        rest = t.Constant(INT_RANGE[group(whole)][1] ^ mask, whole, True)
+        others: t.Expression = t.Binary("AND", bits, rest, whole)
+        if kind == BOOL:
+            with_bit = t.Binary("OR", bits, t.Constant(mask, whole, True), whole)
+            changed: t.Expression = t.Standard("SEL", (part, others, with_bit), whole)
+        else:
+            if kind != whole:
+                part = t.Standard(f"{kind.name}_TO_{group(whole)}", (part,), whole)
+            if first:
+                count = t.Constant(first, ELEMENTARY["INT"])
+                part = t.Standard("SHL", (part, count), whole)
+            changed = t.Binary("OR", others, part, whole)
+        if base.type != whole:
+            changed = t.Standard(f"{group(whole)}_TO_{group(base.type)}", (changed,), base.type)
+        return t.Assign(base, changed, at)
+
+    def _chain(self, node: s.AssignChain) -> list[t.Statement]:
+        """The last target takes the value, each other one that of the target behind it."""
+        values = (*node.targets[1:], node.value)
+        pairs = zip(node.targets, values, strict=True)
+        return [self._assign(target, value, node.at) for target, value in reversed(list(pairs))]
+
+    def _bind(self, node: s.Latch) -> t.Assign:
+        """`target REF= value;`: what a reference refers to from now on."""
+        target = self._expressions.place(node.target)
+        if not isinstance(target.type, ReferenceType) or place_of(target) is None:
+            raise self._scope.error(
+                f"REF= needs a variable of REFERENCE TO, not a {describe(target.type)}", node.at
+            )
+        return t.Assign(target, self._expressions.check(node.value, target.type), node.at)
+
+    def _latch(self, node: s.Latch) -> t.If:
+        value = s.Literal("BOOLEAN", "TRUE" if node.op == "S" else "FALSE", node.at)
+        self._made.append(value)
+        then = self._assign(node.target, value, node.at)
+        return t.If(((self._condition(node.value), (then,)),), (), node.at)
+
+    def _call(self, node: s.CallStatement) -> list[t.Statement]:
+        """A call of a block or of a function; outputs that go to bits are assigned behind it."""
+        callee = self._expressions.methods.bare(node.callee)
+        if isinstance(callee, s.This) and callee.above:
+            return [self._calls.base(node)]
+        method = self._expressions.methods.call(replace(node, callee=callee), value=False)
+        if method is not None:
+            return [t.Evaluate(method, node.at)]
+        node = replace(node, callee=callee)
+        if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
+            pou = self._scope.declarations.pous.get(callee.key)
+            if pou is not None and pou.kind == "FUNCTION":
+                if pou.result is not None:
+                    self._scope.note("a result that is not used", node.at)
+                call = s.Call(callee, node.arguments, node.at)
+                self._made.append(call)
+                found = self._expressions.functions.user(call, pou)
+                for _, variable in (*found.in_outs, *found.outputs):
+                    self._write(variable)
+                return [t.Evaluate(found, node.at)]
+        later = tuple(one for one in node.arguments if one.output and self._is_later(callee, one))
+        plain = tuple(one for one in node.arguments if one not in later)
+        found_call = self._calls.check(replace(node, arguments=plain))
+        for _, variable in (*found_call.in_outs, *found_call.outputs):
+            self._write(variable)
+        behind = []
+        for one in later:
+            assert one.name is not None
+            pin = s.Field(node.callee, one.name, one.at)
+            self._made.append(pin)
+            behind.append(self._assign(one.value, pin, node.at))  # type: ignore[arg-type]
+        return [found_call, *behind]
+
+    def _is_later(self, callee: s.Variable, argument: s.Argument) -> bool:
+        """Whether an output goes to a bit or a wider type, so that an assignment does it."""
+        value = argument.value
+        if isinstance(value, s.Part) or not isinstance(value, PLACES):
+            return isinstance(value, s.Part)
+        block = self._expressions.variable(callee).type
+        if not isinstance(block, BlockType) or argument.name is None:
+            return False
+        pin = pin_of(block, argument.name.text)
+        found = self._expressions.infer(value)
+        return pin is not None and found is not None and widens(pin.type, found)
+
+    def _write(self, variable: t.Variable) -> None:
+        root = root_of(variable)
+        if root is not None:
+            self.assigned.add(root)
+
+    def _for(self, node: s.For) -> t.For:
+        counter = self._target(node.counter)
+        kind = counter.type
+        if not isinstance(counter, t.Use):
+            self._scope.note("a FOR counter that is no plain variable", node.counter.at)
+        if group(kind) in ANY_BIT and kind != BOOL:
+            self._scope.note("arithmetic of bit strings", node.counter.at, "a FOR counter")
+        elif group(kind) not in ANY_INT:
+            raise self._scope.error(
+                f"a FOR needs an integer counter, not a {describe(kind)}", node.counter.at
+            )
+        start = self._expressions.check(node.start, kind)
+        end = self._expressions.check(node.end, kind)
+        step = self._expressions.check(node.step, kind) if node.step else t.Constant(1, kind)
+        if isinstance(step, t.Constant) and step.value == 0:
+            raise self._scope.error("a step of 0 never ends", node.at)
+        return t.For(counter, start, end, step, self._loop(node.body), node.at)
+
+    def _case(self, node: s.Case) -> t.Case:
+        kind = self._expressions.infer(node.selector) or ELEMENTARY["DINT"]
+        if group(kind) in WIDTH and group(kind) not in ANY_INT:
+            self._scope.note("a CASE of bit strings", node.selector.at)
+        elif not isinstance(kind, EnumType) and group(kind) not in ANY_INT:
+            raise self._scope.error(
+                f"CASE needs an integer or enumeration, not a {describe(kind)}", node.selector.at
+            )
+        selector = self._expressions.check(node.selector, kind)
+        seen: list[tuple[int, int]] = []
+        branches = []
+        for branch in node.branches:
+            labels = []
+            for label in branch.labels:
+                try:
+                    labels.append(self._label(label, selector.type, seen))
+                except InputError as error:
+                    self._report(error)
+            branches.append((tuple(labels), self.block(branch.body)))
+        return t.Case(selector, tuple(branches), self.block(node.otherwise), node.at)
+
+    def _label(
+        self, label: s.Expression | s.Range, kind: Type, seen: list[tuple[int, int]]
+    ) -> tuple[int, int]:
+        declarations, where = self._scope.declarations, self._scope.where
+        declarations.local = self._scope.pou.symbols
+        ends = (label.low, label.high) if isinstance(label, s.Range) else (label, label)
+        low, high = (
+            int(declarations.constant(end, kind, where, "a CASE label").value) for end in ends
+        )
+        if low > high:
+            raise self._scope.error(f"the range {low}..{high} is empty", label.at)
+        if any(low <= other_high and other_low <= high for other_low, other_high in seen):
+            raise self._scope.error("this label occurs twice in the CASE", label.at)
+        seen.append((low, high))
+        return low, high
+
+
+class _BlockCalls:
+    """The block calls and assignment targets of one POU; shares its expressions."""
+
+    def __init__(self, expressions: Expressions) -> None:
+        self._expressions = expressions
+        self._scope = expressions.scope
+
+    def check(self, node: s.CallStatement) -> t.CallBlock:
+        """Type a call of a block instance.
+
+        Raises:
+            InputError: no block instance, arguments that do not fit, or a VAR_IN_OUT left out.
+        """
+        instance = self._instance(node)
+        declarations = self._scope.declarations
+        if isinstance(instance, t.Use) and instance.symbol.source in declarations.programs:
+            declarations.called.add(instance.symbol.source)
+        block = instance.type
+        assert isinstance(block, BlockType)
+        given = block_arguments(node, block, self._scope)
+        inputs: list[tuple[str, t.Expression]] = []
+        in_outs: list[tuple[str, t.Variable]] = []
+        for pin in block.variables:
+            argument = given.get(pin.name.upper())
+            if pin.section == "VAR_IN_OUT":
+                if argument is None:
+                    raise self._scope.error(
+                        f"the VAR_IN_OUT {pin.name} of {block.name} is missing", node.at
+                    )
+                in_outs.append((pin.name, self._in_out(argument, pin, block)))
+            elif argument is not None and pin.section == "VAR_INPUT":
+                inputs.append((pin.name, self._expressions.check(argument.value, pin.type)))
+        self._check_aliases(in_outs, block, node)
+        outputs = [self._output(argument, block) for argument in node.arguments if argument.output]
+        return t.CallBlock(instance, block, tuple(inputs), tuple(in_outs), tuple(outputs), node.at)
+
+    def base(self, node: s.CallStatement) -> t.CallBase:
+        """`SUPER^()`; the VAR_IN_OUT of the block are those of what it extends."""
+        if self._scope.pou.owner is not None:
+            pins = self._scope.pou.owner.section("VAR_IN_OUT")
+            if pins:
+                text = f"SUPER^() in a method, where the VAR_IN_OUT {pins[0].name} is not known"
+                raise self._scope.error(text, node.at, "call it in the body")
+        block = self._expressions.methods.this(node.at, above=True).type
+        assert isinstance(block, BlockType)
+        given = block_arguments(node, block, self._scope)
+        types = {pin.name: pin.type for pin in block.variables if pin.section == "VAR_INPUT"}
+        inputs = tuple(
+            (name, self._expressions.check(given[name.upper()].value, kind))
+            for name, kind in types.items()
+            if name.upper() in given
+        )
+        return t.CallBase(block, inputs, node.at)
+
+    def _instance(self, node: s.CallStatement) -> t.Variable:
+        callee = node.callee
+        if isinstance(callee, s.Name) and self._scope.symbol(callee.key) is None:
+            pou = self._scope.declarations.pous.get(callee.key)
+            if callee.key in BLOCKS or (pou is not None and pou.kind == "FUNCTION_BLOCK"):
+                raise self._scope.error(
+                    f"{callee.text} is a type of block", callee.at, "declare and call an instance"
+                )
+            if callee.key in self._scope.declarations.broken:
+                raise ConsequenceError(f"{callee.text} has an error")
+            if self._scope.registry.is_standard(callee.key) or pou is not None:
+                raise self._scope.error(
+                    f"the result of {callee.text} is not used", callee.at, "assign it"
+                )
+        found = self._expressions.variable(callee)
+        if not isinstance(found.type, BlockType):
+            raise self._scope.error(
+                f"a {describe(found.type)} cannot be called; only blocks can", callee.at
+            )
+        return found
+
+    def _in_out(self, argument: s.Argument, pin: Variable, block: BlockType) -> t.Variable:
+        value = argument.value
+        if not isinstance(value, PLACES):
+            raise self._scope.error(
+                f"the VAR_IN_OUT {pin.name} of {block.name} needs a variable", argument.at
+            )
+        objects, is_block = self._scope.declarations.objects, isinstance(pin.type, BlockType)
+        found = self._expressions.variable(value) if is_block else self._expressions.writable(value)
+        below = is_block and objects.is_a(found.type, pin.type)
+        below = below or fills(found.type, pin.type)
+        if found.type != pin.type and not same_text(found.type, pin.type) and not below:
+            raise self._scope.error(
+                f"{pin.name} of {block.name} needs a {describe(pin.type)},"
+                f" not a {describe(found.type)}",
+                argument.at,
+            )
+        part: t.Variable = found
+        while isinstance(part, (t.Member, t.Index)):
+            if isinstance(part.base.type, BlockType):
+                self._scope.note("pins as VAR_IN_OUT", argument.at)
+            part = part.base
+        return found
+
+    def _check_aliases(
+        self, in_outs: list[tuple[str, t.Variable]], block: BlockType, node: s.CallStatement
+    ) -> None:
+        """One variable under two names behaves differently on each PLC, so it is refused."""
+        reached = self._scope.declarations.externals(block)
+        for position, (name, variable) in enumerate(in_outs):
+            root = _path(variable)[0]
+            if not isinstance(root, t.Symbol):
+                continue
+            if root.section == "VAR_EXTERNAL" and root.name.upper() in reached:
+                raise self._scope.error(
+                    f"{block.name} also uses the global variable {root.name} itself", node.at
+                )
+            for other_name, other in in_outs[:position]:
+                if _overlap(_path(variable), _path(other)):
+                    raise self._scope.error(
+                        f"{other_name} and {name} are given the same variable", node.at
+                    )
+
+    def _output(self, argument: s.Argument, block: BlockType) -> tuple[str, t.Variable]:
+        assert argument.name is not None
+        pin = pin_of(block, argument.name.text)
+        if pin is None or pin.section != "VAR_OUTPUT":
+            outputs = [pin.name for pin in block.variables if pin.section == "VAR_OUTPUT"]
+            raise self._scope.error(
+                f"{block.name} has no output {argument.name.text}",
+                argument.at,
+                f"it has {', '.join(outputs)}",
+            )
+        assert isinstance(argument.value, PLACES)
+        found = self._expressions.writable(argument.value)
+        if found.type != pin.type and not same_text(found.type, pin.type):
+            raise self._scope.error(
+                f"{pin.name} is a {describe(pin.type)}, its target a {describe(found.type)}",
+                argument.at,
+            )
+        return pin.name, found
+
+
+def root_of(variable: t.Variable) -> t.Symbol | None:
+    """The declared variable that something is part of; None behind a pointer or a call."""
+    while isinstance(variable, (t.Member, t.Index)):
+        variable = variable.base
+    return variable.symbol if isinstance(variable, t.Use) else None
+
+
+def _path(variable: t.Variable) -> list[object]:
+    """The symbol, then each member name or constant index; None for an index unknown yet."""
+    if isinstance(variable, t.Use):
+        return [variable.symbol]
+    if isinstance(variable, t.Member):
+        return [*_path(variable.base), variable.name]
+    if not isinstance(variable, t.Index):
+        return [object()]  # What a pointer leads to is not known before.
+    indices = variable.indices
+    known = all(isinstance(index, t.Constant) for index in indices)
+    step = tuple(index.value for index in indices if isinstance(index, t.Constant))
+    return [*_path(variable.base), step if known else None]
+
+
+def _overlap(first: list[object], second: list[object]) -> bool:
+    return all(a is None or b is None or a == b for a, b in zip(first, second, strict=False))

@@ -1,0 +1,185 @@
+"""Which argument of a call is meant for which pin, of functions and of blocks."""
+
+from __future__ import annotations
+
+from structured_text.errors import InputError
+from structured_text.language import syntax as s
+from structured_text.language import tree as t
+from structured_text.language.declare import Scope
+from structured_text.language.standard import Signature, pin_name
+from structured_text.language.types import BlockType, ElementaryType, EnumType, Variable
+
+__all__ = ["block_arguments", "function_arguments", "pin_of", "standard_arguments"]
+
+
+def function_arguments(
+    node: s.Call, pou: t.Pou, scope: Scope
+) -> tuple[dict[str, s.Argument], dict[str, s.Argument]]:
+    """The arguments of a function of the sources by the name of their pin.
+
+    Returns:
+        Those of its VAR_INPUT and VAR_IN_OUT by upper-case name, and where outputs are sent to by
+        their name as declared.
+
+    Raises:
+        InputError: arguments that do not fit.
+    """
+    pins = [one for one in pou.symbols.values() if one.section in ("VAR_INPUT", "VAR_IN_OUT")]
+    given: dict[str, s.Argument] = {}
+    sent: dict[str, s.Argument] = {}
+    outputs = {one.name.upper(): one for one in pou.section("VAR_OUTPUT")}
+    every = [*pins, *outputs.values()]
+    unnamed = [one for one in node.arguments if one.name is None]
+    _are_named(node, scope)
+    if len(unnamed) > len(every) or (pins and not node.arguments):
+        message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
+        raise scope.error(message, node.at)
+    for symbol, argument in zip(every, node.arguments, strict=False):
+        if argument.name is not None:
+            continue
+        if symbol.section == "VAR_OUTPUT":
+            sent[symbol.name] = argument
+        else:
+            given[symbol.name.upper()] = argument
+    for argument in node.arguments:
+        if argument.name is None:
+            continue
+        key = argument.name.key
+        if argument.output and key in outputs:
+            sent[outputs[key].name] = argument
+            continue
+        if key not in (symbol.name.upper() for symbol in pins) or argument.output:
+            raise scope.error(
+                f"{pou.name} has no input {key}",
+                argument.at,
+                f"it has {', '.join(symbol.name for symbol in pins)}",
+            )
+        if key in given:
+            raise scope.error(f"{argument.name.text} is given twice", argument.at)
+        given[key] = argument
+    if unnamed and len(given) < len(pins):
+        scope.note("inputs of a function left out", node.at)
+    for symbol in pins:
+        scalar = isinstance(symbol.type, (ElementaryType, EnumType))
+        if symbol.name.upper() in given:
+            continue
+        if not scalar or symbol.section == "VAR_IN_OUT":
+            message = f"the input {symbol.name} of {pou.name} is missing"
+            raise scope.error(message, node.at)
+    return given, sent
+
+
+def standard_arguments(
+    node: s.Call, signature: Signature, scope: Scope
+) -> list[tuple[s.Argument, tuple[str, str]]]:
+    """The arguments in the order of the pins, each with its (name, type).
+
+    Raises:
+        InputError: arguments that do not fit.
+    """
+    pins = list(signature.pins)
+    if signature.extensible:
+        name, kind = pins[-1]
+        first = int(name[2:])
+        extra = len(node.arguments) - len(pins)
+        pins += [(f"IN{first + 1 + more}", kind) for more in range(extra)]
+    if len(node.arguments) != len(pins):
+        least = "at least " if signature.extensible else ""
+        raise scope.error(
+            f"{node.function.text} takes {least}{len(pins)} arguments, not {len(node.arguments)}",
+            node.at,
+        )
+    named = [argument for argument in node.arguments if argument.name is not None]
+    if not named:
+        return list(zip(node.arguments, pins, strict=True))
+    names = [name for name, _ in pins]
+    given = {}
+    for argument in named:
+        assert argument.name is not None
+        key = argument.name.key
+        if key not in names and key in _PIN_NAMES:
+            scope.note("another name of a pin", argument.at, f"{key} is {_PIN_NAMES[key]}")
+            key = _PIN_NAMES[key]
+        given[key] = argument
+    if len(given) != len(pins) or set(given) != {name for name, _ in pins}:
+        raise scope.error(
+            f"{node.function.text} needs {', '.join(name for name, _ in pins)}", node.at
+        )
+    return [(given[name], (name, kind)) for name, kind in pins]
+
+
+#: What CODESYS and TwinCAT call the pins of the functions of texts.
+_PIN_NAMES = {
+    "STR": "IN",
+    "SIZE": "L",
+    "LEN": "L",
+    "POS": "P",
+    "STR1": "IN1",
+    "STR2": "IN2",
+}
+
+
+def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> dict[str, s.Argument]:
+    """The input and in-out arguments by upper-case pin name.
+
+    Raises:
+        InputError: arguments that do not fit.
+    """
+    named = _are_named(node, scope)
+    pins = [pin for pin in block.variables if pin.section in ("VAR_INPUT", "VAR_IN_OUT")]
+    if not named:
+        if len(node.arguments) not in (0, len(pins)):
+            raise scope.error(
+                f"{block.name} takes {len(pins)} arguments, not {len(node.arguments)}",
+                node.at,
+                "name the arguments",
+            )
+        return {pin.name.upper(): item for pin, item in zip(pins, node.arguments, strict=False)}
+    given: dict[str, s.Argument] = {}
+    sent: set[str] = set()
+    for pin, argument in zip(pins, node.arguments, strict=False):
+        if argument.name is None:
+            given[pin.name.upper()] = argument
+    if sum(one.name is None for one in node.arguments) > len(given):
+        raise scope.error(f"{block.name} takes {len(pins)} arguments without names", node.at)
+    for argument in node.arguments:
+        if argument.name is None:
+            continue
+        key = pin_name(block, argument.name.key)
+        if key != argument.name.key:
+            scope.note("another name of a pin", argument.at, f"{argument.name.key} is {key}")
+        known = key in (pin.name.upper() for pin in pins)
+        if not argument.output and not known:
+            raise _no_pin(block, argument.name, pins, scope)
+        if key in (sent if argument.output else given):
+            raise scope.error(f"{argument.name.text} is given twice", argument.at)
+        if argument.output:
+            sent.add(key)
+        else:
+            given[key] = argument
+    return given
+
+
+def _are_named(node: s.Call | s.CallStatement, scope: Scope) -> bool:
+    """Whether arguments are named; one without a name is for the pin at its own place."""
+    named = [argument.name is not None for argument in node.arguments]
+    if any(named) and not all(named):
+        scope.note("named and positional arguments together", node.at)
+    return any(named)
+
+
+def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) -> InputError:
+    pin = pin_of(block, name.text)
+    if name.key in ("EN", "ENO"):
+        return scope.error(f"{name.key} is not supported (enable pins)", name.at, "use IF")
+    if pin is not None and pin.section == "VAR_OUTPUT":
+        hint = f"write {pin.name} => variable"
+    else:
+        hint = f"it has {', '.join(pin.name for pin in pins)}"
+    return scope.error(f"{block.name} has no input {name.text}", name.at, hint)
+
+
+def pin_of(block: BlockType, name: str) -> Variable | None:
+    """The variable of a block by its name, without case."""
+    key = pin_name(block, name)
+    return next((pin for pin in block.variables if pin.name.upper() == key), None)

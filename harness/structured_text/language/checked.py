@@ -1,0 +1,49 @@
+"""Checked projects, from the cache where the same files were right before."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.language import cache
+from structured_text.language.project import Project, runnable
+
+__all__ = ["analysed", "load"]
+
+
+def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
+    """What the sources mean, or everything that is wrong with them, as `language.load.analyse`."""
+    key = cache.sources_key(paths)
+    lasting = key if cache.is_lasting(paths) else ""
+    errors: list[InputError] = []
+
+    def made() -> Project:
+        from structured_text.language.load import analyse  # a tenth of a start
+
+        project, found = analyse(paths)
+        errors.extend(found)
+        if project is None:
+            raise errors[0]
+        return replace(project, key=lasting)
+
+    try:
+        found = cache.remembered("project", key, lambda: cache.kept("project", lasting, made))
+    except InputError:
+        if not errors:
+            raise
+        return None, errors
+    return found, errors
+
+
+def load(paths: Sequence[Path]) -> Project:
+    """A checked project that has a program to run.
+
+    Raises:
+        InputError: the first mistake, with file, line and what to do.
+    """
+    project, errors = analysed(paths)
+    if project is None:
+        raise errors[0]
+    return runnable(project)

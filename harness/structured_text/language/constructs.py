@@ -1,0 +1,219 @@
+"""Constructs beyond the portable subset: their names, and what to write instead of them.
+
+The built-in engine runs them all. What has a construct is not portable; a tool that knows only the
+portable subset refuses it by this name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.language.syntax import Position
+
+__all__ = ["CONSTRUCTS", "TRANSLATED", "Use", "refuse"]
+
+#: What each is called, and what is written instead where it has to be portable.
+CONSTRUCTS = {
+    "a comment with // or /* */": "write (* ... *)",
+    "a comment inside a comment": "end the outer one first",
+    "a keyword in another spelling": "write FUNCTION_BLOCK",
+    "an access specifier": "leave it out",
+    "VAR_IN_OUT CONSTANT": "use VAR_INPUT",
+    "a pragma": "remove what is in { }",
+    "a REGION": "use a comment",
+    "an empty statement": "remove the ;",
+    "an empty branch": "leave the branch out, or turn the condition round",
+    "no ; after END": "write END_IF; and END_STRUCT; with semicolon",
+    "no END of a POU": "write END_PROGRAM, END_FUNCTION_BLOCK or END_FUNCTION",
+    "a name with __ or _ at its end": "choose another name",
+    "a reserved word as a name": "choose another name",
+    "a variable called as something else": "choose a name that nothing else has",
+    "a number such as 1E3": "write 1.0E3",
+    "# before a name": "leave it out",
+    "STRING with a length": "use plain STRING",
+    "a subrange": "use its base type, and check the value",
+    "an enumeration with values": "leave the values out",
+    "an enumeration with a base type": "leave the base type out",
+    "an enumeration without a name": "declare a TYPE",
+    "a member with the name of its enumeration": "write the member alone",
+    "a structure without a name": "declare a TYPE",
+    "a UNION": "use a STRUCT and convert",
+    "a constant instead of a literal": "write the number",
+    "a constant expression": "write its value",
+    "an array of blocks": "declare each block as a variable of its own",
+    "a block in a structure": "declare the block as a variable of its own",
+    "an initial value of a block": "give the inputs in the call",
+    "an initial value without brackets": "write it in [ ]",
+    "the assignment of a block": "assign its variables",
+    "VAR_STAT": "use VAR of a block",
+    "VAR_INST": "use VAR of a block",
+    "VAR_GLOBAL outside a CONFIGURATION": "declare it in the CONFIGURATION",
+    "a global without VAR_EXTERNAL": "declare it in VAR_EXTERNAL",
+    "VAR_EXTERNAL in a FUNCTION": "give it as an input",
+    "a section in another place": "use VAR",
+    "several qualifiers": "use one",
+    "PERSISTENT": "use RETAIN",
+    "an incomplete address": "write the address",
+    "a located array": "locate each element as a variable of its own",
+    "a located structure": "locate each field as a variable of its own",
+    "a function without VAR_INPUT": "use a block",
+    "a function without a result": "use a block",
+    "a function that never sets its result": "assign to its name",
+    "a function with VAR_OUTPUT or VAR_IN_OUT": "use a block",
+    "a block in a function": "use a block",
+    "a block in another section than VAR": "declare it in VAR",
+    "a FOR counter that is no plain variable": "use a variable of its own",
+    "a number as an enumeration": "use a member",
+    "an enumeration as a number": "use CASE",
+    "inputs of a function left out": "give every input",
+    "named and positional arguments together": "name them all",
+    "a result that is not used": "assign it",
+    "an ACTION": "use a block",
+    "a PROGRAM called by its name": "use a block, and global variables",
+    "several PROGRAMs without a CONFIGURATION": "write a CONFIGURATION",
+    "an array of open length": "write the bounds",
+    "the time as a function": "measure with a TON",
+    "a calculated initial value": "assign it in the first scan",
+    "a bit by its number": "use AND, SHL and SHR",
+    "a part of a word": "use AND, SHL and SHR",
+    "a METHOD": "use a block or function of its own",
+    "a PROPERTY": "use VAR_INPUT and VAR_OUTPUT",
+    "an INTERFACE": "call each block by its name",
+    "EXTENDS": "declare the other block as a variable",
+    "IMPLEMENTS": "leave it out, and call the block by its name",
+    "THIS or SUPER": "name the variable itself",
+    "POINTER TO": "use a VAR_IN_OUT",
+    "REFERENCE TO": "use a VAR_IN_OUT",
+    "ADR or REF": "use a VAR_IN_OUT",
+    "memory looked at as another type": "convert, or use the functions of texts",
+    "pointers compared by < or >": "compare indices",
+    "a character of a text by its number": "use MID",
+    "a NAMESPACE": "write the name without it",
+    "arguments of FB_init": "give them as inputs of the call",
+    "CONTINUE": "use IF",
+    "AND_THEN or OR_ELSE": "use IF inside IF",
+    "S= or R=": "use IF and an assignment",
+    "several targets of an assignment": "write one assignment for each",
+    "a member of a call's result": "assign the result to a variable first",
+    "a CASE of bit strings": "convert to an integer first",
+    "a written VAR_INPUT": "copy it to a variable of its own",
+    "a variable of a block that is no pin": "make it a VAR_OUTPUT",
+    "a written output of a block": "write it inside the block",
+    "pins as VAR_IN_OUT": "copy them to a variable first",
+    "an implicit conversion": "call the conversion",
+    "arithmetic of bit strings": "convert to integers first",
+    "a bitwise operation of integers": "convert to bit strings first",
+    "the negative of an unsigned integer": "convert to a signed one first",
+    "a standard function with another meaning": "choose another name",
+    "a number times a duration": "write the duration first",
+    "a type of the third edition": "use a type of the second edition",
+    "a standard block of the third edition": "use a block of the second edition",
+    "a standard function beyond the second edition": "use one of the second edition",
+    "a standard function of dates or BCD": "use operators, or calculate it",
+    "another name of a pin": "use the name of the second edition",
+}
+
+#: What to do where a detail asks for something else than its construct.
+_DETAILS = {
+    "a constant instead of a literal (a member of an enumeration)": (
+        "declare what it is compared with, or assigned to, as that enumeration"
+    ),
+}
+
+#: Those of which nothing is left in the checked tree, or nothing that `prove` does not know.
+TRANSLATED = frozenset(
+    [
+        "a comment with // or /* */",
+        "a comment inside a comment",
+        "a keyword in another spelling",
+        "an access specifier",
+        "VAR_IN_OUT CONSTANT",
+        "a pragma",
+        "a REGION",
+        "an empty statement",
+        "an empty branch",
+        "no ; after END",
+        "no END of a POU",
+        "a name with __ or _ at its end",
+        "a reserved word as a name",
+        "a variable called as something else",
+        "a number such as 1E3",
+        "# before a name",
+        "a subrange",
+        "a constant instead of a literal",
+        "a member with the name of its enumeration",
+        "a constant expression",
+        "an initial value without brackets",
+        "VAR_GLOBAL outside a CONFIGURATION",
+        "a global without VAR_EXTERNAL",
+        "several qualifiers",
+        "PERSISTENT",
+        "an incomplete address",
+        "a bit by its number",
+        "a part of a word",
+        "S= or R=",
+        "several targets of an assignment",
+        "a CASE of bit strings",
+        "a written VAR_INPUT",
+        "a variable of a block that is no pin",
+        # Types, conversions and functions that it does not know it refuses by itself.
+        "a type of the third edition",
+        "a standard function beyond the second edition",
+        "a standard function of dates or BCD",
+        "STRING with a length",
+        "a standard block of the third edition",
+        "an implicit conversion",
+        "a bitwise operation of integers",
+        "arithmetic of bit strings",
+        "the negative of an unsigned integer",
+        "a standard function with another meaning",
+        "a number times a duration",
+        "another name of a pin",
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Use:
+    """A construct where it is used; `detail` says what it is there."""
+
+    construct: str
+    file: Path
+    at: Position
+    detail: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.construct} ({self.detail})" if self.detail else self.construct
+
+    @property
+    def instead(self) -> str:
+        """What to write instead."""
+        return _DETAILS.get(str(self), CONSTRUCTS[self.construct])
+
+
+def refuse(uses: Iterable[Use], tool: str, carried: Collection[str] = ()) -> None:
+    """Refuse a program with constructs that a tool does not know.
+
+    Args:
+        uses: The constructs of the program.
+        tool: What refuses them.
+        carried: Those that it does know.
+
+    Raises:
+        InputError: there is one; the first is named.
+    """
+    left = [one for one in uses if one.construct not in carried]
+    if left:
+        first = min(left, key=lambda one: (str(one.file), one.at))
+        names = sorted({one.construct for one in left} - {first.construct})
+        more = f"; also {', '.join(names)}" if names else ""
+        raise InputError(
+            f"{tool} does not take {first}{more}",
+            file=first.file,
+            line=first.at.line,
+            column=first.at.column,
+            hint=first.instead,
+        )

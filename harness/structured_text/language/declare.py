@@ -1,0 +1,485 @@
+"""Declares the variables of POUs, and the global ones."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+from structured_text.errors import InputError
+from structured_text.language import syntax as s
+from structured_text.language.constants import NotConstantError
+from structured_text.language.inherit import Inheritance
+from structured_text.language.later import Later, Part
+from structured_text.language.registry import Declared, Registry
+from structured_text.language.resolve import Types
+from structured_text.language.scalars import WIDTH
+from structured_text.language.sizes import size_of
+from structured_text.language.tree import Pou, Symbol
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    InterfaceType,
+    ReferenceType,
+    StructType,
+    Type,
+    Variable,
+    has_block,
+)
+from structured_text.language.values import describe
+
+__all__ = ["Declarations", "Scope"]
+
+#: Sections that are portable in each kind of POU, and those that it may have besides.
+_SECTIONS = {
+    "FUNCTION": ("VAR", "VAR_INPUT"),
+    "FUNCTION_BLOCK": (
+        *("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_EXTERNAL"),
+    ),
+    "PROGRAM": ("VAR", "VAR_TEMP", "VAR_EXTERNAL"),
+    "METHOD": ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_INST"),
+    "CONFIGURATION": ("VAR_GLOBAL",),
+}
+_ALSO = {
+    "FUNCTION": ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP", "VAR_EXTERNAL", "VAR_STAT"),
+    "FUNCTION_BLOCK": ("VAR_STAT",),
+    "PROGRAM": ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_STAT"),
+    "CONFIGURATION": (),
+    "METHOD": ("VAR_STAT",),
+}
+_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+(?:\.\d+)*)", re.IGNORECASE)
+_ADDRESS_BITS = {"": 1, "X": 1, "B": 8, "W": 16, "D": 32, "L": 64}
+#: What tells the globals of a list from those of another with the same name.
+_JOINT = "__"
+
+
+class Declarations(Types):
+    """The resolved declarations of a project.
+
+    Args:
+        registry: All names.
+        report: Takes each error; the declaration it is in is then incomplete.
+    """
+
+    def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
+        super().__init__(registry, report)
+        self.broken: set[str] = set()
+        """Upper-case names of variables whose declaration has an error."""
+        self.qualified: set[str] = set()
+        """Keys of globals that have to be named with their list."""
+        self.programs: set[str] = set()
+        """Keys of those globals that are programs, called by their names."""
+        self.called: set[str] = set()
+        """Those of them that are called, and not only looked at."""
+        self._addresses: dict[str, Type] = {}
+        self._external: list[tuple[s.VarDecl, Type, Declared]] = []
+        self.inheritance = Inheritance(self, report)
+        self.objects = self.inheritance.objects
+
+    def is_known(self, key: str) -> bool:
+        """Whether the sources declare a type, POU or interface of this upper-case name."""
+        registry = self.registry
+        return key in registry.types or key in registry.pous or key in registry.interfaces
+
+    def where(self, key: str) -> Declared:
+        """The declaration of a POU."""
+        return self.registry.pous[key]
+
+    # --- variables ---
+
+    def externals(self, block: BlockType) -> frozenset[str]:
+        """Upper-case names of the global variables a block or the blocks inside it use."""
+        names = set()
+        for variable in block.variables:
+            if variable.section == "VAR_EXTERNAL":
+                names.add(variable.name.upper())
+            elif isinstance(variable.type, BlockType):
+                names |= self.externals(variable.type)
+        return frozenset(names)
+
+    def add_pou(self, node: s.Pou, where: Declared) -> None:
+        """Resolve the interface and the variables of a POU; its body stays empty."""
+        symbols: dict[str, Symbol] = {}
+        self.local = symbols
+        self.sections = [(section, where) for section in node.sections]
+        try:
+            symbols.update(self.inheritance.base_symbols(node, where))
+        except InputError as error:
+            self._report(error)
+        for section in node.sections:
+            self.add_section(section, node.kind, symbols, where)
+        symbols.update(self.inheritance.instance_symbols(node, where))
+        result = None
+        if node.result is not None:
+            try:
+                kind, initial = self.resolve(node.result, where, "result")
+                if has_block(kind):
+                    raise where.error("a block cannot be a result", node.result.at)
+                result = Symbol(node.name.text, kind, "RESULT", node.result.at, initial)
+            except InputError as error:
+                self._report(error)
+                self.broken.add(node.name.key)
+        if node.kind == "FUNCTION" and node.members:
+            text = "a FUNCTION has no methods, properties or actions"
+            self._report(where.error(text, node.members[0].at, "use a FUNCTION_BLOCK"))
+        if node.kind == "FUNCTION":
+            self._note_function(symbols.values(), where)
+        self.local, self.sections = {}, []
+        file = str(where.file)
+        pou = Pou(
+            node.kind, node.name.text, file, symbols, result=result, words=node.words, at=node.at
+        )
+        if node.kind != "FUNCTION":
+            pou.block = BlockType(
+                node.name.text,
+                tuple(
+                    Variable(
+                        symbol.name, symbol.type, symbol.section, symbol.address, symbol.retain
+                    )
+                    for symbol in symbols.values()
+                    if symbol.section != "VAR_TEMP" and "." not in symbol.name
+                ),
+            )
+            try:
+                self.extents.check(pou.block, node.name.text, where, node.at)
+            except InputError as error:
+                self._report(error)
+                pou.block = BlockType(node.name.text)
+                self.extents.refuse(pou.block)
+            self.blocks[node.name.key] = pou.block
+            self.inheritance.add(node, where)
+        self.pous[node.name.key] = pou
+
+    def _note_function(self, symbols: Iterable[Symbol], where: Declared) -> None:
+        sections = {symbol.section for symbol in symbols}
+        if "VAR_INPUT" not in sections:
+            where.note("a function without VAR_INPUT", where.node.name.at)
+        if sections & {"VAR_OUTPUT", "VAR_IN_OUT"}:
+            where.note("a function with VAR_OUTPUT or VAR_IN_OUT", where.node.name.at)
+        if any(has_block(symbol.type) for symbol in symbols):
+            where.note("a block in a function", where.node.name.at)
+
+    def add_globals(self) -> None:
+        """Declare the global variables, of the CONFIGURATION and of lists; then VAR_EXTERNAL."""
+        configuration = self.registry.configuration
+        if configuration is not None and isinstance(configuration.node, s.Configuration):
+            for section in configuration.node.globals:
+                self.add_section(section, "CONFIGURATION", self.globals, configuration)
+        for declared in self.registry.lists:
+            node = declared.node
+            assert isinstance(node, s.GlobalList)
+            found: dict[str, Symbol] = {}
+            known = self.lists.setdefault(node.name.key, {})
+            self.local = found
+            self.add_section(node.section, "CONFIGURATION", found, declared)
+            self.local, self.sections = {}, []
+            for key, symbol in found.items():
+                if key in known:
+                    self._report(declared.error(f"{symbol.name} is declared twice", symbol.at))
+                    continue
+                known[key] = key if key not in self.globals else f"{node.name.key}{_JOINT}{key}"
+                if node.qualified:
+                    self.qualified.add(known[key])
+                if known[key] != key:
+                    symbol = replace(symbol, name=f"{node.name.text}{_JOINT}{symbol.name}")
+                self.globals[known[key]] = symbol
+        for variable, kind, where in self._external:
+            try:
+                self._check_external(variable, kind, where)
+            except InputError as error:
+                self._report(error)
+
+    def global_symbol(self, key: str, local: str = "") -> Symbol | None:
+        """What a POU sees of a global variable, as if VAR_EXTERNAL had declared it."""
+        found = self.globals.get(key)
+        if found is None:
+            return None
+        return Symbol(
+            local or found.name,
+            found.type,
+            "VAR_EXTERNAL",
+            found.at,
+            found.initial,
+            found.constant,
+            source=key,
+        )
+
+    def add_section(
+        self, section: s.Section, kind: str, symbols: dict[str, Symbol], where: Declared
+    ) -> None:
+        """Add the variables of a section to `symbols`, reporting what is wrong with them."""
+        if section.kind not in _SECTIONS[kind]:
+            if section.kind not in _ALSO[kind]:
+                message = f"{section.kind} is not supported in a {kind}"
+                self._report(where.error(message, section.at))
+                return
+            where.note("a section in another place", section.at)
+        for declaration in section.variables:
+            try:
+                for symbol in self._variables(declaration, section, kind, where):
+                    key = symbol.name.upper()
+                    if self.registry.variable_clash(key):
+                        where.note("a variable called as something else", symbol.at)
+                    if key in symbols:
+                        raise where.error(f"{symbol.name} is declared twice", symbol.at)
+                    symbols[key] = symbol
+            except InputError as error:
+                self._report(error)
+                self.broken.update(name.key for name in declaration.names)
+
+    def _variables(
+        self, node: s.VarDecl, section: s.Section, pou: str, where: Declared
+    ) -> list[Symbol]:
+        owner = node.names[0].text
+        open_array = self._open_array(node.spec, section, pou, where)
+        if open_array is not None:
+            return [
+                Symbol(name.text, open_array, "VAR_IN_OUT", name.at, [], _is_input(section))
+                for name in node.names
+            ]
+        kind, initial = self.resolve(node.spec, where, owner)
+        constant_section, calculated = section.qualifier == "CONSTANT", False
+        parts: tuple[Part, ...] = ()
+        if constant_section and section.kind == "VAR_IN_OUT":
+            # What cannot be written may as well be an input; a block stays where it is.
+            where.note("VAR_IN_OUT CONSTANT", section.at)
+            constant_section = False
+            section = section if has_block(kind) else replace(section, kind="VAR_INPUT")
+        if has_block(kind):
+            self._check_block(node, section, pou, constant_section, where)
+        held = isinstance(kind, (ReferenceType, InterfaceType)) and pou != "CONFIGURATION"
+        if node.initial is not None and not held:
+            if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
+                raise where.error("an initial value is not possible here", node.at)
+            block = pou in ("PROGRAM", "FUNCTION_BLOCK")
+            places = ("VAR",) if block else ("VAR", "VAR_TEMP")
+            possible = section.kind in places and not constant_section and pou != "CONFIGURATION"
+            later = Later() if possible else None
+            try:
+                initial = self.initial_value(node.initial, kind, where, initial, later)
+            except NotConstantError:
+                calculated = isinstance(kind, (ElementaryType, EnumType))
+                if not calculated or later is None:
+                    raise
+            parts = tuple(later.found) if later is not None else ()
+            if calculated or parts:
+                where.note("a calculated initial value", node.at)
+        if node.bound and not (isinstance(kind, ReferenceType) and kind.kind == "REFERENCE"):
+            text = f"REF= needs a variable of REFERENCE TO, not a {describe(kind)}"
+            raise where.error(text, node.at)
+        started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
+        if started:
+            where.note("arguments of FB_init", node.spec.at)
+        if started and (section.kind != "VAR" or pou not in ("PROGRAM", "FUNCTION_BLOCK")):
+            raise where.error(
+                "FB_init takes arguments in VAR of a block or program only",
+                node.spec.at,
+                "declare the block there, as a variable of its own",
+            )
+        if section.kind == "VAR_EXTERNAL":
+            self._external.append((node, kind, where))
+        address, area = None, ""
+        if node.address is not None:
+            address = self._address(node, kind, section, pou, where)
+            area = "" if address else node.address.text[1:2].upper()
+        found = [
+            Symbol(
+                name.text,
+                kind,
+                section.kind,
+                name.at,
+                initial,
+                constant_section,
+                address,
+                started=started,
+                calculated=calculated,
+                parts=parts,
+                retain=section.qualifier == "RETAIN",
+                area=area,
+            )
+            for name in node.names
+        ]
+        if section.kind == "VAR_STAT":
+            return [self._static(symbol, where) for symbol in found]
+        return found
+
+    def _open_array(
+        self, spec: s.TypeSpec, section: s.Section, pou: str, where: Declared
+    ) -> Type | None:
+        """The type of a VAR_IN_OUT that is ARRAY [*]; None for any other.
+
+        A VAR_INPUT of a function or method can be one, too: it is not copied, and not written.
+        """
+        places = ("VAR_IN_OUT", "VAR_INPUT") if pou in ("FUNCTION", "METHOD") else ("VAR_IN_OUT",)
+        if not isinstance(spec, s.ArraySpec) or section.kind not in places:
+            return None
+        stars = [isinstance(one.low, s.Name) and one.low.text == "*" for one in spec.dimensions]
+        if not any(stars):
+            return None
+        if not all(stars):
+            raise where.error("either all dimensions are of open length, or none", spec.at)
+        where.note("an array of open length", spec.at)
+        element, _ = self.resolve(spec.element, where)
+        return ArrayType("", tuple((0, 0) for _ in stars), element, open=True)
+
+    def _check_block(
+        self, node: s.VarDecl, section: s.Section, pou: str, constant: bool, where: Declared
+    ) -> None:
+        if constant and section.kind != "VAR_IN_OUT":
+            raise where.error(
+                f"a block cannot stand in {section.kind} CONSTANT of a {pou}",
+                node.at,
+                "declare it without CONSTANT",
+            )
+        if section.kind not in ("VAR", "VAR_EXTERNAL"):
+            where.note("a block in another section than VAR", node.at)
+
+    def _static(self, symbol: Symbol, where: Declared) -> Symbol:
+        """A variable that all instances of its POU share: a global one with a name of its own."""
+        key = f"{where.node.name.key}{_JOINT}{symbol.name.upper()}"
+        name = f"{where.node.name.text}{_JOINT}{symbol.name}"
+        self.globals[key] = replace(symbol, name=name, section="VAR_GLOBAL")
+        found = self.global_symbol(key, symbol.name)
+        assert found is not None
+        return found
+
+    def _check_external(self, node: s.VarDecl, kind: Type, where: Declared) -> None:
+        for name in node.names:
+            found = self.globals.get(name.key)
+            if found is None:
+                if name.key in self.broken:
+                    continue
+                raise where.error(f"there is no global variable {name.text}", name.at)
+            if found.type != kind:
+                raise where.error(f"the global {name.text} is a {describe(found.type)}", name.at)
+
+    def _address(
+        self, node: s.VarDecl, kind: Type, section: s.Section, pou: str, where: Declared
+    ) -> str | None:
+        assert node.address is not None
+        text = node.address.text.upper()
+        if text.endswith("*"):
+            where.note("an incomplete address", node.address.at)
+            return None
+        parts = _ADDRESS.fullmatch(text)
+        if parts is None:
+            raise where.error(
+                f"{text} is no address", node.address.at, "write it as %IX0.0, %QW3 or %MD10"
+            )
+        if section.kind not in ("VAR", "VAR_GLOBAL") or pou in ("FUNCTION", "FUNCTION_BLOCK"):
+            raise where.error(
+                f"a located variable cannot stand in {section.kind} of a {pou}",
+                node.address.at,
+                "declare it in VAR of the PROGRAM or VAR_GLOBAL",
+            )
+        if len(node.names) > 1:
+            raise where.error("one address for several variables", node.at)
+        if _is_record(kind) and parts[2] != "X" and "." not in parts[3]:
+            where.note("a located structure", node.address.at)
+            return text
+        one = kind.element if isinstance(kind, ArrayType) else kind
+        bits = _bits(one) if isinstance(one, ElementaryType) else 0
+        lies_there = one == kind or (bits > 1 and "." not in parts[3])
+        if bits != _ADDRESS_BITS[parts[2]] or not lies_there:
+            raise where.error(
+                f"a {describe(kind)} does not fit the address {text}",
+                node.address.at,
+                "X takes BOOL, B 8 bits, W 16, D 32, L 64; so do elements of arrays, but for BOOL",
+            )
+        if one != kind:
+            where.note("a located array", node.address.at)
+        if self._addresses.setdefault(text, kind) != kind:
+            raise where.error(
+                f"{text} is also declared as {describe(self._addresses[text])}", node.address.at
+            )
+        return text
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What names mean inside one POU."""
+
+    pou: Pou
+    where: Declared
+    registry: Registry
+    declarations: Declarations
+
+    def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
+        """An error in this POU's file."""
+        return self.where.error(message, at, hint)
+
+    def note(self, construct: str, at: s.Position, detail: str = "") -> None:
+        """Note a construct beyond the portable subset; `detail` says what it is here."""
+        self.where.note(construct, at, detail)
+
+    def symbol(self, key: str) -> Symbol | None:
+        """The variable of this upper-case name, a function's result and globals included."""
+        found = self.pou.symbols.get(key)
+        if found is not None:
+            return found
+        result = self.pou.result
+        if result is not None and result.name.upper() == key:
+            return result
+        if self.pou.owner is not None:
+            found = self.pou.owner.symbols.get(key)
+            if found is not None and found.section != "VAR_TEMP":
+                if found.section == "VAR_IN_OUT":
+                    found.shared = found.addressed = True
+                return found
+        declarations = self.declarations
+        plain = key in declarations.globals and key not in declarations.qualified
+        if plain and key not in declarations.programs:
+            return self._global(key, self.where.node.at)
+        return self._program(key)
+
+    def _program(self, key: str) -> Symbol | None:
+        """The one instance of a PROGRAM, called by the name of the program."""
+        found = self.declarations.pous.get(key)
+        if found is None or found.kind != "PROGRAM" or found.block is None:
+            return None
+        if found is (self.pou.owner or self.pou):
+            return None
+        if key not in self.declarations.programs:
+            self.declarations.programs.add(key)
+            at = self.declarations.where(key).node.at
+            self.declarations.globals[key] = Symbol(found.name, found.block, "VAR_GLOBAL", at)
+        return self._global(key, self.where.node.at, "a PROGRAM called by its name")
+
+    @property
+    def block(self) -> Pou | None:
+        """The block that a body or method belongs to; None in a function."""
+        pou = self.pou.owner or self.pou
+        return pou if pou.block is not None else None
+
+    def listed(self, name: str, key: str, at: s.Position) -> Symbol | None:
+        """A variable of a list of globals, by upper-case names."""
+        found = self.declarations.lists.get(name, {}).get(key)
+        return None if found is None else self._global(found, at)
+
+    def _global(
+        self, key: str, at: s.Position, construct: str = "a global without VAR_EXTERNAL"
+    ) -> Symbol:
+        self.note(construct, at)
+        known = self.pou.symbols.get(f" {key}")
+        if known is None:
+            known = self.declarations.global_symbol(key)
+            assert known is not None
+            self.pou.symbols[f" {key}"] = known  # no name of the source begins with a blank
+        return known
+
+
+def _is_input(section: s.Section) -> bool:
+    """Is it only read?"""
+    return section.kind == "VAR_INPUT" or section.qualifier == "CONSTANT"
+
+
+def _is_record(kind: Type) -> bool:
+    """Is it a structure, or an array of them, that has a layout?"""
+    inner = kind.element if isinstance(kind, ArrayType) else kind
+    return isinstance(inner, StructType) and size_of(inner) is not None
+
+
+def _bits(kind: ElementaryType) -> int:
+    return {"BOOL": 1, "REAL": 32, "LREAL": 64, **WIDTH}.get(kind.name, 0)

@@ -1,0 +1,260 @@
+"""Values of watched variables: their members and elements one by one, and as texts.
+
+A value is what an engine reads (`engines.base.Value`); its type says what it is made of.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from datetime import date, datetime, time, timedelta
+from functools import reduce
+from itertools import chain, product
+from operator import getitem
+from typing import Any, NamedTuple
+
+from structured_text.errors import InputError
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    StructType,
+    Type,
+)
+from structured_text.output.limits import MOST_LEVELS, MOST_WATCHED
+
+__all__ = [
+    "LONGEST",
+    "Changed",
+    "Part",
+    "check_watched",
+    "count",
+    "described",
+    "is_long",
+    "literal",
+    "members",
+    "parts",
+    "typed",
+]
+__all__ += ["value_text"]
+
+#: An array with more elements is one value: nobody reads as many lanes.
+LONGEST = 64
+
+_NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
+#: Bit strings, by the digits that they are shown with.
+_DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
+#: Digits that a number has beyond doubt.
+_PRECISION = {"REAL": 7, "LREAL": 15}
+#: Elements that are shown of an array that is one value.
+_SHOWN = 8
+_MILLISECOND = timedelta(milliseconds=1)
+
+
+class Part(NamedTuple):
+    """A plain variable in a variable; `way` leads to it in the value of the whole."""
+
+    path: str
+    type: Type
+    way: tuple[str | int, ...]
+
+    def of(self, value: Any) -> Any:
+        """Its own value."""
+        return reduce(getitem, self.way, value)
+
+
+def members(kind: Type) -> tuple[tuple[str, Type], ...]:
+    """The members of a structure, the variables of a block that have a value; else none."""
+    if isinstance(kind, StructType):
+        return kind.fields
+    if isinstance(kind, BlockType):
+        pins = (pin for pin in kind.variables if pin.section not in _NO_STORAGE)
+        return tuple((pin.name, pin.type) for pin in pins)
+    return ()
+
+
+def is_long(kind: Type) -> bool:
+    """Is it an array that is shown as one value?"""
+    if not isinstance(kind, ArrayType):
+        return False
+    return math.prod(high - low + 1 for low, high in kind.bounds) > LONGEST
+
+
+def count(kind: Type) -> int:
+    """How many plain variables `parts` gives, without making them."""
+    if isinstance(kind, (StructType, BlockType)):
+        return sum(count(member) for _, member in members(kind))
+    if isinstance(kind, ArrayType) and not is_long(kind):
+        return math.prod(high - low + 1 for low, high in kind.bounds) * count(kind.element)
+    return 1
+
+
+def check_watched(watched: Mapping[str, Type]) -> None:
+    """Raise InputError if these variables have more parts than can be shown."""
+    found = sum(map(count, watched.values()))
+    if found > MOST_WATCHED:
+        raise InputError(
+            f"{found:,} variables are watched, with all members and elements",
+            hint=f"watch fewer; the limit is {MOST_WATCHED:,}",
+        )
+
+
+def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Part]:
+    """What a variable is made of; a plain one of itself."""
+    if isinstance(kind, (StructType, BlockType)):
+        for name, member in members(kind):
+            yield from parts(f"{path}.{name}", member, (*way, name))
+    elif isinstance(kind, ArrayType) and not is_long(kind):
+        for place in product(*(range(low, high + 1) for low, high in kind.bounds)):
+            steps = (index - low for index, (low, _) in zip(place, kind.bounds, strict=True))
+            name = f"{path}[{','.join(map(str, place))}]"
+            yield from parts(name, kind.element, (*way, *steps))
+    else:
+        yield Part(path, kind, way)
+
+
+class Changed:
+    """Watched variables scan by scan: what of them has another value than in the scan before.
+
+    Args:
+        watched: Their types by path.
+
+    Raises:
+        InputError: they have too many parts.
+    """
+
+    def __init__(self, watched: Mapping[str, Type]) -> None:
+        check_watched(watched)
+        self.parts = {path: list(parts(path, kind)) for path, kind in watched.items()}
+        """The plain variables in each of them."""
+        self._before: dict[str, Any] = {}
+
+    def take(self, values: Mapping[str, Any]) -> Iterator[tuple[Part, Any]]:
+        """The plain variables, with their values, of all that changed; at first of all."""
+        for path, within in self.parts.items():
+            value = values[path]
+            if path in self._before and value == self._before[path]:
+                continue
+            self._before[path] = value
+            yield from ((part, part.of(value)) for part in within)
+
+
+def value_text(kind: Type, value: Any) -> str:
+    """A value as it stands in Structured Text: `TRUE`, `16#8020`, `T#1500ms`, `'text'`, a member.
+
+    Of a long array the first elements; of a pointer or an interface where it leads.
+    """
+    if isinstance(kind, ArrayType):
+        flat = value
+        for _ in kind.bounds[1:]:
+            flat = list(chain.from_iterable(flat))
+        shown = [value_text(kind.element, item) for item in flat[:_SHOWN]]
+        return f"[{', '.join([*shown, '...'] if len(flat) > _SHOWN else shown)}]"
+    if isinstance(value, dict):
+        parts = (f"{name} := {value_text(one, value[name])}" for name, one in members(kind))
+        return f"({', '.join(parts)})"
+    if value is None:
+        return "NULL"
+    if not isinstance(kind, ElementaryType):
+        return str(value)
+    if kind.name == "BOOL":
+        return "TRUE" if value else "FALSE"
+    if kind.name in _DIGITS:
+        return f"16#{value:0{_DIGITS[kind.name]}X}"
+    if kind.name in _PRECISION:
+        return f"{value:.{_PRECISION[kind.name]}g}"
+    if isinstance(value, str):
+        return f"'{''.join(map(_written, _whole(value)))}'"
+    return str(literal(value))
+
+
+def _written(letter: str) -> str:
+    """A character as in a literal: `$0A`, and what has a meaning there with `$` before it."""
+    if letter in "$'":
+        return f"${letter}"
+    return letter if letter.isprintable() else f"${ord(letter):02X}"
+
+
+def _whole(text: str) -> str:
+    """A text without halves of characters, as a WSTRING of 16-bit characters can have them."""
+    return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+
+
+def literal(value: Any) -> Any:
+    """A value as JSON can hold it: a moment as a literal, a REAL that is no number as a word."""
+    if isinstance(value, str):
+        return value if value.isascii() else _whole(value)
+    if isinstance(value, timedelta):
+        return f"T#{value / _MILLISECOND:.3f}".rstrip("0").rstrip(".") + "ms"
+    if isinstance(value, datetime):
+        return f"DT#{value:%Y-%m-%d-%H:%M:%S}{_fraction(value)}"
+    if isinstance(value, date):
+        return f"D#{value:%Y-%m-%d}"
+    if isinstance(value, time):
+        return f"TOD#{value:%H:%M:%S}{_fraction(value)}"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, list):
+        return [literal(item) for item in value]
+    if isinstance(value, dict):
+        return {name: literal(item) for name, item in value.items()}
+    return value
+
+
+def _fraction(value: datetime | time) -> str:
+    return f".{value.microsecond:06}".rstrip("0") if value.microsecond else ""
+
+
+def described(kind: Type) -> Any:
+    """A type for the header of a trace: what a reader needs to show its values.
+
+    An elementary type is its name; an enumeration `{"enum", "members"}` with the members' values;
+    an array `{"array", "of"}` with the bounds of each dimension; a structure or block
+    `{"struct", "members"}`.
+    """
+    if isinstance(kind, EnumType):
+        values = {member: kind.value_of(member) for member in kind.members}
+        return {"enum": kind.name, "members": values}
+    if isinstance(kind, ArrayType):
+        return {"array": [list(bounds) for bounds in kind.bounds], "of": described(kind.element)}
+    if isinstance(kind, (StructType, BlockType)):
+        return {
+            "struct": kind.name,
+            "members": {name: described(member) for name, member in members(kind)},
+        }
+    return kind.name
+
+
+def _whole_number(given: Any) -> int:
+    """Return a whole number as it is; a float may be infinite."""
+    if type(given) is not int:
+        raise ValueError("no whole number")
+    return given
+
+
+def typed(description: Any, level: int = 0) -> Type:
+    """The type that `described` has described; blocks are structures then.
+
+    Raises:
+        KeyError, TypeError, ValueError: it is no description of a type.
+    """
+    if level > MOST_LEVELS:
+        raise ValueError("too many levels")
+    if isinstance(description, str):
+        return ElementaryType(description)
+    if "enum" in description:
+        given = description["members"]
+        return EnumType(
+            description["enum"], tuple(given), tuple(map(_whole_number, given.values()))
+        )
+    level += 1
+    if "array" in description:
+        bounds = tuple(
+            (_whole_number(low), _whole_number(high)) for low, high in description["array"]
+        )
+        if any(low > high for low, high in bounds):
+            raise ValueError("empty bounds")
+        return ArrayType("", bounds, typed(description["of"], level))
+    fields = tuple((name, typed(member, level)) for name, member in description["members"].items())
+    return StructType(description["struct"], fields)

@@ -1,0 +1,140 @@
+"""How large the variables of a program are, known before any of them is made.
+
+A kilobyte of declarations can describe more variables than any computer holds. So each type is
+measured once, from what was measured of its parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from structured_text.language.registry import ConsequenceError, Declared
+from structured_text.language.scalars import ANY_STRING, string_length
+from structured_text.language.syntax import Position
+from structured_text.language.tree import Symbol
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from structured_text.language.values import array_length
+from structured_text.output.limits import MOST_BLOCKS, MOST_ELEMENTS, MOST_NESTED
+
+__all__ = ["Extents"]
+
+#: Characters of a STRING that count as one element more.
+_CHARACTERS = 8
+_SHOWN = 60
+_HINT = "make arrays smaller, or declare fewer of them"
+#: What has no storage where it is declared.
+_ELSEWHERE = ("VAR_IN_OUT", "VAR_EXTERNAL")
+
+
+class _Extent(NamedTuple):
+    """What a variable of a type is made of.
+
+    Attributes:
+        elements: Plain variables, and one more for each array, structure and block; a STRING
+            counts once more for every eight characters.
+        blocks: Instances of function blocks.
+        levels: Arrays, structures and blocks inside each other.
+    """
+
+    elements: int
+    blocks: int = 0
+    levels: int = 0
+
+
+class Extents:
+    """Measures types, and refuses what is too large."""
+
+    def __init__(self) -> None:
+        # By identity: to compare types takes as long as they are large.
+        self._known: dict[int, tuple[Type, _Extent]] = {}
+        self._refused: dict[int, BlockType] = {}
+        self._made = 0
+
+    def check(self, kind: Type, name: str, where: Declared, at: Position) -> None:
+        """Raise InputError if a variable of a type is more than a program may have.
+
+        Args:
+            kind: The type; its parts have been checked.
+            name: What the message calls it.
+            where: The declaration that it is in.
+            at: Where there.
+        """
+        parts = kind.variables if isinstance(kind, BlockType) else ()
+        if any(id(part.type) in self._refused for part in parts):
+            raise ConsequenceError(f"a part of {name} is too large")
+        _check(self._of(kind), name, where, at)
+
+    def refuse(self, block: BlockType) -> None:
+        """Remember the stand-in for a block that is too large; so is whatever has it inside."""
+        self._refused[id(block)] = block
+
+    def check_all(self, blocks: Iterable[Type], symbols: Iterable[Symbol], where: Declared) -> None:
+        """Raise InputError if the variables of a program are too many together.
+
+        Args:
+            blocks: The types of its program instances.
+            symbols: Its global variables, and those of functions and methods.
+            where: What the message names.
+        """
+        stored = (one.type for one in symbols if one.section not in _ELSEWHERE)
+        _check(self._whole([*blocks, *stored]), "the program", where, where.node.at)
+
+    def make(self, length: int, where: Declared, at: Position) -> None:
+        """Count a list of initial values; raise InputError if all of them take too much memory."""
+        if self._made > MOST_ELEMENTS:
+            raise ConsequenceError("the arrays before this one are too many")
+        self._made += length
+        if self._made > MOST_ELEMENTS:
+            text = f"the arrays up to here have more than {MOST_ELEMENTS:,} elements"
+            raise where.error(text, at, _HINT)
+
+    def _of(self, kind: Type) -> _Extent:
+        known = self._known.get(id(kind))
+        if known is None:
+            known = self._known[id(kind)] = kind, self._measured(kind)
+        return known[1]
+
+    def _measured(self, kind: Type) -> _Extent:
+        if isinstance(kind, ElementaryType):
+            more = string_length(kind) // _CHARACTERS if kind.name in ANY_STRING else 0
+            return _Extent(1 + more)
+        if isinstance(kind, ArrayType):
+            element, length = self._of(kind.element), array_length(kind)
+            return _Extent(1 + element.elements * length, element.blocks * length, _up(element))
+        if isinstance(kind, StructType):
+            return self._whole(field for _, field in kind.fields)
+        if isinstance(kind, BlockType):
+            found = self._whole(one.type for one in kind.variables if one.section not in _ELSEWHERE)
+            return found._replace(blocks=found.blocks + 1)
+        return _Extent(1)
+
+    def _whole(self, parts: Iterable[Type]) -> _Extent:
+        found = _Extent(1)
+        for part in parts:
+            found = _sum(found, self._of(part))
+        return found._replace(levels=_up(found))
+
+
+def _up(inner: _Extent) -> int:
+    return inner.levels + 1
+
+
+def _sum(one: _Extent, other: _Extent) -> _Extent:
+    return _Extent(
+        one.elements + other.elements, one.blocks + other.blocks, max(one.levels, other.levels)
+    )
+
+
+def _check(found: _Extent, name: str, where: Declared, at: Position) -> None:
+    name = f"{name:.{_SHOWN}}"
+    if found.levels > MOST_NESTED:
+        text = f"{name} has more than {MOST_NESTED} arrays, structures and blocks in each other"
+        raise where.error(text, at, "use fewer levels")
+    for number, most, what in (
+        (found.elements, MOST_ELEMENTS, "elements"),
+        (found.blocks, MOST_BLOCKS, "instances of function blocks"),
+    ):
+        if number > most:
+            text = f"{name} has {number:,} {what}, and a program has at most {most:,}"
+            raise where.error(text, at, _HINT)

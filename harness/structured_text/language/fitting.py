@@ -1,0 +1,105 @@
+"""A value where another type is asked for: what converts by itself is made explicit."""
+
+from __future__ import annotations
+
+from structured_text.language import syntax as s
+from structured_text.language import tree as t
+from structured_text.language.checking import Checking
+from structured_text.language.constants import adapt
+from structured_text.language.functions import group
+from structured_text.language.operators import LOGIC
+from structured_text.language.scalars import ANY_INT, ELEMENTARY, string_length
+from structured_text.language.standard import convertible
+from structured_text.language.types import ElementaryType, EnumType, Type
+from structured_text.language.values import describe
+from structured_text.language.widening import converted, widening
+
+__all__ = ["Fitting"]
+
+
+class Fitting:
+    """The conversions in the expressions of one POU.
+
+    Args:
+        expressions: What types them.
+    """
+
+    def __init__(self, expressions: Checking) -> None:
+        self._all = expressions
+        self._scope = expressions.scope
+
+    def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
+        """An expression in the type that is asked for, converted where it widens to that.
+
+        Raises:
+            InputError: it does not.
+        """
+        have = found.type
+        hint = ""
+        if isinstance(want, ElementaryType) and isinstance(have, ElementaryType):
+            if isinstance(found, t.Constant) and isinstance(found.value, str):
+                return adapt(found, want, node.at, self._scope.where)
+            if have.name == want.name:
+                return self._cut(found, have, want)
+            if widening(have.name, want.name) or self._leaves_fit(node, want.name):
+                shown = f"a {describe(have)} where a {describe(want)} is expected"
+                written = f"write {have.name}_TO_{want.name}"
+                self._scope.note("an implicit conversion", node.at, f"{shown}: {written}")
+                return self.converted(found, want)
+            name = f"{have.name}_TO_{want.name}"
+            hint = f"convert it with {name}" if convertible(have.name, want.name) else ""
+        raise self._scope.error(
+            f"a {describe(want)} is expected here, not a {describe(have)}", node.at, hint
+        )
+
+    def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
+        """The call of a conversion, or the constant that it gives."""
+        have = found.type
+        assert isinstance(have, ElementaryType)
+        if have == want:
+            return found
+        if isinstance(found, t.Constant) and widening(have.name, want.name):
+            return t.Constant(converted(found.value, have.name, want), want, True)
+        return t.Standard(f"{have.name}_TO_{want.name}", (found,), want)
+
+    def _cut(self, found: t.Expression, have: ElementaryType, want: ElementaryType) -> t.Expression:
+        """A text for a variable of another length: what it has no room for is cut off."""
+        if string_length(have) <= string_length(want):
+            return found
+        return t.Standard(f"{have.name}_TO_{want.name}", (found,), want)
+
+    def _leaves_fit(self, node: s.Expression, want: str) -> bool:
+        """Whether each operand of a calculation fits a type, though the common type is wider.
+
+        So in `I := I + U` of INT and UINT: the sum is a DINT, of which the INT takes the lower
+        half, as it would have come out with either of the two types.
+        """
+        if isinstance(node, s.Unary) and node.op == "-":
+            return self._leaves_fit(node.operand, want)
+        if isinstance(node, s.Binary) and node.op in (*LOGIC, "+", "-", "*", "/", "MOD"):
+            return self._leaf_fits(node.left, want) and self._leaf_fits(node.right, want)
+        return False
+
+    def _leaf_fits(self, node: s.Expression, want: str) -> bool:
+        kind = self._all.infer(node)
+        if kind is None or group(kind) == want or widening(group(kind), want):
+            return True
+        return self._leaves_fit(node, want)
+
+    def numbered(self, found: t.Expression, want: Type | None, at: s.Position) -> t.Expression:
+        """A member of an enumeration where a number is wanted, and the other way round."""
+        if want is None or found.type == want:
+            return found
+        if isinstance(want, EnumType) and group(found.type) in ANY_INT:
+            self._scope.note("a number as an enumeration", at)
+            return t.Standard("MOVE", (found,), want)
+        if isinstance(found.type, EnumType) and group(want) in ANY_INT:
+            self._scope.note("an enumeration as a number", at)
+            base = ELEMENTARY[found.type.base]
+            moved = t.Standard("MOVE", (found,), base)
+            return (
+                moved
+                if base == want
+                else t.Standard(f"{base.name}_TO_{group(want)}", (moved,), want)
+            )
+        return found

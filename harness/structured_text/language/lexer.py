@@ -1,0 +1,429 @@
+"""From text to tokens; what is not portable is noted, what means nothing is reported."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from lark import Token
+
+from structured_text.errors import InputError
+from structured_text.language.constructs import Use
+from structured_text.language.source import origin
+from structured_text.language.syntax import Name, Position
+from structured_text.language.words import OBJECT_WORDS, Context
+
+__all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
+
+KEYWORDS = frozenset(
+    [
+        "AND",
+        "AND_THEN",
+        "ACTION",
+        "ARRAY",
+        "AT",
+        "BY",
+        "CASE",
+        "CONFIGURATION",
+        "CONSTANT",
+        "CONTINUE",
+        "DO",
+        "ELSE",
+        "ELSIF",
+        "END_ACTION",
+        "END_CASE",
+        "END_CONFIGURATION",
+        "END_FOR",
+        "END_FUNCTION",
+        "END_FUNCTION_BLOCK",
+        "END_IF",
+        "END_PROGRAM",
+        "END_REPEAT",
+        "END_RESOURCE",
+        "END_STRUCT",
+        "END_TYPE",
+        "END_UNION",
+        "END_VAR",
+        "END_WHILE",
+        "EXIT",
+        "FALSE",
+        "FOR",
+        "FUNCTION",
+        "FUNCTION_BLOCK",
+        "IF",
+        "MOD",
+        "NON_RETAIN",
+        "NOT",
+        "OF",
+        "ON",
+        "OR",
+        "OR_ELSE",
+        "PERSISTENT",
+        "PROGRAM",
+        "REPEAT",
+        "RESOURCE",
+        "RETAIN",
+        "RETURN",
+        "STRUCT",
+        "TASK",
+        "THEN",
+        "TO",
+        "TRUE",
+        "TYPE",
+        "UNION",
+        "UNTIL",
+        "VAR",
+        "VAR_EXTERNAL",
+        "VAR_GLOBAL",
+        "VAR_IN_OUT",
+        "VAR_INPUT",
+        "VAR_INST",
+        "VAR_OUTPUT",
+        "VAR_STAT",
+        "VAR_TEMP",
+        "WHILE",
+        "WITH",
+        "XOR",
+        *OBJECT_WORDS,
+    ]
+)
+
+PUNCTUATION = {
+    ":=": "ASSIGN",
+    "=>": "SENDTO",
+    "<=": "LE",
+    ">=": "GE",
+    "<>": "NE",
+    "**": "POWER",
+    "..": "DOTDOT",
+    "+": "PLUS",
+    "-": "MINUS",
+    "*": "STAR",
+    "/": "SLASH",
+    "&": "AMPERSAND",
+    "=": "EQ",
+    "<": "LT",
+    ">": "GT",
+    "(": "LPAR",
+    ")": "RPAR",
+    "[": "LSQB",
+    "]": "RSQB",
+    ",": "COMMA",
+    ";": "SEMICOLON",
+    ":": "COLON",
+    ".": "DOT",
+    "^": "CARET",
+}
+
+#: Keywords of CoDeSys 2.3 without the underscore.
+_SPELLINGS = {"FUNCTIONBLOCK": "FUNCTION_BLOCK", "END_FUNCTIONBLOCK": "END_FUNCTION_BLOCK"}
+#: Who may use a declaration: of types, functions and programs all.
+_ACCESS = frozenset(("PUBLIC", "INTERNAL"))
+#: Keywords only inside a CONFIGURATION, so that a variable may be called so elsewhere.
+_OF_CONFIGURATIONS = frozenset(["ON", "RESOURCE", "TASK", "WITH", "END_RESOURCE"])
+#: Words of the standard that may be names where a tool does not reserve them.
+_RESERVED = frozenset(
+    [*_OF_CONFIGURATIONS, "STEP", "TRANSITION", "FROM", "EN", "ENO", "R_EDGE", "F_EDGE", "ACTION"]
+)
+
+#: Words of what is not supported, with what it is; names where nothing but a name can stand.
+_UNSUPPORTED = {
+    **dict.fromkeys(
+        ("STEP", "INITIAL_STEP", "END_STEP", "TRANSITION", "END_TRANSITION"),
+        "Sequential Function Chart",
+    ),
+    "CLASS": "classes; write a FUNCTION_BLOCK",
+    **dict.fromkeys(("VAR_ACCESS", "VAR_CONFIG"), "access paths"),
+    **dict.fromkeys(("JMP", "GOTO"), "jumps"),
+}
+#: What follows them where they are meant, and not a variable of that name.
+_MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
+
+#: A token and the white space before it.
+_PATTERN = re.compile(
+    r"""\s*(?:
+      (?P<TYPED>
+          L?(?:T|TIME)\#[-+]?[\w.]+
+        | L?(?:D|DATE|TOD|TIME_OF_DAY|DT|DATE_AND_TIME)\#[\d:.\-_]+
+        | W?(?:CHAR|STRING)\#(?:'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
+        | [A-Z_]\w*\#[-+]?
+          (?:\d+\#\w+|\d[\d_]*(?:\.\d[\d_]*)?E[-+]?\d+|\d[\d_]*\.\d[\d_]*|\d\w*|[A-Z_]\w*)
+      )
+    | (?P<IDENT>[A-Z_]\w*)
+    | (?P<comment>\(\*)
+    | (?P<line_comment>//)
+    | (?P<block_comment>/\*)
+    | (?P<punctuation>:=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
+    | (?P<REALNUM>\d[\d_]*(?:\.\d[\d_]*(?:E[-+]?\d+)?|E[-+]?\d+))
+    | (?P<INTEGER>(?:2|8|16)\#\w+|\d[\d_]*)
+    | (?P<STRING>'(?:\$.|[^$'\n])*'|"(?:\$.|[^$"\n])*")
+    | (?P<PART>%[XBWDL]\d+(?!\.))
+    | (?P<DIRECT>%[A-Z]*(?:[\d.]+|\*))
+    | (?P<pragma>[{}])
+    | (?P<hash>\#(?=[A-Z_]))
+    | (?P<unknown>\S)
+    )""",
+    re.VERBOSE | re.IGNORECASE | re.ASCII,
+)
+
+#: Characters of a name; of one that is longer so many are shown.
+_LONGEST_NAME, _SHOWN = 1_000, 40
+_LITERALS = ("TYPED", "INTEGER", "REALNUM", "STRING", "DIRECT", "PART")
+_LABEL_FOLLOWS = re.compile(
+    r"(?:\s*\.\s*\w+)*(?:\s|\(\*[^*]*(?:\*(?!\))[^*]*)*\*\))*(?::(?!=)|,|\.\.)"
+)
+#: What a statement of a CASE may follow, and so a label.
+_BEFORE_LABEL = frozenset(
+    ("SEMICOLON", "OF", "COLON", "END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT")
+)
+#: Ends of what is assigned to, so that S= after it is one sign.
+_TARGET_ENDS = frozenset(("IDENT", "RSQB", "CARET", "INTEGER", "PART"))
+_LATCH = re.compile(r"(?:S|R|REF)=(?!=)", re.IGNORECASE)
+_NESTED = re.compile(r"\(\*|\*\)")
+_OPENS = frozenset(("THEN", "ELSE", "DO", "OF", "REPEAT"))
+_ENDS = frozenset(
+    ("END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT", "END_STRUCT", "END_UNION")
+)
+#: What may stand behind a statement's END without a semicolon between.
+_NO_STATEMENT = frozenset(("SEMICOLON", "ASSIGN"))
+
+#: Makes the error for a message, an offset in the text and a hint.
+_Refuse = Callable[[str, int, str], InputError]
+
+
+@dataclass
+class Notes:
+    """What the lexer met besides tokens: constructs, pragmas, errors."""
+
+    uses: list[Use] = field(default_factory=list)
+    pragmas: list[Name] = field(default_factory=list)
+    errors: list[InputError] = field(default_factory=list)
+
+
+def tokens(text: str, file: Path, notes: Notes | None = None) -> Iterator[Token]:
+    """Split a source into tokens.
+
+    Args:
+        text: The whole source.
+        file: Where it comes from, for messages.
+        notes: Takes constructs, pragmas and errors; without it the first error is raised.
+
+    Yields:
+        Tokens of lark with line and column. An identifier that begins a CASE label is a
+        LABEL, because only what follows tells it from a statement.
+
+    Raises:
+        InputError: characters that mean nothing, where there are no `notes`.
+    """
+    return _Lexer(text, file, notes).tokens()
+
+
+class _Lexer:
+    """One pass over a source."""
+
+    def __init__(self, text: str, file: Path, notes: Notes | None) -> None:
+        self._text, self._file = text, file
+        self._notes = notes
+        self._starts = [0, *(match.end() for match in re.finditer("\n", text))]
+        self._cases = 0
+        self._configuration = False
+        self._previous = ""
+        self._context = Context()
+
+    def _at(self, offset: int) -> Position:
+        line = bisect_right(self._starts, offset)
+        return Position(*origin(self._file, line, offset - self._starts[line - 1] + 1))
+
+    def _refuse(self, message: str, offset: int, hint: str = "") -> None:
+        line, column = self._at(offset)
+        error = InputError(message, file=self._file, line=line, column=column, hint=hint)
+        if self._notes is None:
+            raise error
+        self._notes.errors.append(error)
+
+    def _note(self, construct: str, offset: int, detail: str = "") -> None:
+        if self._notes is not None:
+            self._notes.uses.append(Use(construct, self._file, self._at(offset), detail))
+
+    def tokens(self) -> Iterator[Token]:
+        """See the function of this name."""
+        text = self._text
+        behind = 0
+        while found := _PATTERN.match(text, behind):
+            kind = str(found.lastgroup)
+            offset, behind = found.span(kind)
+            value = text[offset:behind]
+            if kind == "punctuation":
+                kind = PUNCTUATION[value]
+            elif kind == "IDENT":
+                if len(value) > _LONGEST_NAME:
+                    text = f"a name of {len(value):,} characters: {value[:_SHOWN]}..."
+                    self._refuse(text, offset, f"the limit is {_LONGEST_NAME:,}")
+                    value = value[:_SHOWN]
+                word = value.upper()
+                if word in _SPELLINGS:
+                    self._note("a keyword in another spelling", offset)
+                    value = word = _SPELLINGS[word]
+                special = self._context.kind(word, self._previous, text, behind)
+                if special:
+                    kind = special
+                elif word in KEYWORDS and word not in OBJECT_WORDS:
+                    kind = self._keyword(word)
+                if self._is_access(word, behind):
+                    self._note("an access specifier", offset)
+                    continue
+                if kind == "IDENT":
+                    latch = self._previous in _TARGET_ENDS and _LATCH.match(text, offset)
+                    if latch:
+                        kind, behind = "LATCH", latch.end()
+                        value = latch.group()
+                    elif word in ("REGION", "END_REGION") and self._skips(behind):
+                        self._note("a REGION", offset)
+                        behind = text.find("\n", behind) if word == "REGION" else behind
+                        if behind < 0:
+                            return
+                        continue
+                    else:
+                        kind = self._name(value, word, offset, behind)
+            elif kind == "unknown" and value in "'\"":
+                self._unknown(kind, value, offset)
+                kind, behind = "STRING", self._line_end(offset)
+                value = "''"
+            elif kind not in _LITERALS:
+                behind = self._skipped(kind, value, offset, behind)
+                if behind < 0:
+                    return
+                continue
+            elif kind in ("INTEGER", "REALNUM"):
+                if text[behind : behind + 1].isalnum():
+                    hint = "write reals as 1.0E3, hexadecimal as 16#FF"
+                    self._refuse("a malformed number", offset, hint)
+                elif kind == "REALNUM" and "." not in value:
+                    self._note("a number such as 1E3", offset)
+            if kind == "SEMICOLON":
+                self._empty(offset)
+            elif self._previous in _ENDS and kind not in _NO_STATEMENT:
+                self._note("no ; after END", offset)
+            at = self._at(offset)
+            yield Token(kind, value, offset, at.line, at.column)
+            self._previous = kind
+
+    def _is_access(self, word: str, behind: int) -> bool:
+        """Is this PUBLIC or INTERNAL before the name of a type or program?"""
+        if word not in _ACCESS or self._previous not in ("TYPE", "PROGRAM"):
+            return False
+        return re.match(r"\s+[A-Za-z_]", self._text[behind : behind + 40]) is not None
+
+    def _line_end(self, offset: int) -> int:
+        line = bisect_right(self._starts, offset)
+        return self._starts[line] - 1 if line < len(self._starts) else len(self._text)
+
+    def _keyword(self, word: str) -> str:
+        """The kind of a word that is a keyword somewhere."""
+        if word in _OF_CONFIGURATIONS and not self._configuration:
+            return "IDENT"
+        if self._previous == "DOT":
+            return "IDENT"
+        if word == "CASE":
+            self._cases += 1
+        elif word == "END_CASE":
+            self._cases -= 1
+        elif word == "CONFIGURATION":
+            self._configuration = True
+        elif word == "END_CONFIGURATION":
+            self._configuration = False
+        return word
+
+    def _name(self, value: str, word: str, offset: int, behind: int) -> str:
+        """The kind of an identifier: IDENT, or LABEL where it begins a label of a CASE."""
+        if word in _UNSUPPORTED and self._previous != "DOT" and _MEANT.match(self._text, behind):
+            self._refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset)
+        elif word in ("R_EDGE", "F_EDGE") and self._previous == "IDENT":
+            self._refuse(f"{word} is not supported (edge qualifiers)", offset, "use an R_TRIG")
+        if "__" in word or word.endswith("_"):
+            self._note("a name with __ or _ at its end", offset)
+        elif word in _RESERVED:
+            self._note("a reserved word as a name", offset)
+        if self._cases and self._previous in _BEFORE_LABEL:
+            return "LABEL" if _LABEL_FOLLOWS.match(self._text, behind) else "IDENT"
+        return "IDENT"
+
+    def _skips(self, behind: int) -> bool:
+        """Is REGION the beginning of one here, and no name?"""
+        rest = self._text[behind : behind + 40].lstrip(" \t")
+        return self._previous != "DOT" and not rest.startswith((":", ".", ",", ")", "(", "="))
+
+    def _empty(self, offset: int) -> None:
+        """A semicolon that ends nothing."""
+        if self._previous in _OPENS or self._previous in ("SEMICOLON", "COLON", "", "END_VAR"):
+            self._note("an empty statement", offset)
+
+    def _skipped(self, kind: str, value: str, offset: int, behind: int) -> int:
+        """Where what is no token has ended; -1 at the end of the text."""
+        text = self._text
+        if kind == "comment":
+            return self._behind_comment(offset)
+        if kind == "line_comment":
+            self._note("a comment with // or /* */", offset)
+            return text.find("\n", offset)
+        if kind == "block_comment":
+            self._note("a comment with // or /* */", offset, "/* */")
+            end = text.find("*/", offset + 2)
+            if end < 0:
+                self._refuse("this comment is never closed", offset, "end it with */")
+            return end + 2 if end >= 0 else -1
+        if kind == "pragma" and value == "{":
+            return self._behind_pragma(offset)
+        if kind == "hash":
+            self._note("# before a name", offset)
+            return behind
+        self._unknown(kind, value, offset)
+        return behind
+
+    def _behind_comment(self, offset: int) -> int:
+        """Where the comment that begins there has ended, with those inside it."""
+        end = self._text.find("*)", offset + 2)
+        if end < 0:
+            self._refuse("this comment is never closed", offset, "end it with *)")
+            return -1
+        nested = self._text.find("(*", offset + 2, end)
+        if nested < 0:
+            return end + 2
+        self._note("a comment inside a comment", nested)
+        depth = 1
+        for mark in _NESTED.finditer(self._text, offset + 2):
+            depth += 1 if mark.group() == "(*" else -1
+            if not depth:
+                return mark.end()
+        return end + 2  # of those who do not nest them
+
+    def _behind_pragma(self, offset: int) -> int:
+        if self._text.startswith("{{", offset):
+            end = self._text.find("}}", offset)
+            self._refuse("C code in a pragma is not supported", offset, "write Structured Text")
+            return end + 2 if end > 0 else -1
+        end = self._text.find("}", offset)
+        if end < 0:
+            self._refuse("this pragma is never closed", offset, "end it with }")
+            return -1
+        said = self._text[offset + 1 : end].strip()
+        self._note("a pragma", offset)
+        if re.match(r"(?:IF|ELSIF|ELSE|END_IF)\b", said, re.IGNORECASE):
+            hint = "leave one of its branches"
+            self._refuse("conditional compilation is not supported", offset, hint)
+        if self._notes is not None:
+            self._notes.pragmas.append(Name(said, self._at(offset)))
+        return end + 1
+
+    def _unknown(self, kind: str, value: str, offset: int) -> None:
+        """Say what is wrong with characters that begin nothing that is known."""
+        if kind == "pragma":
+            self._refuse("a } without {", offset, "remove it")
+        elif value in ("'", '"'):
+            hint = f"end it with {value} on the same line"
+            self._refuse("this string is never closed", offset, hint)
+        else:
+            self._refuse(f"the character {value!r} has no meaning here", offset)

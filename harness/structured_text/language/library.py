@@ -1,0 +1,49 @@
+"""What a library says of itself, in a file beside its folder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.output.toml_files import load_toml
+
+__all__ = ["Names"]
+
+
+@dataclass(frozen=True)
+class Names:
+    """Names of a library that its files do not say.
+
+    Attributes:
+        prefix: How the names of its types begin; empty: in any way.
+        project: What an exported project is called.
+        file: How the names of exported files begin.
+        about: What it is, in a line.
+        licence: Its SPDX identifier.
+        copyright: Year and owner, for the licence.
+        owner: Whose it is.
+    """
+
+    prefix: str = ""
+    project: str = "Library"
+    file: str = "library"
+    about: str = ""
+    licence: str = ""
+    copyright: str = ""
+    owner: str = ""
+
+    @classmethod
+    def load(cls, file: Path) -> Names:
+        """Read a file.
+
+        Raises:
+            InputError: it cannot be read, or has another key or no text.
+        """
+        table = load_toml(file)
+        known = [one.name for one in fields(cls)]
+        for key, value in table.items():
+            if key not in known or not isinstance(value, str):
+                hint = f"it has texts only: {', '.join(known)}"
+                raise InputError(f"{key} is no name of a library", file=file, hint=hint)
+        return cls(**table)

@@ -1,0 +1,459 @@
+"""The front end's two questions: what do these sources mean, and what is wrong with them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from structured_text.errors import InputError
+from structured_text.language import syntax as s
+from structured_text.language.bodies import check_body, check_start
+from structured_text.language.compiling import deeply, uncollected
+from structured_text.language.declare import Declarations, Scope
+from structured_text.language.located import located
+from structured_text.language.parser import read_text
+from structured_text.language.project import Project, Run, Task, Unit, runnable
+from structured_text.language.registry import Declared, Registry, parts_of
+from structured_text.language.resolve import ConsequenceError
+from structured_text.language.scalars import TIME
+from structured_text.language.source import source_text
+from structured_text.language.tree import Pou
+from structured_text.language.types import BlockType, Variable
+from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
+
+__all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "read_file"]
+__all__ += ["too_deep"]
+
+#: Parses one source.
+Read = Callable[[Path], s.Source]
+
+#: Priority that the standard gives a task without one: the lowest comes last.
+_LOWEST = 65535
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """The instances, tasks, base tick and running order of a project."""
+
+    instances: dict[str, BlockType]
+    tasks: tuple[Task, ...]
+    tick_us: int | None
+    runs: tuple[Run, ...]
+
+
+def configure(registry: Registry, declarations: Declarations) -> Schedule:
+    """Work out what runs when.
+
+    Sources without a CONFIGURATION run one PROGRAM in every scan, as `Main` (`_uncalled`).
+
+    Raises:
+        InputError: no program to run, more than one without a CONFIGURATION, or a mistake in
+            the CONFIGURATION.
+    """
+    declared = registry.configuration
+    if declared is None:
+        programs = _uncalled(registry, declarations)
+        blocks = [pou.block for pou in programs if pou.block is not None]
+        instances = dict(zip(("Main",), blocks, strict=False))
+        return Schedule(instances, (), None, tuple(Run(name, 1) for name in instances))
+    return _configured(declared, registry, declarations)
+
+
+def _uncalled(registry: Registry, declarations: Declarations) -> list[Pou]:
+    """The program that runs where no CONFIGURATION says it; none where all are called.
+
+    It is the only one that no other calls, or else what CODESYS and TwinCAT give a new project:
+    PLC_PRG or MAIN.
+    """
+    programs = [pou for pou in declarations.pous.values() if pou.kind == "PROGRAM"]
+    if len(programs) > 1:
+        first = registry.pous[programs[0].name.upper()]
+        first.note("several PROGRAMs without a CONFIGURATION", first.node.name.at)
+    free = [pou for pou in programs if pou.name.upper() not in declarations.called]
+    usual = [pou for pou in free if pou.name.upper() in ("MAIN", "PLC_PRG")]
+    if len(free) > 1 and len(usual) != 1:
+        second = registry.pous[free[1].name.upper()]
+        raise second.error(
+            f"several programs and no CONFIGURATION: {', '.join(pou.name for pou in free)}",
+            second.node.name.at,
+            "add one; or call the others from one of them, or call that MAIN or PLC_PRG",
+        )
+    return usual if len(free) > 1 else free
+
+
+def _configured(declared: Declared, registry: Registry, declarations: Declarations) -> Schedule:
+    node = declared.node
+    assert isinstance(node, s.Configuration)
+    if node.resources > 1:
+        raise declared.error("more than one RESOURCE is not supported", node.at)
+    intervals: dict[str, tuple[s.Name, int, int]] = {}
+    for task in node.tasks:
+        if task.name.key in intervals:
+            raise declared.error(f"the task {task.name.text} is declared twice", task.at)
+        intervals[task.name.key] = (task.name, *_settings(task, declared, declarations))
+    instances: dict[str, BlockType] = {}
+    members: dict[str, list[str]] = {key: [] for key in intervals}
+    free: list[str] = []
+    for program in node.programs:
+        instances[program.name.text] = _instance(
+            program, instances, declared, registry, declarations
+        )
+        if program.task is None:
+            free.append(program.name.text)
+        elif program.task.key not in members:
+            raise declared.error(f"there is no task {program.task.text}", program.task.at)
+        else:
+            members[program.task.key].append(program.name.text)
+    if not instances:
+        raise declared.error("the CONFIGURATION has no PROGRAM", node.at)
+    tasks = tuple(
+        Task(name.text, interval, priority, tuple(members[key]))
+        for key, (name, interval, priority) in intervals.items()
+    )
+    tick = math.gcd(*(task.interval_us for task in tasks)) if tasks else None
+    runs = [
+        Run(instance, task.interval_us // (tick or 1))
+        for task in sorted(tasks, key=lambda task: task.priority)
+        for instance in task.instances
+    ]
+    return Schedule(instances, tasks, tick, (*runs, *(Run(name, 1) for name in free)))
+
+
+def _settings(task: s.Task, declared: Declared, declarations: Declarations) -> tuple[int, int]:
+    interval, priority = 0, _LOWEST
+    for name, value in task.settings:
+        if name.key == "INTERVAL":
+            nanoseconds = declarations.constant(value, TIME, declared).value
+            interval, rest = divmod(int(nanoseconds), 1000)
+            if interval <= 0 or rest:
+                raise declared.error("an interval must be whole microseconds above 0", value.at)
+        elif name.key == "PRIORITY":
+            if not isinstance(value, s.Literal) or not value.text.isdigit():
+                raise declared.error("a priority must be a whole number", value.at)
+            priority = int(value.text)
+        else:
+            raise declared.error(f"{name.text} of a task is not supported", name.at)
+    if not interval:
+        raise declared.error(
+            f"the task {task.name.text} has no INTERVAL", task.at, "write (INTERVAL := T#10ms)"
+        )
+    return interval, priority
+
+
+def _instance(
+    program: s.ProgramInstance,
+    instances: dict[str, BlockType],
+    declared: Declared,
+    registry: Registry,
+    declarations: Declarations,
+) -> BlockType:
+    name, kind = program.name, program.program
+    if program.connected:
+        raise declared.error(
+            "connections of a PROGRAM are not supported", program.at, "use VAR_GLOBAL"
+        )
+    if name.key in (known.upper() for known in instances):
+        raise declared.error(f"the program instance {name.text} is declared twice", name.at)
+    clash = registry.variable_clash(name.key)
+    if clash and name.key != kind.key:  # tools name the only instance of a program as the program
+        raise declared.error(f"{name.text} {clash}", name.at, "choose another instance name")
+    if name.key in declarations.globals and name.key not in declarations.programs:
+        raise declared.error(f"{name.text} is also a global variable", name.at)
+    pou = declarations.pous.get(kind.key)
+    if pou is None or pou.kind != "PROGRAM" or pou.block is None:
+        raise declared.error(f"there is no program {kind.text}", kind.at)
+    others = [one for one, block in instances.items() if block is pou.block]
+    if others and kind.key in declarations.programs:
+        raise declared.error(
+            f"{kind.text} is used by its name, and has the instances {others[0]} and {name.text}",
+            name.at,
+            "only a program with one instance can be",
+        )
+    return pou.block
+
+
+def load(paths: Sequence[Path], read: Read | None = None) -> Project:
+    """Parse and check Structured Text sources.
+
+    Args:
+        paths: The files, in any order; a file given twice counts once.
+        read: What parses one of them.
+
+    Returns:
+        The checked project.
+
+    Raises:
+        InputError: the first mistake, with file, line and what to do.
+    """
+    return runnable(checked(paths, read))
+
+
+def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
+    """The same for sources that may also be a library without a PROGRAM.
+
+    Args:
+        paths: The files.
+        read: What parses one of them.
+
+    Raises:
+        InputError: the first mistake.
+    """
+    project, errors = analyse(paths, read)
+    if errors:
+        raise errors[0]
+    assert project is not None
+    return project
+
+
+def check(paths: Sequence[Path]) -> list[InputError]:
+    """Everything that is wrong with the sources, in the order of the files given.
+
+    Sources without a PROGRAM are a library and are checked as such. What only follows from
+    another error is left out.
+    """
+    return analyse(paths)[1]
+
+
+def analyse(
+    paths: Sequence[Path], read: Read | None = None
+) -> tuple[Project | None, list[InputError]]:
+    """What the sources mean, or everything that is wrong with them; see `check`."""
+    read = read or read_file
+    try:
+        return deeply(partial(_analysed, paths, read))
+    except RecursionError:
+        return None, [too_deep(paths, read)]
+
+
+def read_file(path: Path) -> s.Source:
+    """Parse one file as far as it can be read, with its errors.
+
+    Raises:
+        InputError: the file cannot be read, or is not UTF-8.
+    """
+    return read_text(source_text(path), path)
+
+
+def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
+    """Return the error for sources in which so much lies inside each other that no stack holds it.
+
+    It names the place where the most pieces of syntax do.
+    """
+    sources = [(read or read_file)(path) for path in paths]
+    waiting: list[tuple[int, Path, s.Position, Any]]
+    waiting = [(0, one.file, s.Position(1, 1), one.declarations) for one in sources]
+    deepest = waiting[0] if waiting else (0, None, s.Position(0, 0), None)
+    while waiting:
+        depth, file, at, node = waiting.pop()
+        at = getattr(node, "at", at)
+        if depth > deepest[0]:
+            deepest = depth, file, at, node
+        parts = (
+            node if isinstance(node, tuple) else [getattr(node, name) for name in parts_of(node)]
+        )
+        waiting += [(depth + 1, file, at, part) for part in parts]
+    return InputError(
+        "too many operators, brackets or calls inside each other",
+        file=deepest[1],
+        line=deepest[2].line,
+        hint="assign parts of the expression to variables first",
+    )
+
+
+@uncollected()
+def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[InputError]]:
+    errors: list[InputError] = []
+    sources: list[s.Source] = []
+    missing = False
+    for path in dict.fromkeys(paths):
+        try:
+            source = read(path)
+            _check_size(sources, source)
+        except InputError as error:
+            errors.append(error)
+            missing = True
+        else:
+            sources.append(source)
+            errors += source.errors
+    found: list[InputError] = []
+    project = _resolve(sources, found, whole=not errors)
+    found = _causes(found, sources)
+    # What is declared in a file that cannot be read is not known to the others.
+    errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]
+    errors = [one for one in errors if not isinstance(one, ConsequenceError)]
+    ranks = {str(path): rank for rank, path in enumerate(paths)}
+    errors.sort(key=lambda one: (ranks.get(one.file or "", -1), one.line or 0, one.column or 0))
+    return project if not errors else None, _first(list(dict.fromkeys(errors)))
+
+
+def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
+    """Raise InputError if a source makes the program too large to be compiled."""
+    every = [*before, source]
+    for size, most, what in (
+        (sum(one.characters for one in every), MOST_CHARACTERS, "characters"),
+        (sum(one.tokens for one in every), MOST_TOKENS, "words, numbers and signs"),
+    ):
+        if size > most:
+            raise InputError(
+                f"the sources up to this one have more than {most:,} {what}",
+                file=source.file,
+                hint="leave out what the program does not need",
+            )
+
+
+def _first(errors: list[InputError]) -> list[InputError]:
+    """As many of the errors as anybody reads."""
+    more = len(errors) - MOST_MISTAKES
+    if more <= 0:
+        return errors
+    last = errors[MOST_MISTAKES - 1]
+    text = f"there are more mistakes, which are not shown: {more:,}"
+    return [*errors[:MOST_MISTAKES], InputError(text, file=last.file, line=last.line)]
+
+
+def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:
+    """Those errors that do not only follow from one in the interface that they speak of."""
+    spoiled: dict[str, set[int]] = {}
+    for error in (*errors, *(error for source in sources for error in source.errors)):
+        spoiled.setdefault(error.file or "", set()).add(error.line or 0)
+    names = {
+        name
+        for source in sources
+        for lines in [spoiled.get(str(source.file), set())]
+        for node in (source.declarations if lines else ())
+        for name, first, behind in _interfaces(node)
+        if any(first <= line < behind for line in lines)
+    }
+
+    def follows(error: InputError) -> bool:
+        said = _OF.match(error.message)
+        if said is None:
+            return False
+        name = said[1].upper()
+        return name in names or name.partition(".")[0] in names
+
+    return [error for error in errors if not follows(error)]
+
+
+def _interfaces(node: s.Declaration) -> Iterator[tuple[str, int, int]]:
+    """Name, first line and the line behind the interface of a declaration and of its methods."""
+    name, line = node.name.key, node.at.line
+    if isinstance(node, s.TypeDecl):
+        fields = node.spec.fields if isinstance(node.spec, s.StructSpec) else ()
+        yield name, line, max((one.at.line + 1 for one in fields), default=line + 1)
+    if isinstance(node, (s.Pou, s.Interface)):
+        if isinstance(node, s.Pou):
+            yield name, line, _behind(node.sections, line)
+        for member in node.members:
+            if isinstance(member, s.Method):
+                first = member.at.line
+                yield f"{name}.{member.name.key}", first, _behind(member.sections, first)
+
+
+def _behind(sections: tuple[s.Section, ...], line: int) -> int:
+    return max((one.at.line for part in sections for one in part.variables), default=line) + 1
+
+
+#: Messages that say of a declaration what it lacks.
+_OF = re.compile(
+    r"(?:there is no (?:type|function|variable or namespace) )?"
+    r"(\w+(?:\.\w+)?)(?: (?:takes|has no) .*)?$"
+)
+_UNKNOWN = re.compile(r"there is no |\S+ is not declared")
+
+
+def _resolve(sources: list[s.Source], errors: list[InputError], *, whole: bool) -> Project | None:
+    registry = Registry(sources, errors.append)
+    ordered = registry.ordered()
+    declarations = Declarations(registry, errors.append)
+    for declared in ordered:
+        if isinstance(declared.node, s.Interface):
+            declarations.inheritance.add(declared.node, declared)
+    for declared in ordered:
+        if isinstance(declared.node, s.TypeDecl):
+            declarations.add_type(declared.node, declared)
+        elif isinstance(declared.node, s.Pou):
+            declarations.add_pou(declared.node, declared)
+    declarations.add_globals()
+    declarations.inheritance.finish()
+    for declared in ordered:
+        if isinstance(declared.node, s.Pou):
+            pou = declarations.pous[declared.node.name.key]
+            scope = Scope(pou, declared, registry, declarations)
+            check_body(scope, declared.node.body, errors.append)
+            check_start(scope, declared.node.sections, errors.append)
+    for method, syntax, where in declarations.inheritance.bodies():
+        scope = Scope(method, where, registry, declarations)
+        check_body(scope, syntax.body, errors.append)
+        check_start(scope, syntax.sections, errors.append)
+    if errors or not whole:
+        return None
+    try:
+        schedule = configure(registry, declarations)
+        _check_extent(schedule, registry, declarations, ordered)
+    except InputError as error:
+        errors.append(error)
+        return None
+    return Project(
+        files=_files(ordered),
+        units=tuple(_unit(declared) for declared in ordered),
+        types=declarations.types,
+        blocks=declarations.blocks,
+        pous=declarations.pous,
+        initial=declarations.initial,
+        instances=schedule.instances,
+        configured=registry.configuration is not None,
+        globals={
+            key: Variable(symbol.name, symbol.type, "VAR_GLOBAL", symbol.address, symbol.retain)
+            for key, symbol in declarations.globals.items()
+        },
+        global_symbols=declarations.globals,
+        lists=declarations.lists,
+        located=located(schedule.instances, declarations),
+        tasks=schedule.tasks,
+        tick_us=schedule.tick_us,
+        schedule=schedule.runs,
+        objects=declarations.objects,
+        uses=tuple(dict.fromkeys(registry.uses)),
+        views=declarations.views,
+    )
+
+
+def _check_extent(
+    schedule: Schedule,
+    registry: Registry,
+    declarations: Declarations,
+    ordered: Sequence[Declared],
+) -> None:
+    """Raise InputError if the variables of all that runs are too many."""
+    if not ordered:
+        return
+    bodies = [
+        *declarations.pous.values(),
+        *(one for one, _, _ in declarations.inheritance.bodies()),
+    ]
+    symbols = [symbol for pou in bodies if pou.block is None for symbol in pou.symbols.values()]
+    where = registry.configuration or ordered[-1]
+    blocks = schedule.instances.values()
+    declarations.extents.check_all(blocks, [*declarations.globals.values(), *symbols], where)
+
+
+def _unit(declared: Declared) -> Unit:
+    node = declared.node
+    kind = "TYPE" if isinstance(node, s.TypeDecl) else "CONFIGURATION"
+    if isinstance(node, s.Interface):
+        kind = "INTERFACE"
+    if isinstance(node, s.Pou):
+        kind = node.kind
+    return Unit(kind, node.name.text, declared.file, node.at.line)
+
+
+def _files(ordered: list[Declared]) -> tuple[Path, ...]:
+    """Each file where its last declaration stands in the dependency order."""
+    last = {declared.file: rank for rank, declared in enumerate(ordered)}
+    return tuple(sorted(last, key=lambda file: last[file]))

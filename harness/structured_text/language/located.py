@@ -1,0 +1,144 @@
+"""The directly represented variables of a project: what lies at which address.
+
+An array or a structure at an address is given element by element. Where the address is left to the
+tool (`%I*`), the variables get their places here: first those of 48 bytes or more, for they are
+what a scanner fills, then the others, in order of declaration and beside what has an address.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from itertools import product
+from typing import NamedTuple
+
+from structured_text.language.declare import Declarations
+from structured_text.language.sizes import places_of, size_of
+from structured_text.language.tree import Symbol
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    Located,
+    StructType,
+    Type,
+)
+
+__all__ = ["located"]
+
+_ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
+_LETTERS = {0: "X", 1: "B", 2: "W", 4: "D", 8: "L"}
+_WIDTHS = {letter: width for width, letter in _LETTERS.items()}
+#: Types that a leaf of a structure may have, besides integers and bit strings.
+_LEAVES = ("BOOL", "REAL", "LREAL")
+_WHOLE = re.compile(r"U?(SINT|INT|DINT|LINT)|BYTE|D?WORD|LWORD")
+#: So many bytes have the areas of a robot at least (manual chapter 1, 4).
+_AREA = 48
+
+
+class _Open(NamedTuple):
+    """A variable whose address is left to the tool."""
+
+    area: str
+    path: str
+    type: Type
+
+
+def located(instances: Mapping[str, BlockType], declarations: Declarations) -> tuple[Located, ...]:
+    """Return the directly represented variables: the global ones, then those of each program."""
+    found: list[Located] = []
+    open_ones: list[_Open] = []
+
+    def take(symbol: Symbol, path: str) -> None:
+        if symbol.address is not None:
+            found.extend(_parts(symbol.address, path, symbol.type))
+        elif symbol.area:
+            open_ones.append(_Open(symbol.area, path, symbol.type))
+
+    for symbol in declarations.globals.values():
+        take(symbol, symbol.name)
+    named = {
+        symbol.name: symbol.type
+        for key, symbol in declarations.globals.items()
+        if key in declarations.programs and isinstance(symbol.type, BlockType)
+    }
+    own = list(instances.values())
+    others = {name: block for name, block in named.items() if block not in own}
+    for instance, block in {**instances, **others}.items():
+        for symbol, path in _symbols(instance, block, declarations):
+            take(symbol, path)
+    return (*found, *_placed(open_ones, found))
+
+
+def _symbols(
+    path: str, block: BlockType, declarations: Declarations
+) -> Iterator[tuple[Symbol, str]]:
+    """Yield the variables of a program, and of the blocks inside it, with their paths."""
+    pou = declarations.pous.get(block.name.upper())
+    if pou is None:
+        return
+    for symbol in pou.symbols.values():
+        if "." in symbol.name:
+            continue
+        inner = f"{path}.{symbol.name}"
+        yield symbol, inner
+        if symbol.section == "VAR" and isinstance(symbol.type, BlockType):
+            yield from _symbols(inner, symbol.type, declarations)
+
+
+def _parts(address: str, path: str, kind: Type) -> Iterator[Located]:
+    """Yield a variable, the elements of an array one address after the other, or the fields."""
+    if isinstance(kind, ElementaryType):
+        yield Located(address, path, kind)
+        return
+    parts = _ADDRESS.fullmatch(address)
+    if parts is not None:
+        width = max(_WIDTHS[(parts[2] or "X").upper()], 1)
+        yield from _leaves(parts[1].upper(), int(parts[3]) * width, path, kind)
+
+
+def _leaves(area: str, start: int, path: str, kind: Type) -> Iterator[Located]:
+    """Yield what lies from a byte on; what has no form of its own on the wire is left out."""
+    if isinstance(kind, ArrayType):
+        size = size_of(kind.element)
+        ranges = [range(low, high + 1) for low, high in kind.bounds]
+        for k, indices in enumerate(product(*ranges) if size else ()):
+            place = f"{path}[{','.join(map(str, indices))}]"
+            yield from _leaves(area, start + k * (size or 0), place, kind.element)
+    elif isinstance(kind, StructType) and size_of(kind) is not None:
+        for (name, field), offset in zip(kind.fields, places_of(kind), strict=True):
+            yield from _leaves(area, start + offset, f"{path}.{name}", field)
+    elif isinstance(kind, ElementaryType):
+        if kind.name not in _LEAVES and not _WHOLE.fullmatch(kind.name):
+            return
+        width = 0 if kind.name == "BOOL" else size_of(kind) or 0
+        index = f"{start}.0" if not width else str(start // width)
+        yield Located(f"%{area}{_LETTERS[width]}{index}", path, kind, start)
+
+
+def _placed(open_ones: list[_Open], found: list[Located]) -> Iterator[Located]:
+    """Yield variables without an address, each behind the one before and beside what has one."""
+    taken = {(one.address[1].upper(), byte) for one in found for byte in _bytes_of(one)}
+    large = [one for one in open_ones if (size_of(one.type) or 0) >= _AREA]
+    small = [one for one in open_ones if one not in large]
+    ends = dict.fromkeys("IQM", 0)
+    for area, path, kind in (*large, *small):
+        size = size_of(kind)
+        if not size:
+            continue
+        step = 2 if size > 1 else 1
+        start = -(-ends[area] // step) * step
+        while any((area, start + byte) in taken for byte in range(size)):
+            start += step
+        ends[area] = start + size
+        yield from _leaves(area, start, path, kind)
+
+
+def _bytes_of(one: Located) -> range:
+    """Return the bytes that a variable with an address lies in."""
+    parts = _ADDRESS.fullmatch(one.address)
+    if parts is None:
+        return range(0)
+    width = _WIDTHS[(parts[2] or "X").upper()]
+    start = int(parts[3]) * max(width, 1) if one.start is None else one.start
+    return range(start, start + max(width, 1))

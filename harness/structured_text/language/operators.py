@@ -1,0 +1,301 @@
+"""Operators: the type in which their operands are calculated with, and what they give."""
+
+from __future__ import annotations
+
+from structured_text.language import syntax as s
+from structured_text.language import tree as t
+from structured_text.language.checking import Checking
+from structured_text.language.functions import group
+from structured_text.language.scalars import (
+    ANY_BIT,
+    ANY_DATE,
+    ANY_DURATION,
+    ANY_INT,
+    ANY_NUM,
+    ANY_REAL,
+    BOOL,
+    ELEMENTARY,
+    INT_RANGE,
+    MOMENTS,
+    SIGNED,
+    UNSIGNED,
+)
+from structured_text.language.types import ElementaryType, EnumType, ReferenceType, Type
+from structured_text.language.values import describe
+from structured_text.language.widening import BITS_OF, common, fitting_integer, joined, number_of
+
+__all__ = ["COMPARISONS", "LOGIC", "Operators"]
+
+COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
+LOGIC = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE")
+
+
+class Operators:
+    """The operators in the expressions of one POU."""
+
+    def __init__(self, expressions: Checking) -> None:
+        self._expressions = expressions
+        self._scope = expressions.scope
+
+    def number(self, kind: Type) -> Type:
+        """The type in which a value is calculated with."""
+        return ELEMENTARY[number_of(group(kind))] if group(kind) in ANY_BIT else kind
+
+    def operand_type(
+        self, op: str, left: s.Expression, right: s.Expression, want: Type | None
+    ) -> Type | None:
+        """The type that both operands are brought to; None where neither has one.
+
+        Untyped numbers take that of the other operand, if that has room for them.
+        """
+        one, other = self._expressions.infer(left), self._expressions.infer(right)
+        if op not in COMPARISONS:
+            one, other = _number_of_member(one), _number_of_member(other)
+        if one is None and other is None:
+            return None
+        if one is None or other is None:
+            kind = one or other
+            assert kind is not None
+            return self._with_number(op, kind, right if other is None else left, want)
+        if one == other:
+            return one if op in LOGIC or op in COMPARISONS else self.number(one)
+        self._check_common(one, other, right.at)
+        return self.common(one, other, op)
+
+    def _check_common(self, one: Type, other: Type, at: s.Position) -> None:
+        """ULINT and a signed type: neither has room for the other, so that none is meant.
+
+        Raises:
+            InputError: the two are such.
+        """
+        a, b = group(one), group(other)
+        if a in INT_RANGE and b in INT_RANGE and not common(a, b):
+            raise self._scope.error(
+                f"no integer type has room for both a {a} and a {b}", at, "convert one of them"
+            )
+
+    def common(self, one: Type, other: Type, op: str = "") -> Type:
+        """The type that values of two types are brought to; the first where there is none."""
+        a, b = group(one), group(other)
+        if one == other or not (a and b):
+            return one
+        if a == b and isinstance(one, ElementaryType) and isinstance(other, ElementaryType):
+            return joined([one, other], longer=False)
+        bits = a in ANY_BIT and b in ANY_BIT and op not in LOGIC and op not in COMPARISONS
+        if bits and op:
+            a, b = number_of(a), number_of(b)
+        name = common(a, b)
+        return ELEMENTARY[name] if name else one
+
+    def _with_number(
+        self, op: str, kind: Type, node: s.Expression, want: Type | None
+    ) -> Type | None:
+        """The type of an operation of a type with an untyped number."""
+        name, folded = group(kind), self._expressions.fold(node)
+        if op not in LOGIC and op not in COMPARISONS:
+            name = number_of(name) if name in ANY_BIT else name
+            kind = ELEMENTARY[name] if name else kind
+        if folded is None or folded.typed or name not in INT_RANGE:
+            return kind
+        if isinstance(folded.value, float):
+            return want if group(want) in ANY_REAL else ELEMENTARY["LREAL"]
+        low, high = INT_RANGE[name]
+        if low <= int(folded.value) <= high:
+            return kind
+        wider = common(name, fitting_integer(int(folded.value)) or name)
+        return ELEMENTARY[wider] if wider else kind
+
+    def moment_type(self, op: str, left: Type | None, right: Type | None) -> Type | None:
+        """What an operation with a duration or date gives."""
+        a, b = group(left), group(right)
+        if op == "*" and a not in MOMENTS:
+            return right
+        if op == "-" and a in ANY_DATE and a.removeprefix("L") == b.removeprefix("L"):
+            return ELEMENTARY["LTIME" if "L" in (a[0], b[0]) else "TIME"]
+        if a in ANY_DURATION and b in ANY_DURATION:
+            return ELEMENTARY["LTIME" if "LTIME" in (a, b) else "TIME"]
+        if a in ANY_DATE and b == "LTIME" and not a.startswith("L"):
+            return ELEMENTARY[f"L{a}"]
+        return left or right
+
+    def unary(self, node: s.Unary, want: Type | None) -> t.Expression:
+        """Type `-x` or `NOT x`.
+
+        Raises:
+            InputError: it is not defined for the operand.
+        """
+        kind = (
+            self._expressions.infer(node.operand)
+            or want
+            or ELEMENTARY["BOOL" if node.op == "NOT" else "INT"]
+        )
+        if node.op == "NOT" and group(kind) in BITS_OF:
+            self._note_bits("NOT", kind, node.at)
+            bits = ELEMENTARY[BITS_OF[group(kind)]]
+            inner = self._expressions.converted(self._expressions.check(node.operand, kind), bits)
+            return self._expressions.converted(t.Unary("NOT", inner, bits), _elementary(kind))
+        if node.op == "-" and group(kind) in ANY_BIT and group(kind) != "BOOL":
+            kind = ELEMENTARY[number_of(group(kind))]
+        if node.op == "-" and group(kind) in UNSIGNED and not isinstance(node.operand, s.Literal):
+            self._scope.note("the negative of an unsigned integer", node.at)
+            operand = self._expressions.check(node.operand, kind)
+            return t.Binary("-", t.Constant(0, kind), operand, kind)
+        allowed = ANY_BIT if node.op == "NOT" else (*SIGNED, *ANY_REAL)
+        if group(kind) not in allowed:
+            raise self._scope.error(f"{node.op} is not defined for {describe(kind)}", node.at)
+        return t.Unary(node.op, self._expressions.check(node.operand, kind), kind)
+
+    def _note_bits(self, op: str, kind: Type, at: s.Position) -> None:
+        self._scope.note("a bitwise operation of integers", at, f"{op} of a {describe(kind)}")
+
+    def binary(
+        self,
+        op: str,
+        left: s.Expression,
+        right: s.Expression,
+        want: Type | None,
+        at: s.Position,
+    ) -> t.Expression:
+        """Type an operator with two operands; `at` is where the operator stands.
+
+        Raises:
+            InputError: operands of different types, or of a type it is not defined for.
+        """
+        references = self._expressions.references
+        if op in COMPARISONS:
+            same = references.compared(op, left, right, at)
+            if same is not None:
+                return same
+        left_type, right_type = self._expressions.infer(left), self._expressions.infer(right)
+        if isinstance(left_type, ReferenceType):
+            return references.moved(op, left, right, at)
+        if op in COMPARISONS:
+            return self._comparison(op, left, right, at)
+        if op in LOGIC:
+            return self._logic(op, left, right, want, at)
+        if op == "**":
+            return self._power(left, right, left_type, want, at)
+        if group(left_type) in MOMENTS or (op == "*" and group(right_type) in ANY_DURATION):
+            return self._moment(op, left, right, at)
+        kind = self.operand_type(op, left, right, want)
+        kind = kind or (want if group(want) in ANY_NUM else None)
+        if kind is None:
+            kind = self._expressions.check(left, None).type
+        if {group(left_type), group(right_type)} & set(ANY_BIT) and group(kind) not in ANY_BIT:
+            shown = left_type if group(left_type) in ANY_BIT else right_type
+            detail = f"{op} of a {describe(shown or kind)}"
+            self._scope.note("arithmetic of bit strings", at, detail)
+        self._allow(op, kind, ANY_INT if op == "MOD" else ANY_NUM, at)
+        divisor = self._expressions.check(right, kind)
+        if op in ("/", "MOD") and isinstance(divisor, t.Constant) and divisor.value == 0:
+            raise self._scope.error("division by zero", at)
+        return t.Binary(op, self._expressions.check(left, kind), divisor, kind)
+
+    def _logic(
+        self, op: str, left: s.Expression, right: s.Expression, want: Type | None, at: s.Position
+    ) -> t.Expression:
+        if "_" in op:
+            one, other = (self._expressions.check(side, BOOL) for side in (left, right))
+            return t.Binary(op, one, other, BOOL)
+        kind = self.operand_type(op, left, right, want)
+        kind = kind or (want if group(want) in (*ANY_BIT, *ANY_INT) else None) or BOOL
+        if group(kind) not in BITS_OF:
+            self._allow(op, kind, ANY_BIT, at)
+            return t.Binary(
+                op, self._expressions.check(left, kind), self._expressions.check(right, kind), kind
+            )
+        self._note_bits(op, kind, at)
+        bits = ELEMENTARY[BITS_OF[group(kind)]]
+        one, other = (
+            self._expressions.converted(self._expressions.check(side, kind), bits)
+            for side in (left, right)
+        )
+        return self._expressions.converted(t.Binary(op, one, other, bits), _elementary(kind))
+
+    def _allow(self, op: str, kind: Type, allowed: tuple[str, ...], at: s.Position) -> None:
+        if group(kind) not in allowed:
+            hint = ""
+            if group(kind) in ANY_BIT:
+                hint = "convert bit strings to integers first" if op not in LOGIC else ""
+            raise self._scope.error(f"{op} is not defined for {describe(kind)}", at, hint)
+
+    def _comparison(
+        self, op: str, left: s.Expression, right: s.Expression, at: s.Position
+    ) -> t.Expression:
+        kind = self.operand_type(op, left, right, None) or self._expressions.check(left, None).type
+        if isinstance(kind, EnumType):
+            kind = self._compared(op, kind, left, right)
+        simple = isinstance(kind, ElementaryType)
+        if not simple and not (isinstance(kind, EnumType) and op in ("=", "<>")):
+            raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
+        return t.Binary(
+            op, self._expressions.check(left, kind), self._expressions.check(right, kind), BOOL
+        )
+
+    def _compared(self, op: str, kind: EnumType, left: s.Expression, right: s.Expression) -> Type:
+        """The type in which an enumeration is compared: as a number with a number."""
+        for side in (left, right):
+            found = self._expressions.infer(side)
+            if group(found) in ANY_INT:
+                assert found is not None
+                return found
+            if found is None and self._expressions.fold(side) is not None:
+                return ELEMENTARY[kind.base]
+        return kind if op in ("=", "<>") else ELEMENTARY[kind.base]
+
+    def _power(
+        self,
+        left: s.Expression,
+        right: s.Expression,
+        left_type: Type | None,
+        want: Type | None,
+        at: s.Position,
+    ) -> t.Expression:
+        kind = left_type or (want if group(want) in ANY_REAL else None) or ELEMENTARY["LREAL"]
+        if group(kind) in ANY_INT:
+            kind = want if want is not None and group(want) in ANY_REAL else ELEMENTARY["LREAL"]
+        self._allow("**", kind, ANY_REAL, at)
+        exponent = self._expressions.check(right, self._expressions.infer(right))
+        self._allow("**", exponent.type, ANY_NUM, right.at)
+        return t.Binary("**", self._expressions.check(left, kind), exponent, kind)
+
+    def _moment(
+        self, op: str, left: s.Expression, right: s.Expression, at: s.Position
+    ) -> t.Expression:
+        """Durations and dates: + and - as the standard allows, a duration * and / a number."""
+        left_type, right_type = self._expressions.infer(left), self._expressions.infer(right)
+        a, b = group(left_type), group(right_type)
+        if a not in MOMENTS:
+            self._scope.note("a number times a duration", at, f"write the {b} first")
+            left, right, left_type, right_type, a = right, left, right_type, left_type, b
+        if op in ("*", "/") and a in ANY_DURATION:
+            number = self._expressions.check(right, right_type and self.number(right_type))
+            self._allow(op, number.type, ANY_NUM, at)
+            if op == "/" and isinstance(number, t.Constant) and number.value == 0:
+                raise self._scope.error("division by zero", at)
+            return t.Binary(op, self._expressions.check(left, left_type), number, ELEMENTARY[a])
+        kind = self.moment_type(op, left_type, right_type)
+        result = ELEMENTARY[group(kind) or a]
+        if op == "-" and a.removeprefix("L") == b.removeprefix("L"):
+            both = ELEMENTARY[a if a.startswith("L") else b]
+            return t.Binary(
+                op,
+                self._expressions.check(left, both),
+                self._expressions.check(right, both),
+                result,
+            )
+        if op in ("+", "-") and a not in ("DATE", "LDATE"):
+            long = "LTIME" if result.name.startswith("L") else "TIME"
+            duration = self._expressions.check(right, ELEMENTARY[long])
+            return t.Binary(op, self._expressions.check(left, result), duration, result)
+        raise self._scope.error(f"{op} is not defined for {a}", at)
+
+
+def _number_of_member(kind: Type | None) -> Type | None:
+    """The type of the numbers of an enumeration; any other type is its own."""
+    return ELEMENTARY[kind.base] if isinstance(kind, EnumType) else kind
+
+
+def _elementary(kind: Type) -> ElementaryType:
+    assert isinstance(kind, ElementaryType)
+    return kind

@@ -1,0 +1,533 @@
+"""From one source file to its syntax tree: the rules of grammar.lark for declarations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from importlib.resources import files
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from lark import Lark, Token, v_args
+from lark.lexer import Lexer
+
+from structured_text import COMMAND
+from structured_text.errors import InputError
+from structured_text.language import cache
+from structured_text.language import syntax as s
+from structured_text.language.building import Statements, name_of, nodes_of, position_of
+from structured_text.language.constructs import refuse
+from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
+from structured_text.language.recovery import read_tokens
+from structured_text.language.source import source_text, title_of
+from structured_text.language.words import ACCESSORS
+from structured_text.output.limits import MOST_TOKENS
+
+__all__ = ["TWO_BASES", "parse", "parse_portable", "parse_text", "read_text"]
+
+#: Stands among the words of a block that extends two.
+TWO_BASES = "EXTENDS TWO"
+
+
+def _optional(token: Token | None) -> s.Name | None:
+    return None if token is None else name_of(token)
+
+
+@dataclass(frozen=True)
+class _Detailed:
+    """A type with something in brackets behind it, whose meaning depends on where it stands."""
+
+    name: s.Name
+    items: tuple[tuple[s.Expression, s.Expression | None], ...]
+
+    def of_type(self, builder: _Builder) -> s.EnumSpec:
+        """In a TYPE: the base type of an enumeration with its members."""
+        members = [(item, value) for item, value in self.items if isinstance(item, s.Name)]
+        base = s.NamedSpec(self.name, self.name.at)
+        return builder.enumeration(members, base, self.name.at)
+
+    def of_variable(self) -> s.NamedSpec:
+        """Elsewhere: what a block is initialised with."""
+        arguments = tuple(
+            s.Argument(item, value, False, item.at)
+            if value is not None and isinstance(item, s.Name)
+            else s.Argument(None, item, False, item.at)
+            for item, value in self.items
+        )
+        return s.NamedSpec(self.name, self.name.at, None, arguments)
+
+
+@v_args(inline=True)
+class _Builder(Statements):
+    """The rules of declarations, besides those of statements."""
+
+    # --- declarations ---
+
+    def start(self, *units: Any) -> list[Any]:
+        flat: list[Any] = []
+        for unit in units:
+            flat.extend(unit if isinstance(unit, list) else [unit])
+        return [one for one in flat if not isinstance(one, Token)]
+
+    def type_block(self, _type: Token, *rest: Any) -> list[s.TypeDecl]:
+        return list(nodes_of(rest, s.TypeDecl))
+
+    def type_declaration(
+        self, name: Token, base: Any, _colon: Token, spec: Any, _is: Any, initial: Any, _end: Token
+    ) -> s.TypeDecl:
+        if isinstance(spec, _Detailed):
+            spec = spec.of_type(self)
+        return s.TypeDecl(
+            name_of(name), spec, initial, position_of(name), base[0] if base else None
+        )
+
+    def struct_declaration(
+        self, name: Token, base: Any, _colon: Token, spec: s.StructSpec
+    ) -> s.TypeDecl:
+        return s.TypeDecl(name_of(name), spec, None, position_of(name), base[0] if base else None)
+
+    def broken(self, *_: Any) -> None:
+        """What could not be read."""
+
+    def empty(self, *_: Any) -> None:
+        """A semicolon that ends nothing, or the END before it."""
+
+    def qualified(self, *parts: Token) -> s.Name:
+        return s.Name("".join(parts), position_of(parts[0]))
+
+    def named_spec(self, name: s.Name) -> s.NamedSpec:
+        return s.NamedSpec(name, name.at)
+
+    def sized_spec(
+        self, name: s.Name, _left: Token, size: s.Expression, _right: Token
+    ) -> s.NamedSpec:
+        self.note("STRING with a length", name.at)
+        return s.NamedSpec(name, name.at, size)
+
+    def detailed_spec(self, name: s.Name, *rest: Any) -> Any:
+        items = [item for item in rest if not isinstance(item, Token)]
+        if len(items) == 1 and isinstance(items[0], s.Range):
+            self.note("a subrange", name.at)
+            (limits,) = items
+            base = s.NamedSpec(name, name.at)
+            return s.SubrangeSpec(base, limits.low, limits.high, name.at)
+        if name.key in ("STRING", "WSTRING") and len(items) == 1 and items[0][1] is None:
+            self.note("STRING with a length", name.at)
+            return s.NamedSpec(name, name.at, items[0][0])
+        return _Detailed(name, tuple(item for item in items if isinstance(item, tuple)))
+
+    def spec_item(
+        self, first: s.Expression, _is: Any, value: Any
+    ) -> tuple[s.Expression, s.Expression | None]:
+        return first, value
+
+    def spec_range(self, low: s.Expression, _dots: Token, high: s.Expression) -> s.Range:
+        return s.Range(low, high, low.at)
+
+    def array_spec(self, array: Token, *rest: Any) -> s.ArraySpec:
+        return s.ArraySpec(nodes_of(rest, s.Range), self._plain(rest[-1]), position_of(array))
+
+    def _plain(self, spec: Any) -> Any:
+        """A type outside of a TYPE declaration."""
+        return spec.of_variable() if isinstance(spec, _Detailed) else spec
+
+    def dimension(self, low: s.Expression, _dots: Token, high: s.Expression) -> s.Range:
+        return s.Range(low, high, low.at)
+
+    def open_dimension(self, star: Token) -> s.Range:
+        whole = s.Name("*", position_of(star))
+        return s.Range(whole, whole, position_of(star))
+
+    def enum_spec(self, left: Token, *rest: Any) -> s.EnumSpec:
+        members = [item for item in rest if isinstance(item, tuple)]
+        return self.enumeration(members, self._plain(rest[-1]), position_of(left))
+
+    def enumeration(self, members: Any, base: Any, at: s.Position) -> s.EnumSpec:
+        """An enumeration of (name, value or None)."""
+        if any(value is not None for _, value in members):
+            self.note("an enumeration with values", at)
+        if base is not None:
+            self.note("an enumeration with a base type", at)
+        names = tuple(name for name, _ in members)
+        return s.EnumSpec(names, at, tuple(value for _, value in members), base)
+
+    def enum_member(self, name: Token, _is: Token | None, value: Any) -> tuple[s.Name, Any]:
+        return name_of(name), value
+
+    def struct_spec(self, struct: Token, *rest: Any) -> s.StructSpec:
+        if union := struct.type == "UNION":
+            self.note("a UNION", position_of(struct))
+        return s.StructSpec(nodes_of(rest, s.VarDecl), position_of(struct), union)
+
+    def field_declaration(self, *rest: Any) -> s.VarDecl:
+        *_, _word, address, _colon, spec, _is, initial, _end = rest
+        names = tuple(name_of(token) for token in rest[:-7] if token.type == "IDENT")
+        at = names[0].at
+        return s.VarDecl(names, self._plain(spec), initial, _optional(address), at)
+
+    def struct_field(self, *rest: Any) -> s.VarDecl:
+        names = tuple(name_of(token) for token in rest[:-2] if token.type == "IDENT")
+        return s.VarDecl(names, rest[-1], None, None, names[0].at)
+
+    def array_init(self, left: Token, *rest: Any) -> s.ArrayInit:
+        return s.ArrayInit(nodes_of(rest, tuple), position_of(left))
+
+    def one_item(self, value: s.Init) -> tuple[None, s.Init]:
+        return None, value
+
+    def repeated(self, *items: Any) -> tuple[Any, ...]:
+        return nodes_of(items, tuple)
+
+    def repeated_item(
+        self, count: Token, _left: Token, items: Any, _right: Token
+    ) -> tuple[s.Literal, s.Init]:
+        times = s.Literal("INTEGER", str(count), position_of(count))
+        if items is not None and len(items) == 1 and items[0][0] is None:
+            return times, items[0][1]
+        return times, s.Sequence(items or (), position_of(count))
+
+    def bare_array(self, *rest: Any) -> s.ArrayInit:
+        items = nodes_of(rest, tuple)
+        at = items[0][1].at
+        self.note("an initial value without brackets", at)
+        return s.ArrayInit(items, at)
+
+    def bare_repeated(self, count: Token, left: Token, items: Any, right: Token) -> s.ArrayInit:
+        self.note("an initial value without brackets", position_of(count))
+        return s.ArrayInit((self.repeated_item(count, left, items, right),), position_of(count))
+
+    def struct_init(self, left: Token, *rest: Any) -> s.StructInit:
+        return s.StructInit(nodes_of(rest, tuple), position_of(left))
+
+    def field_init(self, name: Token, _is: Token, value: s.Init) -> tuple[s.Name, s.Init]:
+        return name_of(name), value
+
+    def function(
+        self, word: Token, words: Any, name: Token, _colon: Any, result: Any, *rest: Any
+    ) -> s.Pou:
+        if result is None:
+            self.note("a function without a result", position_of(name))
+        self._ended(word, rest[-1])
+        (body,) = nodes_of(rest, tuple)
+        sections = nodes_of(rest, s.Section)
+        kind, plain = word.upper(), self._plain(result)
+        return s.Pou(kind, name_of(name), plain, sections, body, position_of(word), words=words)
+
+    def block(
+        self, word: Token, words: Any, name: Token, base: Any, interfaces: Any, *rest: Any
+    ) -> s.Pou:
+        if base is not None and len(base) > 1:
+            words = (*words, TWO_BASES)
+        pou = self._pou(word, name, rest)
+        base = base[0] if base else None
+        return replace(pou, words=words, extends=base, implements=interfaces or ())
+
+    def program(self, word: Token, name: Token, *rest: Any) -> s.Pou:
+        return self._pou(word, name, rest)
+
+    def _ended(self, word: Token, end: Token) -> None:
+        """An END without text is one that the file has not (recovery.py)."""
+        if not end:
+            self.note("no END of a POU", position_of(word))
+
+    def _pou(self, word: Token, name: Token, rest: Any) -> s.Pou:
+        self._ended(word, rest[-1])
+        (inside,) = nodes_of(rest, tuple)
+        others = (s.Method, s.Property)
+        return s.Pou(
+            word.upper(),
+            name_of(name),
+            None,
+            nodes_of(rest, s.Section),
+            tuple(one for one in inside if not isinstance(one, others)),
+            position_of(word),
+            members=nodes_of(inside, (s.Method, s.Property)),
+        )
+
+    def members(self, *items: Any) -> tuple[Any, ...]:
+        return tuple(one for one in items if one is not None)
+
+    # --- object orientation and references ---
+
+    def access_words(self, *words: Token) -> tuple[str, ...]:
+        if words:
+            self.note("an access specifier", position_of(words[0]))
+        return tuple(word.upper() for word in words)
+
+    def extends(self, word: Token, *rest: Any) -> tuple[s.Name, ...]:
+        self.note("EXTENDS", position_of(word))
+        return nodes_of(rest, s.Name)
+
+    def implements(self, word: Token, *rest: Any) -> tuple[s.Name, ...]:
+        self.note("IMPLEMENTS", position_of(word))
+        return nodes_of(rest, s.Name)
+
+    def interface(
+        self, word: Token, _words: Any, name: Token, base: Any, *rest: Any
+    ) -> s.Interface:
+        self.note("an INTERFACE", position_of(word))
+        members = nodes_of(rest, (s.Method, s.Property))
+        return s.Interface(name_of(name), base or (), members, position_of(word))
+
+    def method(self, word: Token, words: Any, name: Token, *rest: Any) -> s.Method:
+        self.note("a METHOD", position_of(word))
+        sections, result = nodes_of(rest, s.Section), self._plain(rest[1])
+        return s.Method(name_of(name), words, result, sections, rest[-2], position_of(name))
+
+    def property(
+        self, word: Token, words: Any, name: Token, _colon: Token, result: Any, *rest: Any
+    ) -> s.Property:
+        self.note("a PROPERTY", position_of(word))
+        found: dict[str, s.Method] = {}
+        for one in nodes_of(rest, s.Method):
+            found[one.name.text] = replace(
+                one, name=name_of(name), words=words, result=self._plain(result)
+            )
+        getter, setter = found.get("GET"), found.get("SET")
+        return s.Property(
+            name_of(name), words, self._plain(result), getter, setter, position_of(name)
+        )
+
+    def getter(self, word: Token, *rest: Any) -> s.Method:
+        name = s.Name(word.upper(), position_of(word))
+        return s.Method(name, (), None, nodes_of(rest, s.Section), rest[-2], position_of(word))
+
+    def setter(self, word: Token, *rest: Any) -> s.Method:
+        return self.getter(word, *rest)
+
+    def pointer_spec(self, kind: Token, *rest: Any) -> s.PointerSpec:
+        self.note(
+            "REFERENCE TO" if kind.upper() == "REFERENCE" else "POINTER TO", position_of(kind)
+        )
+        return s.PointerSpec(kind.upper(), self._plain(rest[-1]), position_of(kind))
+
+    def namespace(self, word: Token, name: s.Name, *rest: Any) -> list[Any]:
+        self.note("a NAMESPACE", position_of(word))
+        found: list[Any] = [s.Namespace(name, False, position_of(word))]
+        for one in rest[:-1]:
+            found += one if isinstance(one, list) else [one]
+        return [one for one in found if not isinstance(one, Token)]
+
+    def using(self, word: Token, *names: Any) -> list[s.Namespace]:
+        self.note("a NAMESPACE", position_of(word))
+        return [s.Namespace(name, True, position_of(word)) for name in nodes_of(names, s.Name)]
+
+    def this(self, word: Token) -> s.This:
+        self.note("THIS or SUPER", position_of(word))
+        return s.This(word.upper() == "SUPER", position_of(word), pointer=True)
+
+    def action(self, word: Token, name: Token, _colon: Token, body: Any, _end: Token) -> s.Method:
+        self.note("an ACTION", position_of(word))
+        return s.Method(name_of(name), (), None, (), body, position_of(name), action=True)
+
+    def body(self, *statements: s.Statement | None) -> tuple[s.Statement, ...]:
+        return tuple(one for one in statements if one is not None)
+
+    def section(self, word: Token, *rest: Any) -> s.Section:
+        words = [str(item).upper() for item in rest if isinstance(item, Token)][:-1]
+        if len(words) > 1:
+            self.note("several qualifiers", position_of(word))
+        if "PERSISTENT" in words:
+            self.note("PERSISTENT", position_of(word))
+        if word.type in ("VAR_STAT", "VAR_INST"):
+            self.note(word.upper(), position_of(word))
+        qualifier = "CONSTANT" if "CONSTANT" in words else "RETAIN" if words else ""
+        qualifier = "NON_RETAIN" if words == ["NON_RETAIN"] else qualifier
+        return s.Section(word.upper(), qualifier, nodes_of(rest, s.VarDecl), position_of(word))
+
+    def global_list(self, word: Token, *rest: Any) -> s.GlobalList:
+        self.note("VAR_GLOBAL outside a CONFIGURATION", position_of(word))
+        return s.GlobalList(
+            s.Name("", position_of(word)), self.section(word, *rest), position_of(word)
+        )
+
+    def var_declaration(self, *rest: Any) -> s.VarDecl:
+        _word, address, _colon, spec, _is, initial, _end = rest[-7:]
+        names = tuple(name_of(token) for token in rest[:-7] if token.type == "IDENT")
+        at = names[0].at
+        bound = isinstance(_is, Token) and _is.upper() == "REF="
+        if isinstance(_is, Token) and _is.type == "LATCH" and not bound:
+            text, place = f"{_is} is no initial value", position_of(_is)
+            error = InputError(text, file=self.file, line=place.line, column=place.column)
+            self.errors.append(error)
+        plain = self._plain(spec)
+        return s.VarDecl(names, plain, initial, _optional(address), at, bound)
+
+    # --- configuration ---
+
+    def configuration(self, word: Token, name: Token, *rest: Any) -> s.Configuration:
+        resources = [item for item in rest if isinstance(item, list)]
+        items = [*rest, *(item for resource in resources for item in resource)]
+        return s.Configuration(
+            name_of(name),
+            nodes_of(items, s.Section),
+            nodes_of(items, s.Task),
+            nodes_of(items, s.ProgramInstance),
+            len(resources),
+            position_of(word),
+        )
+
+    def resource(self, _word: Token, *rest: Any) -> list[Any]:
+        return [item for item in rest if not isinstance(item, Token)]
+
+    def task(self, _word: Token, name: Token, *rest: Any) -> s.Task:
+        return s.Task(name_of(name), nodes_of(rest, tuple), position_of(name))
+
+    def task_setting(
+        self, name: Token, _is: Token, value: s.Expression
+    ) -> tuple[s.Name, s.Expression]:
+        return name_of(name), value
+
+    def program_instance(
+        self, _word: Token, name: Token, _with: Any, task: Any, _colon: Token, *rest: Any
+    ) -> s.ProgramInstance:
+        connected = any(part is not None for part in rest[1:-1])
+        return s.ProgramInstance(
+            name_of(name), _optional(task), name_of(rest[0]), connected, position_of(name)
+        )
+
+
+_LITERALS = ("INTEGER", "REALNUM", "STRING", "TYPED")
+#: The parser's tables in the folder of the cache: they take longer than reading the library.
+_TABLES = "grammar.tables"
+
+
+class _NoLexer(Lexer):
+    """The tokens come from `lexer.tokens`."""
+
+    def __init__(self, lexer_conf: Any) -> None:
+        del lexer_conf
+
+    def lex(self, lexer_state: Any, parser_state: Any = None) -> Iterator[Token]:
+        del lexer_state, parser_state
+        return iter(())
+
+
+@lru_cache(maxsize=1)
+def _parser() -> tuple[Lark, _Builder]:
+    grammar = files(__package__).joinpath("grammar.lark").read_text(encoding="utf-8")
+    names = {*KEYWORDS, *PUNCTUATION.values(), *_LITERALS, "IDENT", "LABEL", "DIRECT", "PART"}
+    names |= {"WORD", *ACCESSORS}
+    declared = f"\n%declare {' '.join(sorted(names))} LATCH ERROR\n"
+    builder = _Builder()
+    make = partial(
+        Lark,
+        grammar + declared,
+        parser="lalr",
+        lexer=_NoLexer,
+        transformer=builder,
+        maybe_placeholders=True,
+    )
+    kept = cache.folder()
+    if kept is None:
+        return make(), builder
+    before: bytes | None = None
+    # lark executes what is in its file: it gets a copy of an entry that is ours.
+    with TemporaryDirectory(prefix=f"{COMMAND}-") as folder:
+        tables = Path(folder, _TABLES)
+        with suppress(OSError, ValueError):
+            before = cache.content(kept / _TABLES)
+            tables.write_bytes(before)
+        lark = make(cache=str(tables))  # anew for another grammar
+        with suppress(OSError):
+            if (after := tables.read_bytes()) != before:
+                cache.put(kept / _TABLES, after)
+    return lark, builder
+
+
+def parse(file: Path) -> s.Source:
+    """Read and parse one file.
+
+    Raises:
+        InputError: the file cannot be read, is not UTF-8, or has a syntax error.
+    """
+    return parse_text(source_text(file), file)
+
+
+def parse_text(text: str, file: Path) -> s.Source:
+    """Parse a source.
+
+    Raises:
+        InputError: the first syntax error.
+    """
+    return _whole(read_text(text, file))
+
+
+def parse_portable(text: str, file: Path) -> s.Source:
+    """Parse a source of the portable subset, without remembering it.
+
+    Raises:
+        InputError: a syntax error, or a construct beyond the portable subset.
+    """
+    source = _whole(read_text.__wrapped__(text, file))
+    refuse(source.uses, "the portable subset")
+    return source
+
+
+def _whole(source: s.Source) -> s.Source:
+    if source.errors:
+        raise source.errors[0]
+    return source
+
+
+@lru_cache(maxsize=1024)
+def read_text(text: str, file: Path) -> s.Source:
+    """Parse a source as far as it can be read, with its errors.
+
+    The same text of the same file is parsed once per process.
+    """
+    lark, builder = _parser()
+    notes = Notes()
+    found = list(islice(tokens(text, file, notes), MOST_TOKENS + 1))
+    if len(found) > MOST_TOKENS:
+        return s.Source(file, (), errors=(_too_many(found[-1], file),))
+    builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
+    declarations, errors = read_tokens(lark, found, file)
+    lines = {error.line for error in notes.errors}
+    every = [*notes.errors, *(error for error in errors if error.line not in lines)]
+    every.sort(key=lambda error: (error.line or 0, error.column or 0))
+    return s.Source(
+        file,
+        _named(declarations, file, notes.pragmas),
+        tuple(sorted(notes.uses, key=lambda use: use.at)),
+        tuple(notes.pragmas),
+        tuple(every),
+        nodes_of(declarations, s.Namespace),
+        len(text),
+        len(found),
+    )
+
+
+def _too_many(token: Token, file: Path) -> InputError:
+    return InputError(
+        f"more than {MOST_TOKENS:,} words, numbers and signs up to here",
+        file=file,
+        line=token.line,
+        column=token.column,
+        hint="leave out what the program does not need",
+    )
+
+
+def _named(declarations: list[Any], file: Path, pragmas: list[s.Name]) -> tuple[Any, ...]:
+    """The declarations: lists of globals with the name of the file, actions in their POU."""
+    result: list[Any] = []
+    for one in declarations:
+        if isinstance(one, s.Namespace):
+            continue
+        if isinstance(one, s.Method):  # an ACTION behind the POU that it belongs to
+            if result and isinstance(result[-1], s.Pou):
+                result[-1] = replace(result[-1], members=(*result[-1].members, one))
+            continue
+        if isinstance(one, s.GlobalList):
+            begin = result[-1].at if result else s.Position(1, 1)
+            qualified = any(
+                "qualified_only" in pragma.text and begin <= pragma.at < one.at
+                for pragma in pragmas
+            )
+            one = replace(one, name=s.Name(title_of(file), one.at), qualified=qualified)
+        result.append(one)
+    return tuple(result)

@@ -1,0 +1,413 @@
+"""The portability rules of the library that a type checker does not know.
+
+Each was met on a real compiler: what matiec, STruC++, IronPLC, RuSTy, CODESYS and TwinCAT do not
+all take, or do not all do alike. They bind the library; a user's program is only warned, unless it
+asks for more.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from structured_text.language import cache
+from structured_text.language import syntax as s
+from structured_text.language.constructs import Use
+from structured_text.language.lexer import KEYWORDS, tokens
+from structured_text.language.parser import parse
+from structured_text.language.scalars import CORE, ELEMENTARY
+from structured_text.language.source import origin, source_text, title_of
+from structured_text.language.standard import BLOCKS
+from structured_text.language.syntax import Position
+
+__all__ = ["LintFinding", "lint", "reserved_names", "text_findings", "unportable"]
+
+_HERE = Path(__file__)
+_INTERFACE = ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL", "VAR_GLOBAL")
+_SHIFTS = ("SHL", "SHR", "ROL", "ROR")
+_PARTS_OF_TEXTS = ("MID", "LEFT", "RIGHT")
+_COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
+#: Reserved words that came with IEC 61131-3:2013, and USTRING with 2025: no names on newer PLCs.
+_RESERVED_SINCE_2013 = frozenset(
+    [
+        "ABSTRACT",
+        "CHAR",
+        "CLASS",
+        "CONTINUE",
+        "END_CLASS",
+        "END_INTERFACE",
+        "END_METHOD",
+        "END_NAMESPACE",
+        "EXTENDS",
+        "FINAL",
+        "IMPLEMENTS",
+        "INTERFACE",
+        "INTERNAL",
+        "LDATE",
+        "LDATE_AND_TIME",
+        "LDT",
+        "LTIME",
+        "LTIME_OF_DAY",
+        "LTOD",
+        "METHOD",
+        "NAMESPACE",
+        "NULL",
+        "OVERLAP",
+        "OVERRIDE",
+        "PRIVATE",
+        "PROTECTED",
+        "PUBLIC",
+        "REF",
+        "REF_TO",
+        "SUPER",
+        "THIS",
+        "USING",
+        "USTRING",
+        "WCHAR",
+    ]
+)
+#: So many blocks in one declaration are no trouble.
+_MOST_BLOCKS = 2
+
+
+@dataclass(frozen=True)
+class LintFinding:
+    """A rule that is not kept; `strict` where it binds the file."""
+
+    file: Path
+    at: s.Position
+    text: str
+    strict: bool
+
+    def __str__(self) -> str:
+        kind = "rule" if self.strict else "warning"
+        return f"{self.file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
+
+
+def lint(
+    files: Sequence[Path],
+    library: Collection[Path] = (),
+    context: Sequence[Path] = (),
+    *,
+    binding: bool = False,
+    prefix: str = "",
+) -> list[LintFinding]:
+    """Check files that the front end has found free of errors.
+
+    Args:
+        files: The files.
+        library: Those of them that belong to the library; they have some more rules.
+        context: Further files whose types they use.
+        binding: The rules bind all files, not only those of the library.
+        prefix: How the names of the library's types begin.
+
+    Returns:
+        The findings, in the order of the files and of their lines.
+    """
+    # Files and library are told apart by this very file, and by which of the files are its.
+    whose = [_HERE, *(file for file in files if file in library), _HERE]
+    key = cache.sources_key((*files, *whose, *context, *([_HERE] if binding else [])))
+    key = key and f"{key}-{prefix}"
+    every = (*files, *context)
+    return list(
+        cache.made_of(
+            "lint",
+            key,
+            every,
+            lambda: _lint(files, library, context, binding=binding, prefix=prefix),
+        )
+    )
+
+
+def _lint(
+    files: Sequence[Path],
+    library: Collection[Path],
+    context: Sequence[Path],
+    *,
+    binding: bool,
+    prefix: str,
+) -> list[LintFinding]:
+    declaring = [file for file in context if "END_TYPE" in source_text(file).upper()]
+    members = {
+        name.key
+        for source in map(parse, [*files, *declaring])
+        for one in source.declarations
+        if isinstance(one, s.TypeDecl) and isinstance(one.spec, s.EnumSpec)
+        for name in one.spec.members
+    }
+    findings = []
+    for file in files:
+        source = parse(file)
+        found = list(text_findings(file))
+        for declaration in source.declarations:
+            found += _declaration(declaration, members)
+            found += reserved_names(declaration)
+            found += _third_edition(declaration)
+        if file in library:
+            found += _library(source, prefix)
+        strict = binding or file in library
+        if strict:
+            found += [(use.at, str(use)) for use in source.uses]
+        findings += [LintFinding(file, at, text, strict) for at, text in sorted(found)]
+    return findings
+
+
+def unportable(uses: Sequence[Use], library: Collection[Path] = ()) -> list[LintFinding]:
+    """What the checked sources have beyond the portable subset.
+
+    Args:
+        uses: The constructs (`Project.uses`).
+        library: Files of the library: there each one is a broken rule.
+
+    Returns:
+        Of the library all that a look at a single file does not show; of other files one warning
+        for each construct, where it stands first.
+    """
+    findings = []
+    places: dict[tuple[Path, str], list[Use]] = {}
+    for use in sorted(uses, key=lambda use: (str(use.file), use.at)):
+        if use.file in library:
+            findings.append(LintFinding(use.file, use.at, str(use), strict=True))
+        else:
+            places.setdefault((use.file, use.construct), []).append(use)
+    for (file, construct), found in places.items():
+        more = f" ({len(found)} places)" if len(found) > 1 else ""
+        text = f"{construct} is not portable{more}; {found[0].instead}"
+        findings.append(LintFinding(file, found[0].at, text, strict=False))
+    return findings
+
+
+_Found = Iterator[tuple[s.Position, str]]
+
+
+def _library(source: s.Source, prefix: str) -> _Found:
+    """Find what is not one declaration per file, called as the file; or a type without prefix."""
+    for extra in source.declarations[1:]:
+        yield extra.at, "a second declaration; the library has one per file"
+    for one in source.declarations[:1]:
+        if one.name.text != title_of(source.file):
+            yield one.name.at, f"{one.name.text} is not called as its file, {source.file.stem}"
+    for one in source.declarations:
+        if isinstance(one, s.TypeDecl) and not one.name.key.startswith(prefix.upper()):
+            yield one.name.at, f"the type {one.name.text} does not begin with {prefix}"
+
+
+def _declaration(one: s.Declaration, members: set[str]) -> _Found:
+    if isinstance(one, s.TypeDecl):
+        yield from _type(one)
+    elif isinstance(one, s.Pou):
+        for section in one.sections:
+            yield from _section(section, one)
+        if one.kind == "FUNCTION":
+            yield from _function(one)
+        for statement in one.body:
+            yield from _code(statement, members)
+
+
+def reserved_names(declaration: s.Declaration) -> Iterator[tuple[Position, str]]:
+    """Names that are declared and that a newer edition has for itself."""
+    for node in _nodes(declaration):
+        if isinstance(node, (s.TypeDecl, s.Pou)):
+            names: tuple[s.Name, ...] = (node.name,)
+        elif isinstance(node, s.VarDecl):
+            names = node.names
+        else:
+            names = node.members if isinstance(node, s.EnumSpec) else ()
+        for name in names:
+            if name.key in _RESERVED_SINCE_2013:
+                yield name.at, f"{name.text} is a reserved word of the newer standard: rename it"
+
+
+def _third_edition(declaration: s.Declaration) -> _Found:
+    """Types, and literals of types, that came with the third edition."""
+    for node in _nodes(declaration):
+        name = ""
+        if isinstance(node, s.NamedSpec):
+            name = node.name.key
+        elif isinstance(node, s.Literal) and node.kind == "TYPED":
+            prefix = node.text.partition("#")[0].upper()
+            name = {"LT": "LTIME", "LD": "LDATE"}.get(prefix, prefix)
+        elif isinstance(node, s.Literal) and node.text.startswith('"'):
+            name = "WSTRING"
+        if name in ELEMENTARY and name not in CORE:
+            yield node.at, f"{name} came with the third edition: use a type of the second"
+
+
+def _type(one: s.TypeDecl) -> _Found:
+    if isinstance(one.spec, s.StructSpec):
+        for variable in one.spec.fields:
+            yield from _variable(variable, "a structure")
+    elif isinstance(one.spec, s.ArraySpec):
+        yield from _array(one.spec)
+
+
+def _section(section: s.Section, pou: s.Pou) -> _Found:
+    inside = pou.kind != "PROGRAM"
+    if inside and section.kind in ("VAR_EXTERNAL", "VAR_GLOBAL"):
+        yield section.at, f"{section.kind} in a block: global variables are not portable"
+    if inside and section.qualifier == "RETAIN":
+        yield section.at, "RETAIN in a block"
+    for variable in section.variables:
+        yield from _variable(variable, "")
+        several = len(variable.names) > _MOST_BLOCKS
+        if several and isinstance(variable.spec, s.NamedSpec) and _is_block(variable.spec):
+            yield variable.at, "three blocks in one declaration: matiec crashes; declare each alone"
+        if inside and variable.address is not None:
+            yield variable.at, "a located variable in a block"
+
+
+def _variable(variable: s.VarDecl, where: str) -> _Found:
+    if isinstance(variable.spec, s.ArraySpec):
+        yield variable.at, "an array without a name: declare a type for it and use its name"
+        yield from _array(variable.spec)
+    elif isinstance(variable.spec, s.NamedSpec) and where and _is_block(variable.spec):
+        yield variable.at, f"a block in {where}"
+    if isinstance(variable.initial, (s.ArrayInit, s.StructInit)):
+        yield variable.at, "an initial value for a whole array or structure: assign it in code"
+    elif isinstance(variable.initial, s.Literal):
+        yield from _literal(variable.initial)
+
+
+def _array(spec: s.ArraySpec) -> _Found:
+    for dimension in spec.dimensions:
+        for bound in (dimension.low, dimension.high):
+            plain = bound.operand if isinstance(bound, s.Unary) else bound
+            if not isinstance(plain, s.Literal):
+                yield bound.at, "array bounds are to be literals"
+    if isinstance(spec.element, s.NamedSpec) and _is_block(spec.element):
+        yield spec.at, "an array of blocks"
+
+
+def _is_block(spec: s.NamedSpec) -> bool:
+    return spec.name.key in BLOCKS or spec.name.key.startswith("FB_")
+
+
+def _function(pou: s.Pou) -> _Found:
+    inputs = [section for section in pou.sections if section.kind == "VAR_INPUT"]
+    if not any(section.variables for section in inputs):
+        yield pou.at, "a function without an input"
+    for section in pou.sections:
+        if section.kind in _INTERFACE:
+            yield section.at, f"{section.kind} in a function: use a block"
+    for section in inputs:
+        for variable in section.variables:
+            if isinstance(variable.spec, s.NamedSpec):
+                if variable.spec.name.key in CORE:
+                    continue
+                yield variable.at, "an input of a function that is not elementary"
+
+
+def _code(statement: s.Statement, members: set[str]) -> _Found:
+    """A statement with all that is in it."""
+    for node in _nodes(statement):
+        if isinstance(node, s.For):
+            yield node.at, "FOR: compilers differ in it (0 TO 0, final value); use WHILE"
+        elif isinstance(node, s.Case):
+            for branch in node.branches:
+                for label in branch.labels:
+                    yield from _label(label, members)
+        elif isinstance(node, s.Literal):
+            yield from _literal(node)
+        elif isinstance(node, s.Call):
+            yield from _call(node)
+        elif isinstance(node, s.Binary) and node.op in _COMPARISONS:
+            for side in (node.left, node.right):
+                yield from _promoted(side)
+        elif isinstance(node, s.Unary) and node.op == "NOT" and _compares(node.operand):
+            yield node.at, "NOT of a comparison: turn it round, or call a function for it"
+
+
+def _compares(operand: s.Expression) -> bool:
+    """Has it a comparison? Another NOT is looked at by itself."""
+    if isinstance(operand, s.Unary):
+        return False
+    return any(isinstance(one, s.Binary) and one.op in _COMPARISONS for one in _nodes(operand))
+
+
+def _label(label: s.Expression | s.Range, members: set[str]) -> _Found:
+    parts = [label.low, label.high] if isinstance(label, s.Range) else [label]
+    for part in parts:
+        plain = part.operand if isinstance(part, s.Unary) else part
+        if isinstance(plain, s.Literal):
+            if plain.kind != "INTEGER" or "#" in plain.text:
+                yield part.at, f"the label {plain.text}: use decimal numbers or bare members"
+        elif isinstance(plain, s.Name) and plain.key not in members:
+            yield part.at, f"the label {plain.text} is no member of an enumeration"
+
+
+_DURATION = re.compile(r"\d+(?:d|h|m|s|ms)", re.IGNORECASE)
+_DATES = ("D", "DATE", "TOD", "TIME_OF_DAY", "DT", "DATE_AND_TIME")
+_DATE = re.compile(r"(?:\d{4}-\d\d-\d\d)?-?(?:\d+:\d+:\d+(?:\.\d+)?)?")
+
+
+def _literal(literal: s.Literal) -> _Found:
+    if literal.kind != "TYPED":
+        return
+    prefix, _, value = literal.text.partition("#")
+    if prefix.upper() in ("T", "TIME"):
+        if not _DURATION.fullmatch(value):
+            yield literal.at, f"{literal.text}: write a TIME with one whole number and unit"
+    elif prefix.upper() in _DATES and not _DATE.fullmatch(value):
+        yield literal.at, f"{literal.text}: write each number of a date, with two digits"
+    elif value.startswith(("-", "+")):
+        yield literal.at, f"{literal.text}: a sign after # is not portable"
+
+
+def _call(call: s.Call) -> _Found:
+    if call.function.key in _PARTS_OF_TEXTS:
+        for argument in call.arguments:
+            if isinstance(argument.value, s.Literal) and argument.value.kind == "STRING":
+                yield call.at, f"{call.function.text} of a literal: assign it to a variable first"
+    source, separator, target = call.function.key.partition("_TO_")
+    if separator and "TIME" in (source, target):
+        yield call.at, f"{call.function.text}: conversions of TIME differ"
+
+
+def _promoted(side: s.Expression) -> _Found:
+    shift = isinstance(side, s.Call) and side.function.key in _SHIFTS
+    if shift or (isinstance(side, s.Unary) and side.op == "NOT"):
+        yield side.at, "compared at once: assign the result of NOT or a shift to a variable first"
+
+
+def _nodes(node: Any) -> Iterator[Any]:
+    """The node and every node below it."""
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, tuple):
+            waiting += reversed(one)
+        elif is_dataclass(one):
+            yield one
+            waiting += [getattr(one, field.name) for field in reversed(fields(one))]
+
+
+_LONGEST = 100
+#: One text, in which every byte may be an escape as `$E3`: no place to break the line.
+#: Escapes of quotes, at which some compilers take the text to have ended; `$$` is none.
+_QUOTE = re.compile(r"\$(?:([\'\"])|.)")
+_ONE_TEXT = re.compile(r"\s*[\w.]+ := '(?:\$[0-9A-F]{2}|[^$'])+';")
+
+
+def text_findings(file: Path) -> Iterator[tuple[Position, str]]:
+    """Check lines and tokens of a file that has no syntax error."""
+    text = source_text(file)
+    for number, line in enumerate(text.splitlines(), start=1):
+        if "\t" in line:
+            at = Position(*origin(file, number, line.index("\t") + 1))
+            yield at, "a tab; indent with two spaces"
+        if len(line) > _LONGEST and not _ONE_TEXT.fullmatch(line):
+            at = Position(*origin(file, number, _LONGEST + 1))
+            yield at, f"longer than {_LONGEST} characters"
+    for token in tokens(text, file):
+        here = Position(token.line or 1, token.column or 1)
+        if token.type in KEYWORDS and token.value != token.type:
+            yield here, f"{token.value}: write keywords in upper case"
+        elif token.type == "STRING":
+            for escape in _QUOTE.finditer(token.value):
+                if escape[1]:
+                    code = f"${ord(escape[1]):02X}"
+                    text = f"{escape[0]} ends the text on some PLCs: write {code}"
+                    yield Position(here.line, here.column + escape.start()), text

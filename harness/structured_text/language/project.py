@@ -1,0 +1,110 @@
+"""A checked set of sources: what engines compile and what paths are resolved in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from structured_text.errors import InputError
+from structured_text.language.constructs import Use
+from structured_text.language.objects import Objects
+from structured_text.language.tree import Pou, Symbol
+from structured_text.language.types import BlockType, Located, Type, Variable
+
+__all__ = ["Project", "Run", "Task", "Unit", "runnable"]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task of the configuration; a lower `priority` goes first."""
+
+    name: str
+    interval_us: int
+    priority: int
+    instances: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A program instance that runs in every `every`-th scan, from the first on."""
+
+    instance: str
+    every: int
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One declaration; `line` is where it begins in its file.
+
+    `kind` is TYPE, INTERFACE, FUNCTION, FUNCTION_BLOCK, PROGRAM or CONFIGURATION.
+    """
+
+    kind: str
+    name: str
+    file: Path
+    line: int
+
+
+@dataclass(frozen=True, eq=False)
+class Project:
+    """Everything the sources declare, checked.
+
+    Attributes:
+        files: The files, each after those it needs (as matiec wants them).
+        units: The declarations, each after those it needs.
+        types: Structures, arrays, enumerations and aliases by upper-case name.
+        blocks: Function blocks and programs of the sources, and the standard blocks they use,
+            by upper-case name.
+        pous: Functions, blocks and programs with their checked bodies, by upper-case name, each
+            after those it calls.
+        initial: Complete initial value of every type in `types`, by upper-case name.
+        instances: Program instances by name in order of declaration. Sources without a
+            CONFIGURATION and with exactly one PROGRAM have one, named `Main`.
+        configured: Whether the sources have a CONFIGURATION.
+        globals: Global variables by upper-case name, with their declared name and type.
+        global_symbols: The same with initial values.
+        lists: Lists of globals by upper-case name: for each variable's its key in `globals`.
+        located: Directly represented variables in order of declaration.
+        tasks: Tasks in order of declaration.
+        tick_us: Greatest common divisor of the intervals; None without tasks.
+        schedule: Program instances in the order in which they run within a scan.
+        objects: Which block extends and implements which, and their methods.
+        views: Whether memory is looked at as another type: by pointers, or in a UNION.
+        key: Names the sources with their contents where what is made of them may be kept
+            (`language.cache`); else empty.
+        uses: Constructs beyond the portable subset.
+    """
+
+    files: tuple[Path, ...]
+    units: tuple[Unit, ...]
+    types: dict[str, Type]
+    blocks: dict[str, BlockType]
+    pous: dict[str, Pou]
+    initial: dict[str, Any]
+    instances: dict[str, BlockType]
+    configured: bool
+    globals: dict[str, Variable]
+    global_symbols: dict[str, Symbol]
+    lists: dict[str, dict[str, str]]
+    located: tuple[Located, ...]
+    tasks: tuple[Task, ...]
+    tick_us: int | None
+    schedule: tuple[Run, ...]
+    objects: Objects
+    views: bool
+    key: str = ""
+    uses: tuple[Use, ...] = ()
+
+
+def runnable(project: Project) -> Project:
+    """The project, where it has a program to run.
+
+    Raises:
+        InputError: it is a library.
+    """
+    if not project.instances:
+        raise InputError(
+            "there is no PROGRAM in the sources", hint="name the file of the program to run"
+        )
+    return project

@@ -1,0 +1,241 @@
+"""Runs the parser over tokens, and goes on behind each mistake.
+
+At a mistake the parser goes back to where a statement or declaration began, takes ERROR for it,
+and leaves out tokens up to its end.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from lark import Lark, Token
+from lark.exceptions import UnexpectedToken
+
+from structured_text.errors import InputError
+from structured_text.language.lexer import KEYWORDS, PUNCTUATION
+from structured_text.output.limits import MOST_MISTAKES
+
+__all__ = ["read_tokens"]
+
+_SPELLING = {name: f"'{text}'" for text, name in PUNCTUATION.items()}
+_ENDS = frozenset(("END_IF", "ELSE", "ELSIF", "END_CASE", "END_WHILE", "END_FOR", "UNTIL"))
+_INSTRUCTION_LIST = frozenset(
+    ["LD", "LDN", "ST", "STN", "ANDN", "ORN", "XORN", "CAL", "CALC", "RET", "RETC"]
+)
+#: What opens and closes a group of statements or declarations.
+_OPENERS = {
+    **{word: f"END_{word}" for word in ("IF", "CASE", "FOR", "WHILE", "REPEAT", "STRUCT", "UNION")},
+}
+_CLOSERS = frozenset(_OPENERS.values())
+#: What ends the group that a mistake is in.
+_GROUP_ENDS = _CLOSERS | frozenset(
+    (
+        *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),
+        *("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "GET", "END_GET", "SET", "END_SET"),
+    )
+)
+#: Words that begin nothing, so that they are meant as names.
+_RESERVED = frozenset(
+    word
+    for word in KEYWORDS
+    if not word.startswith(("END_", "VAR")) and word not in (*_OPENERS, *_GROUP_ENDS)
+)
+_NOTHING_BEFORE = frozenset(("END_VAR", "THEN", "ELSE", "DO", "OF", "REPEAT", "COLON"))
+#: What begins a declaration of a file, and what ends it.
+_DECLARATIONS = (
+    "INTERFACE",
+    "NAMESPACE",
+    "TYPE",
+    "FUNCTION",
+    "FUNCTION_BLOCK",
+    "PROGRAM",
+    "CONFIGURATION",
+)
+_DECLARATION_ENDS = frozenset(f"END_{word}" for word in _DECLARATIONS)
+_POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
+
+
+def read_tokens(lark: Lark, found: list[Token], file: Path) -> tuple[list[Any], list[InputError]]:
+    """Parse tokens.
+
+    Args:
+        lark: The parser, which makes syntax of what it reads.
+        found: The tokens of a file.
+        file: For messages.
+
+    Returns:
+        What is declared, as far as it could be read, and every mistake.
+    """
+    return _Run(lark, found, file).run()
+
+
+class _Run:
+    """The parser on its way through a file."""
+
+    def __init__(self, lark: Lark, found: list[Token], file: Path) -> None:
+        self._parser = lark.parse_interactive("")
+        self._state = self._parser.parser_state
+        self._found, self._file = found, file
+        self._errors: list[InputError] = []
+        last = found[-1] if found else Token("$END", "", 0, 1, 1)
+        self._end = Token.new_borrow_pos("$END", "", last)
+
+    def run(self) -> tuple[list[Any], list[InputError]]:
+        """See `read_tokens`."""
+        feed = self._state.feed_token
+        found, at, failed = self._found, 0, -1
+        while True:
+            try:
+                while at < len(found):
+                    feed(found[at])
+                    at += 1
+                self._end_pou()
+                declarations: list[Any] = self._state.feed_token(self._end, True)
+                return declarations, self._errors
+            except UnexpectedToken as error:
+                error.interactive_parser = self._parser
+                if at == failed:
+                    at += 1
+                    if at > len(found):
+                        return [], self._errors
+                    continue
+                failed = at
+                self._errors.append(self._mistake(error, at))
+                if len(self._errors) >= MOST_MISTAKES:
+                    self._errors.append(self._too_many(at))
+                    return [], self._errors
+                at = self._recovered(at)
+
+    def _end_pou(self) -> None:
+        """End the POU that the file ends in: tools that show each by itself write no END."""
+        if "$END" in self._acceptable():
+            return
+        accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
+        for word in _POU_ENDS:
+            if word in accepted:
+                self._state.feed_token(Token.new_borrow_pos(word, "", self._end))
+                return
+
+    # --- recovery ---
+
+    def _recovered(self, at: int) -> int:
+        """Bring the parser to where it can go on; gives the token to go on with."""
+        token = self._found[at] if at < len(self._found) else self._end
+        if self._ends_here(token, self._found[at - 1] if at else token):
+            self._state.feed_token(self._semicolon(token))
+            return at
+        depth = self._back()
+        self._state.feed_token(Token.new_borrow_pos("ERROR", "", token))
+        in_group = "SEMICOLON" in self._acceptable() and len(self._state.state_stack) > 3
+        return self._skip(at, depth) if in_group else self._next_declaration(at)
+
+    @staticmethod
+    def _ended(token: Token, before: Token) -> bool:
+        """Is there a semicolon, or nothing that needs one?"""
+        return "SEMICOLON" in (token.type, before.type) or before.type in _NOTHING_BEFORE
+
+    def _ends_here(self, token: Token, before: Token) -> bool:
+        """Is only a semicolon missing before this token?"""
+        if "SEMICOLON" not in self._parser.accepts():  # type: ignore[no-untyped-call]
+            return False
+        return not self._ended(token, before)
+
+    def _acceptable(self) -> set[str]:
+        states = self._state.parse_conf.states
+        return set(states[self._state.state_stack[-1]])
+
+    def _takes_error(self) -> bool:
+        """May ERROR stand here? The table also says so where only its own reductions fail."""
+        if "ERROR" not in self._acceptable():
+            return False
+        return "ERROR" in self._parser.accepts()  # type: ignore[no-untyped-call]
+
+    def _back(self) -> int:
+        """Forget what was begun, up to where ERROR may stand; gives the groups left open."""
+        depth = 0
+        states, values = self._state.state_stack, self._state.value_stack
+        while not self._takes_error():
+            states.pop()
+            value = values.pop()
+            depth += isinstance(value, Token) and value.type in _OPENERS
+        return depth
+
+    def _skip(self, at: int, depth: int) -> int:
+        """Leave out tokens up to the end of a statement or declaration."""
+        found = self._found
+        while at < len(found):
+            token = found[at]
+            if token.type in _OPENERS:
+                depth += 1
+            elif token.type in _CLOSERS and depth:
+                depth -= 1
+                if not depth:
+                    at += 1
+                    break
+            elif token.type in _DECLARATION_ENDS or (
+                not depth and token.type in (*_GROUP_ENDS, "SEMICOLON")
+            ):
+                break
+            at += 1
+        follows = found[at] if at < len(found) else self._end
+        self._state.feed_token(self._semicolon(follows))
+        return at + 1 if follows.type == "SEMICOLON" else at
+
+    def _next_declaration(self, at: int) -> int:
+        """Leave out tokens up to the next declaration of the file."""
+        while at < len(self._found):
+            token = self._found[at]
+            first = at == 0 or self._found[at - 1].line != token.line
+            if token.type in _DECLARATIONS and first:
+                return at
+            at += 1
+        return at
+
+    @staticmethod
+    def _semicolon(near: Token) -> Token:
+        return Token.new_borrow_pos("SEMICOLON", ";", near)
+
+    # --- messages ---
+
+    def _too_many(self, at: int) -> InputError:
+        token = self._found[at] if at < len(self._found) else self._end
+        text = f"{MOST_MISTAKES} mistakes in this file up to here; what follows was not read"
+        return self._error(text, token, "is this Structured Text?")
+
+    def _mistake(self, error: UnexpectedToken, at: int) -> InputError:
+        token = self._found[at] if at < len(self._found) else self._end
+        before = self._found[at - 1] if at else token
+        expected = set(error.accepts or error.expected)
+        if before.upper() in _INSTRUCTION_LIST and token.type != "ASSIGN":
+            hint = "write Structured Text"
+            return self._error("Instruction List is not supported", before, hint)
+        if token.type == "COLON" and before.type in ("IDENT", "LABEL") and "LPAR" in expected:
+            hint = "use IF, or a loop with EXIT"
+            return self._error("labels for jumps are not supported", before, hint)
+        if token.type in _RESERVED and "IDENT" in expected:
+            message = f"{token} is a reserved word and cannot be used here"
+            return self._error(message, token, _expectation(expected))
+        needed = expected == {"SEMICOLON"} or not before.type.startswith("END_")
+        if "SEMICOLON" in expected and needed and not self._ended(token, before):
+            hint = f"write it after {str(before)!r}"
+            return self._error("a ';' is missing", before, hint, after=True)
+        if token.type == "$END":
+            return self._error("the file ends in the middle", before, _expectation(expected))
+        return self._error(f"{str(token)!r} is not expected here", token, _expectation(expected))
+
+    def _error(
+        self, message: str, token: Token, hint: str = "", *, after: bool = False
+    ) -> InputError:
+        column = (token.column or 1) + (len(token) if after else 0)
+        return InputError(message, file=self._file, line=token.line, column=column, hint=hint)
+
+
+def _expectation(expected: set[str]) -> str:
+    """What could stand there, if that is few enough to help."""
+    words = {"IDENT": "a name", "LABEL": "a label", "INTEGER": "a number", "DIRECT": "an address"}
+    if "LPAR" in expected and "INTEGER" in expected:
+        return "an expression is expected"
+    named = [name for name in expected if name not in ("ERROR", "LATCH", "PART")]
+    shown = sorted(_SPELLING.get(name) or words.get(name) or name for name in named)
+    return f"expected {' or '.join(shown)}" if len(shown) <= 6 else ""

@@ -1,0 +1,322 @@
+"""Pointers and references: ADR, REF, `^`, REF= and what two of them have in common."""
+
+from __future__ import annotations
+
+from structured_text.language import syntax as s
+from structured_text.language import tree as t
+from structured_text.language.checking import Checking
+from structured_text.language.resolve import ConsequenceError, is_null
+from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, string_length
+from structured_text.language.sizes import size_of
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    InterfaceType,
+    ReferenceType,
+    Type,
+)
+from structured_text.language.values import describe
+
+__all__ = ["FUNCTIONS", "PLACES", "References", "place_of"]
+
+#: What is written as a variable.
+PLACES = (s.Name, s.Field, s.Index, s.Dereference, s.This)
+#: The functions this module types; the rest of these names are refused.
+FUNCTIONS = ("ADR", "REF", "__ISVALIDREF")
+_REFUSED = {
+    "__QUERYINTERFACE": "keep a variable of the interface you need",
+    "__QUERYPOINTER": "use REFERENCE TO",
+    "__NEW": "declare the variable; nothing is made while the program runs",
+    "__DELETE": "declare the variable; nothing is made while the program runs",
+    **dict.fromkeys(("__VARINFO", "__POUNAME", "__POSITION"), "write a STRING of your own"),
+    "BITADR": "name the bit of the variable",
+    **dict.fromkeys(("MEMCPY", "MEMSET", "MEMMOVE", "MEMCMP"), "assign or compare the variables"),
+}
+
+
+class References:
+    """The pointers and references of one POU.
+
+    Args:
+        expressions: What types the other expressions of the POU.
+    """
+
+    def __init__(self, expressions: Checking) -> None:
+        self._all = expressions
+        self._scope = expressions.scope
+
+    def followed(self, found: t.Variable) -> t.Variable:
+        """The variable itself; what a REFERENCE TO refers to."""
+        kind = found.type
+        if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE":
+            return t.Deref(found, _target(kind))
+        return found
+
+    def deref(self, node: s.Dereference) -> t.Deref:
+        """`pointer^`.
+
+        Raises:
+            InputError: no pointer.
+        """
+        base = self._all.base(node.base)
+        kind = base.type
+        if not isinstance(kind, ReferenceType):
+            raise self._scope.error(
+                f"^ needs a pointer, not a {describe(kind)}",
+                node.at,
+                "a REFERENCE TO and a VAR_IN_OUT are used without ^" if _is_plain(base) else "",
+            )
+        return t.Deref(base, _target(kind))
+
+    def element(self, base: t.Variable, node: s.Index) -> t.Deref:
+        """`pointer[i]`: what is `i` elements behind the one pointed to."""
+        kind = base.type
+        assert isinstance(kind, ReferenceType)
+        if len(node.indices) != 1:
+            raise self._scope.error("a pointer takes one index", node.at)
+        index = self._all.infer(node.indices[0]) or ELEMENTARY["DINT"]
+        if isinstance(index, ElementaryType) and index.name in ANY_BIT and index != BOOL:
+            self._scope.note("arithmetic of bit strings", node.indices[0].at, "an index")
+            index = self._all.operators.number(index)
+        if index.name not in ANY_INT:
+            text = f"an index must be an integer, not a {describe(index)}"
+            raise self._scope.error(text, node.indices[0].at)
+        return t.Deref(base, _target(kind), self._all.check(node.indices[0], index))
+
+    # --- what wants a pointer, reference or interface ---
+
+    def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
+        """An expression where a pointer, a reference or an interface is asked for.
+
+        Raises:
+            InputError: it is none, or one to another type.
+        """
+        if is_null(node):
+            return t.Null(want)
+        if isinstance(node, s.This) and node.pointer and isinstance(want, ReferenceType):
+            this = self._all.variable(node)
+            return self._fitted(_to(this, "POINTER"), want, node)
+        if isinstance(node, s.Binary) and isinstance(want, ReferenceType):
+            if self._is_smaller(node.left, want):
+                moved = self.moved(node.op, node.left, node.right, node.at)
+                return self._fitted(moved, want, node)
+            base = self.wanted(node.left, want)
+            return self._moved(node.op, base, node.right, node.at)
+        if isinstance(node, s.Call) and node.function.key in ("ADR", "REF"):
+            self._scope.note("ADR or REF", node.at)
+            found = self._address(node, want)
+            if isinstance(want, ReferenceType):
+                return self._fitted(found, want, node)
+            text = f"a {want.name} is expected here, not a pointer"
+            raise self._scope.error(text, node.at, "assign the block itself")
+        if isinstance(want, ReferenceType) and want.kind == "REFERENCE":
+            return self._fitted(self._bound(node), want, node)
+        found = self._all.check(node, None)
+        if isinstance(want, InterfaceType):
+            if not self._scope.declarations.objects.is_a(found.type, want):
+                text = f"a {want.name} is expected here, and {describe(found.type)} is none"
+                raise self._scope.error(text, node.at, f"let it IMPLEMENT {want.name}")
+            return found
+        return self._fitted(found, want, node)
+
+    def _is_smaller(self, node: s.Expression, want: ReferenceType) -> bool:
+        """Whether a pointer leads to less than is wanted, so that it is moved before."""
+        kind = self._all.infer(node)
+        if not isinstance(kind, ReferenceType):
+            return False
+        have, need = size_of(_target(kind)), size_of(_target(want))
+        return have is not None and need is not None and have < need
+
+    def _bound(self, node: s.Expression) -> t.Expression:
+        """A reference to the variable that is named, or the one that is held already."""
+        found = self._all.check(node, None)
+        place = place_of(found)
+        if place is None:
+            raise self._scope.error("a reference needs a variable to refer to", node.at)
+        if isinstance(place, t.Deref) and place.offset is None:
+            kind = place.base.type
+            if isinstance(kind, ReferenceType):
+                return place.base
+        return _to(place, "REFERENCE")
+
+    def _fitted(self, found: t.Expression, want: ReferenceType, node: s.Expression) -> t.Expression:
+        kind = found.type
+        if not isinstance(kind, ReferenceType):
+            text = f"a {describe(want)} is expected here, not a {describe(kind)}"
+            raise self._scope.error(text, node.at, "write ADR(variable)")
+        same = _target(kind) == _target(want)
+        if not same and isinstance(kind.target, BlockType):
+            same = self._scope.declarations.objects.is_a(kind.target, want.target)
+        if same:
+            return found
+        if isinstance(found, t.Address) and isinstance(kind.target, ArrayType):
+            array = kind.target
+            if array.element == want.target:
+                lows = tuple(t.Constant(low, ELEMENTARY["DINT"]) for low, _ in array.bounds)
+                return t.Address(t.Index(found.variable, lows, array.element), want)
+        sizes = [size_of(_target(one)) for one in (kind, want)]
+        if "REFERENCE" not in (kind.kind, want.kind) and None not in sizes:
+            return self._recast(found, want, node.at)
+        raise self._scope.error(
+            f"a {describe(want)} cannot lead to a {describe(_target(kind))}",
+            node.at,
+            "only a pointer to data looks at memory as another type",
+        )
+
+    def _recast(self, found: t.Expression, want: ReferenceType, at: s.Position) -> t.Recast:
+        assert isinstance(found.type, ReferenceType)
+        shown = f"a {describe(_target(found.type))} as a {describe(_target(want))}"
+        self._scope.note("memory looked at as another type", at, shown)
+        self._scope.declarations.views = True
+        return t.Recast(found, want)
+
+    def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
+        """The characters of a text as an array of BYTE or WORD, from 0 on.
+
+        Raises:
+            InputError: it is the result of a call.
+        """
+        kind = base.type
+        assert isinstance(kind, ElementaryType)
+        if place_of(base) is None:
+            hint = "assign it to a variable first, or use MID"
+            raise self._scope.error("a text without a variable has no characters", at, hint)
+        self._scope.note("a character of a text by its number", at)
+        element = ELEMENTARY["BYTE" if kind.name == "STRING" else "WORD"]
+        row = ArrayType("", ((0, string_length(kind)),), element)
+        self._scope.declarations.views = True
+        return t.Deref(t.Recast(_to(base, "POINTER"), ReferenceType("POINTER", row)), row)
+
+    # --- functions ---
+
+    def is_known(self, node: s.Call) -> bool:
+        """Whether the function is known here; names that are refused raise."""
+        key = node.function.key
+        if key in _REFUSED and key not in self._scope.declarations.pous:
+            raise self._scope.error(
+                f"{node.function.text} is not supported", node.at, _REFUSED[key]
+            )
+        known = key in FUNCTIONS and key not in self._scope.declarations.pous
+        if known:
+            self._scope.note("ADR or REF", node.at)
+        return known
+
+    def type_of(self, node: s.Call) -> Type | None:
+        """Type of the result of ADR, REF and __ISVALIDREF."""
+        if node.function.key in ("ADR", "REF"):
+            return self._address(node, None).type
+        return BOOL if node.function.key == "__ISVALIDREF" else None
+
+    def call(self, node: s.Call) -> t.Expression:
+        """Type one of these functions."""
+        if node.function.key in ("ADR", "REF"):
+            return self._address(node, None)
+        argument = self._argument(node)
+        found = self._all.place(argument) if isinstance(argument, PLACES) else None
+        if found is None or not isinstance(found.type, ReferenceType):
+            raise self._scope.error("__ISVALIDREF needs a variable of REFERENCE TO", node.at)
+        return t.Valid(found, BOOL)
+
+    def _argument(self, node: s.Call) -> s.Expression:
+        if len(node.arguments) != 1:
+            text = f"{node.function.text} takes 1 argument, not {len(node.arguments)}"
+            raise self._scope.error(text, node.at)
+        return node.arguments[0].value
+
+    def _address(self, node: s.Call, want: Type | None) -> t.Expression:
+        argument = self._argument(node)
+        found = self._all.check(argument, None)
+        place = place_of(found)
+        if isinstance(place, t.Use) and isinstance(place.type, ArrayType) and place.type.open:
+            hint = "take that of its first element"
+            raise self._scope.error("an array of open length has no address", node.at, hint)
+        if place is None or isinstance(place.type, InterfaceType):
+            raise self._scope.error(f"{node.function.text} needs a variable", node.at)
+        kind = "REF_TO" if node.function.key == "REF" else "POINTER"
+        if isinstance(want, ReferenceType):
+            kind = want.kind
+        return _to(place, kind)
+
+    # --- operators ---
+
+    def compared(
+        self, op: str, left: s.Expression, right: s.Expression, at: s.Position
+    ) -> t.Expression | None:
+        """`=` and `<>` of pointers and interfaces; None where neither side is one."""
+        sides = [side for side in (left, right) if not is_null(side)]
+        kinds = [self._all.infer(side) for side in sides]
+        kind = next((one for one in kinds if isinstance(one, (ReferenceType, InterfaceType))), None)
+        if kind is None:
+            return None
+        if op not in ("=", "<>"):
+            data = isinstance(kind, ReferenceType) and size_of(_target(kind)) is not None
+            if not data or op not in ("<", ">", "<=", ">="):
+                raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
+            self._scope.note("pointers compared by < or >", at)
+        first, second = self.wanted(left, kind), self.wanted(right, kind)
+        return t.Same(op, first, second, BOOL)
+
+    def moved(
+        self, op: str, left: s.Expression, right: s.Expression, at: s.Position
+    ) -> t.Expression:
+        """Pointer + bytes and pointer - bytes.
+
+        Raises:
+            InputError: another operator, or a pointer whose elements have no known size.
+        """
+        return self._moved(op, self._all.check(left, None), right, at)
+
+    def _moved(
+        self, op: str, base: t.Expression, right: s.Expression, at: s.Position
+    ) -> t.Expression:
+        kind = base.type
+        assert isinstance(kind, ReferenceType)
+        size = size_of(kind.target) if kind.target is not None else None
+        if op not in ("+", "-") or size is None:
+            raise self._scope.error(f"{op} is not defined for {describe(kind)}", at)
+        number = self._all.infer(right) or ELEMENTARY["DINT"]
+        if isinstance(number, ElementaryType) and number.name in ANY_BIT and number != BOOL:
+            self._scope.note("arithmetic of bit strings", right.at)
+            number = self._all.operators.number(number)
+        if not isinstance(number, ElementaryType) or number.name not in ANY_INT:
+            text = f"a pointer is moved by an integer, not by a {describe(number)}"
+            raise self._scope.error(text, right.at)
+        offset = self._all.check(right, number)
+        if isinstance(offset, t.Constant) and int(offset.value) % size:
+            text = f"{offset.value} bytes are no whole number of {kind.name.partition(' TO ')[2]}"
+            hint = f"write a multiple of SIZEOF, {size} here"
+            raise self._scope.error(text, right.at, hint)
+        return t.Offset(base, offset, size, 1 if op == "+" else -1, kind)
+
+
+def _target(kind: ReferenceType) -> Type:
+    """What it leads to.
+
+    Raises:
+        InputError: that has an error, which has been reported.
+    """
+    if kind.target is None:
+        raise ConsequenceError("what a pointer leads to has an error")
+    return kind.target
+
+
+def place_of(found: t.Expression) -> t.Variable | None:
+    """A variable that something can lead to; None for a value."""
+    part = found
+    while isinstance(part, (t.Member, t.Index)):
+        part = part.base
+    if isinstance(part, (t.Use, t.This, t.Deref)):
+        assert isinstance(found, (t.Use, t.Member, t.Index, t.This, t.Deref))
+        return found
+    return None
+
+
+def _to(place: t.Variable, kind: str) -> t.Address:
+    if isinstance(place, t.Use):
+        place.symbol.addressed = True
+    return t.Address(place, ReferenceType(kind, place.type))
+
+
+def _is_plain(found: t.Variable) -> bool:
+    return isinstance(found, (t.Use, t.Deref))

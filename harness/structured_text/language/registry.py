@@ -1,0 +1,267 @@
+"""All names of a project: what declares them, and in which order they depend on each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, fields, is_dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from structured_text.errors import InputError
+from structured_text.language import syntax as s
+from structured_text.language.constructs import CONSTRUCTS, Use
+from structured_text.language.scalars import CORE
+from structured_text.language.standard import reserved
+from structured_text.output.limits import MOST_LEVELS
+
+__all__ = ["ConsequenceError", "Declared", "Registry", "last_name", "parts_of"]
+
+#: Types and POUs that may use each other in a row.
+
+#: Types of those fields of syntax in which nothing is used.
+#: Methods may use what their block does not exist without.
+_PLAIN = (
+    *("Name", "Name | None", "Position", "str", "bool", "int", "tuple[Name, ...]"),
+    *("tuple[Any, ...]", "tuple[InputError, ...]", "Path"),
+    *("tuple[str, ...]", "tuple[Method | Property, ...]", "tuple[Namespace, ...]"),
+)
+
+#: Libraries of the field whose names may stand before what they have of the standard.
+_LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
+
+
+class ConsequenceError(InputError):
+    """An error that only follows from another one, which has been reported."""
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A declaration and where it comes from; `uses` takes what is not portable."""
+
+    node: s.Declaration
+    source: s.Source
+    uses: list[Use] = field(default_factory=list, compare=False, repr=False)
+
+    @property
+    def file(self) -> Path:
+        """The file it is in."""
+        return self.source.file
+
+    def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
+        """An error in this declaration's file."""
+        return InputError(message, file=self.file, line=at.line, column=at.column, hint=hint)
+
+    def note(self, construct: str, at: s.Position, detail: str = "") -> None:
+        """Note a construct beyond the portable subset; see `constructs.CONSTRUCTS`."""
+        assert construct in CONSTRUCTS, construct
+        self.uses.append(Use(construct, self.file, at, detail))
+
+
+class Registry:
+    """The types and POUs of all sources by upper-case name, and the rules for names.
+
+    Args:
+        sources: The parsed files.
+        report: Takes each error; the registry goes on after it.
+    """
+
+    def __init__(self, sources: Iterable[s.Source], report: Callable[[InputError], None]) -> None:
+        self._report = report
+        self.types: dict[str, Declared] = {}
+        self.pous: dict[str, Declared] = {}
+        self.interfaces: dict[str, Declared] = {}
+        self.namespaces = set(_LIBRARIES)
+        self.configuration: Declared | None = None
+        self.members: dict[str, list[str]] = {}
+        sources = list(sources)
+        self.lists: list[Declared] = []
+        self.uses: list[Use] = []
+        for source in sources:
+            self.uses += source.uses
+            for node in source.declarations:
+                self._add(Declared(node, source, self.uses))
+            for space in source.namespaces:
+                if not space.used:
+                    parts = space.name.key.split(".")
+                    self.namespaces.update(".".join(parts[i:j]) for i, j in _spans(len(parts)))
+        for source in sources:
+            self._check_uses(source)
+        for key, declared in self.types.items():
+            spec = declared.node.spec if isinstance(declared.node, s.TypeDecl) else None
+            if isinstance(spec, s.EnumSpec):
+                for member in spec.members:
+                    self.members.setdefault(member.key, []).append(key)
+
+    def _add(self, declared: Declared) -> None:
+        node = declared.node
+        if isinstance(node, s.GlobalList):
+            self.lists.append(declared)
+            return
+        if isinstance(node, s.Configuration):
+            if self.configuration is not None:
+                other = self.configuration
+                self._report(
+                    declared.error(
+                        "a second CONFIGURATION",
+                        node.name.at,
+                        f"the first is in {other.file.name}, line {other.node.at.line}",
+                    )
+                )
+            self.configuration = declared
+            return
+        key = node.name.key
+        earlier = self.types.get(key) or self.pous.get(key) or self.interfaces.get(key)
+        if earlier is not None:
+            hint = f"it is also declared in {earlier.file.name}, line {earlier.node.name.at.line}"
+            self._report(declared.error(f"{node.name.text} is declared twice", node.name.at, hint))
+        elif key in CORE:
+            self._report(
+                declared.error(f"{node.name.text} is the name of a standard element", node.name.at)
+            )
+        elif isinstance(node, s.Interface):
+            self.interfaces[key] = declared
+        elif isinstance(node, s.TypeDecl):
+            self._note_standard(declared)
+            self.types[key] = declared
+        else:
+            self._note_standard(declared)
+            self.pous[key] = declared
+
+    def _note_standard(self, declared: Declared) -> None:
+        if reserved(declared.node.name.key):
+            construct = "a standard function with another meaning"
+            declared.note(construct, declared.node.name.at)
+
+    def _check_uses(self, source: s.Source) -> None:
+        for space in source.namespaces:
+            if space.used and space.name.key not in self.namespaces:
+                self._report(
+                    InputError(
+                        f"there is no namespace {space.name.text}",
+                        file=source.file,
+                        line=space.at.line,
+                        column=space.at.column,
+                        hint="name its file too, or look at the spelling",
+                    )
+                )
+
+    def is_standard(self, key: str) -> bool:
+        """Whether the standard defines a type, function or block of this name for all."""
+        return reserved(key)
+
+    def variable_clash(self, key: str) -> str:
+        """Why a variable cannot have this name; empty if it can."""
+        if self.is_standard(key) and key not in ("T", "D", "SEMA", "RTC", "PID", "RAMP"):
+            return "is the name of a standard element"
+        if key in self.types:
+            return "is the name of a type"
+        if key in self.interfaces:
+            return "is the name of an INTERFACE"
+        if key in self.pous:
+            node = self.pous[key].node
+            assert isinstance(node, s.Pou)
+            return f"is the name of a {node.kind}"
+        if key in self.members:
+            return "is a member of an enumeration"
+        return ""
+
+    def ordered(self) -> list[Declared]:
+        """All declarations, each after those it uses.
+
+        Types come first, then functions, blocks, programs and the configuration, as far as
+        they do not use each other; otherwise in the order of the sources. A declaration that
+        uses itself, directly or not, is reported.
+        """
+        ranks = {"FUNCTION": 1, "FUNCTION_BLOCK": 2, "PROGRAM": 3}
+        everything = {**self.types, **self.pous}
+        first = sorted(
+            everything.values(),
+            key=lambda item: ranks[item.node.kind] if isinstance(item.node, s.Pou) else 0,
+        )
+        done: dict[str, bool] = {}
+        levels: dict[str, int] = {}
+        too_deep: list[Declared] = []
+        result: list[Declared] = list(self.interfaces.values())
+
+        def visit(declared: Declared, path: tuple[str, ...]) -> None:
+            key = declared.node.name.key
+            if len(path) > MOST_LEVELS:
+                too_deep.append(declared)
+                return
+            if key in done:
+                if not done[key]:
+                    self._report_cycle(declared, (*path[path.index(key) :], key))
+                return
+            done[key] = False
+            used = [name for name in _used(declared.node) if name in everything]
+            for name in used:
+                visit(everything[name], (*path, key))
+            done[key] = True
+            levels[key] = 1 + max((levels.get(name, 0) for name in used), default=0)
+            if levels[key] > MOST_LEVELS:
+                too_deep.append(declared)
+            result.append(declared)
+
+        for declared in first:
+            visit(declared, ())
+        for declared in too_deep[:1]:
+            message = f"more than {MOST_LEVELS} types, functions and blocks that use each other"
+            self._report(declared.error(f"{message} in a row", declared.node.name.at))
+        if self.configuration is not None:
+            result.append(self.configuration)
+        return result
+
+    def _report_cycle(self, declared: Declared, cycle: tuple[str, ...]) -> None:
+        kind = (
+            "a type cannot contain itself"
+            if declared.node.name.key in self.types
+            else ("recursion is not supported")
+        )
+        names = " uses ".join(
+            (self.types.get(key) or self.pous[key]).node.name.text for key in cycle
+        )
+        self._report(declared.error(f"{kind}: {names}", declared.node.name.at))
+
+
+def _used(node: Any) -> Iterator[str]:
+    """Names of types and functions that a piece of syntax uses, in order."""
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        kind: Any = type(one)
+        if kind is tuple:
+            waiting += one[::-1]
+            continue
+        if kind is s.PointerSpec:  # What is pointed to may in turn use this.
+            continue
+        if kind is s.NamedSpec:
+            yield one.name.key.rpartition(".")[2]
+        elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
+            yield one.extends.key.rpartition(".")[2]
+        elif kind is s.Call:
+            yield one.function.key
+        waiting += [getattr(one, name) for name in parts_of(one)]
+
+
+def _spans(size: int) -> Iterator[tuple[int, int]]:
+    """The beginning and end of every part of so many names."""
+    return ((i, j) for i in range(size) for j in range(i + 1, size + 1))
+
+
+def last_name(name: s.Name) -> str:
+    """The upper-case name without the namespaces before it."""
+    return name.key.rpartition(".")[2]
+
+
+def parts_of(node: Any) -> tuple[str, ...]:
+    """The fields of a piece of syntax that are syntax too, the last one first."""
+    kind: Any = type(node)
+    return _parts(kind)
+
+
+@lru_cache(maxsize=256)
+def _parts(kind: Any) -> tuple[str, ...]:
+    if not is_dataclass(kind):
+        return ()
+    return tuple(field.name for field in reversed(fields(kind)) if field.type not in _PLAIN)

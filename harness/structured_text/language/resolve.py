@@ -1,0 +1,626 @@
+"""Resolves types: names become types, initial values are complete, constants have values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from ctypes import c_float
+from typing import Any
+
+from structured_text.errors import InputError
+from structured_text.language import syntax as s
+from structured_text.language.constants import NotConstantError, constant, evaluate, member
+from structured_text.language.extent import Extents
+from structured_text.language.later import Later
+from structured_text.language.registry import ConsequenceError, Declared, Registry, last_name
+from structured_text.language.scalars import (
+    ANY_CHARS,
+    ANY_INT,
+    ANY_REAL,
+    ANY_STRING,
+    CORE,
+    ELEMENTARY,
+    INT_RANGE,
+    LONGEST_STRING,
+)
+from structured_text.language.sizes import size_of
+from structured_text.language.standard import BLOCKS, UNSUPPORTED, conversion, reserved
+from structured_text.language.tree import Constant, Pou, Symbol
+from structured_text.language.types import (
+    ArrayType,
+    BlockType,
+    ElementaryType,
+    EnumType,
+    InterfaceType,
+    ReferenceType,
+    StructType,
+    Type,
+    has_block,
+)
+from structured_text.language.values import array_length, describe
+from structured_text.output.limits import MOST_LEVELS
+
+__all__ = ["ConsequenceError", "Types", "default_scalar", "is_null"]
+
+
+class Types:
+    """The types of a project, each resolved when it is first asked for.
+
+    Args:
+        registry: All names.
+        report: Takes each error; the declaration it is in is then incomplete.
+
+    Attributes:
+        types: Structures, arrays, enumerations and aliases by upper-case name.
+        initial: The initial value of each of them.
+        blocks: Function blocks and programs by upper-case name.
+        pous: Functions, blocks and programs by upper-case name.
+        globals: Global variables by upper-case name.
+        lists: Lists of globals: for each variable's upper-case name its key in `globals`.
+        local: Variables of the POU that is being declared.
+        sections: All its sections.
+        views: Whether memory is looked at as another type, see `Project`.
+        extents: How large they are.
+    """
+
+    def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
+        self.registry = registry
+        self._report = report
+        self.types: dict[str, Type] = {}
+        self.initial: dict[str, Any] = {}
+        self.blocks: dict[str, BlockType] = {}
+        self.pous: dict[str, Pou] = {}
+        self.globals: dict[str, Symbol] = {}
+        self.lists: dict[str, dict[str, str]] = {}
+        self.local: dict[str, Symbol] = {}
+        self.sections: list[tuple[s.Section, Declared]] = []
+        self.views = False
+        self.extents = Extents()
+        self._under_way: set[str] = set()
+        self._listed: dict[str, tuple[s.VarDecl, Declared]] | None = None
+        self._pended: dict[str, Constant | InputError | None] = {}
+        self._unlinked: list[tuple[ReferenceType, s.TypeSpec, Declared]] = []
+
+    def link(self) -> None:
+        """Resolve what pointers and references lead to, once all types and blocks are known."""
+        while self._unlinked:
+            reference, spec, where = self._unlinked.pop()
+            try:
+                reference.target, _ = self.resolve(spec, where)
+            except InputError as error:
+                self._report(error)
+
+    # --- types ---
+
+    def add_type(self, node: s.TypeDecl, where: Declared) -> None:
+        """Resolve one type of a TYPE … END_TYPE, unless that is done."""
+        key = node.name.key
+        if key in self.types or key in self._under_way:
+            return
+        self._under_way.add(key)
+        try:
+            kind, initial = self._named_type(node, where)
+            self.types[key] = kind
+            if node.initial is not None:
+                initial = self.initial_value(node.initial, kind, where, initial)
+            self.initial[key] = initial
+        except InputError as error:
+            self.types.pop(key, None)
+            self._report(error)
+
+    def type_named(self, key: str) -> Type | None:
+        """The type of the sources with this upper-case name."""
+        if key not in self.types and key in self.registry.types:
+            declared = self.registry.types[key]
+            assert isinstance(declared.node, s.TypeDecl)
+            self.add_type(declared.node, declared)
+        return self.types.get(key)
+
+    def _named_type(self, node: s.TypeDecl, where: Declared) -> tuple[Type, Any]:
+        spec, name = node.spec, node.name.text
+        if isinstance(spec, s.EnumSpec):
+            return self._enumeration(name, spec, where)
+        if isinstance(spec, s.StructSpec):
+            return self._structure(name, spec, where, node.extends)
+        if node.extends is not None:
+            raise where.error("only a structure or block can extend another", node.extends.at)
+        if isinstance(spec, s.ArraySpec):
+            return self._array(name, spec, where)
+        kind, initial = self.resolve(spec, where)
+        if isinstance(kind, BlockType):
+            raise where.error(f"{describe(kind)} is a block, not a data type", spec.at)
+        return kind, initial
+
+    def _enumeration(self, name: str, spec: s.EnumSpec, where: Declared) -> tuple[Type, Any]:
+        seen: set[str] = set()
+        for one in spec.members:
+            if one.key in seen:
+                raise where.error(f"{one.text} is a member twice", one.at)
+            if self.registry.is_standard(one.key) or one.key in (
+                *self.registry.types,
+                *self.registry.pous,
+            ):
+                where.note("a variable called as something else", one.at)
+            seen.add(one.key)
+        names = tuple(one.text for one in spec.members)
+        if not spec.explicit and spec.base is None:
+            return EnumType(name, names), 0
+        base = ELEMENTARY["INT"]
+        if spec.base is not None:
+            found, _ = self.resolve(spec.base, where)
+            if not isinstance(found, ElementaryType) or found.name not in INT_RANGE:
+                raise where.error(
+                    f"a {describe(found)} cannot be the base of an enumeration", spec.base.at
+                )
+            base = found
+        values: list[int] = []
+        for one, value in zip(spec.members, spec.values, strict=True):
+            if value is None:
+                values.append(values[-1] + 1 if values else 0)
+                continue
+            # Members before it are constants, too.
+            earlier = EnumType(name, names[: len(values)], tuple(values), base.name)
+            lookup = self._looking(where, earlier)
+            found_value = constant(value, base, self.types, where, lookup).value
+            values.append(int(found_value))
+            del one
+        low, high = INT_RANGE[base.name]
+        if not all(low <= value <= high for value in values):
+            raise where.error(f"a member is outside {base.name} ({low} to {high})", spec.at)
+        return EnumType(name, names, tuple(values), base.name), values[0]
+
+    def _structure(
+        self, name: str, spec: s.StructSpec, where: Declared, base: s.Name | None = None
+    ) -> tuple[Type, Any]:
+        fields: list[tuple[str, Type]] = []
+        seen: set[str] = set()
+        values: dict[str, Any] = {}
+        if base is not None:
+            known = self.type_named(last_name(base))
+            if not isinstance(known, StructType):
+                raise where.error(f"{base.text} is no structure of these sources", base.at)
+            fields += known.fields
+            seen.update(field.upper() for field, _ in fields)
+            values.update(self.initial[last_name(base)])
+        for declaration in spec.fields:
+            owner = f"{name}_{declaration.names[0].text}"
+            kind, initial = self.resolve(declaration.spec, where, owner)
+            if has_block(kind):
+                where.note("a block in a structure", declaration.at)
+            if declaration.initial is not None:
+                initial = self.initial_value(declaration.initial, kind, where, initial)
+            for field in declaration.names:
+                if field.key in seen:
+                    raise where.error(f"{field.text} is a field twice", field.at)
+                seen.add(field.key)
+                fields.append((field.text, kind))
+                if spec.union:
+                    self._check_overlaid(kind, declaration, where)
+                if not spec.union or declaration.initial is not None:
+                    values[field.text] = initial
+        if spec.union and len(values) > 1:
+            raise where.error("more than one field of a UNION has an initial value", spec.at)
+        self.views = self.views or spec.union
+        kind = StructType(name, tuple(fields), spec.union)
+        self.extents.check(kind, name, where, spec.at)
+        return kind, values
+
+    @staticmethod
+    def _check_overlaid(kind: Type, node: s.VarDecl, where: Declared) -> None:
+        if has_address(kind):
+            text = f"a field of a UNION cannot be a {describe(kind)}"
+            raise where.error(text, node.at, "only data lies in one memory with other data")
+
+    def _array(self, name: str, spec: s.ArraySpec, where: Declared) -> tuple[Type, Any]:
+        bounds = []
+        for dimension in spec.dimensions:
+            if isinstance(dimension.low, s.Name) and dimension.low.text == "*":
+                hint = "write the bounds"
+                raise where.error(
+                    "an array of open length can only be a VAR_IN_OUT,"
+                    " or a VAR_INPUT of a function or method",
+                    dimension.at,
+                    hint,
+                )
+            low, high = self.integer(dimension.low, where), self.integer(dimension.high, where)
+            if low > high:
+                raise where.error(f"the bounds {low}..{high} are empty", dimension.at)
+            bounds.append((low, high))
+        element, initial = self.resolve(spec.element, where, f"{name}_element")
+        if isinstance(element, BlockType):
+            where.note("an array of blocks", spec.at)
+        kind = ArrayType(name, tuple(bounds), element)
+        self.extents.check(kind, name or "this array", where, spec.at)
+        self.extents.make(array_length(kind), where, spec.at)
+        return kind, [initial] * array_length(kind)
+
+    def resolve(self, spec: s.TypeSpec, where: Declared, owner: str = "") -> tuple[Type, Any]:
+        """The type that a specification names, and its initial value.
+
+        Args:
+            spec: The specification.
+            where: The declaration that it is in.
+            owner: What a type without a name is called.
+
+        Raises:
+            InputError: no such type, or one that is not supported.
+        """
+        if isinstance(spec, s.ArraySpec):
+            return self._array("", spec, where)
+        if isinstance(spec, s.SubrangeSpec):
+            return self._subrange(spec, where)
+        if isinstance(spec, s.PointerSpec):
+            reference = ReferenceType(spec.kind)
+            self._unlinked.append((reference, spec.target, where))
+            return reference, None
+        if not isinstance(spec, s.NamedSpec):
+            return self._nameless(spec, where, owner)
+        space, _, key = spec.name.key.rpartition(".")
+        name = spec.name.text[-len(key) :]
+        if space and space not in self.registry.namespaces:
+            raise where.error(f"there is no namespace {spec.name.text[: len(space)]}", spec.at)
+        if key in self.registry.interfaces:
+            return InterfaceType(self.registry.interfaces[key].node.name.text), None
+        if spec.length is not None:
+            return self._sized(spec, where)
+        found = self.type_named(key)
+        if found is not None and key in self.initial:
+            return found, self.initial[key]
+        if key in ELEMENTARY and key not in self.registry.types:
+            kind = ELEMENTARY[key]
+            if key not in CORE:
+                where.note("a type of the third edition", spec.at, kind.name)
+            return kind, default_scalar(kind)
+        if key in BLOCKS and key not in self.registry.pous:
+            self.blocks.setdefault(key, BLOCKS[key])
+            if not reserved(key):
+                where.note("a standard block of the third edition", spec.at, key)
+            return BLOCKS[key], None
+        declared = self.registry.pous.get(key)
+        if declared is not None and isinstance(declared.node, s.Pou):
+            if declared.node.kind != "FUNCTION_BLOCK":
+                raise where.error(f"{name} is a {declared.node.kind}, not a type", spec.at)
+            if key in self.blocks:
+                return self.blocks[key], None
+        if key in self.registry.types or declared is not None:
+            raise ConsequenceError(f"the declaration of {name} has an error")
+        if key in UNSUPPORTED:
+            raise where.error(f"the block {name} is not supported", spec.at)
+        raise where.error(
+            f"there is no type {name}", spec.at, "name its file too, or look at the spelling"
+        )
+
+    def _nameless(
+        self, spec: s.EnumSpec | s.StructSpec, where: Declared, owner: str
+    ) -> tuple[Type, Any]:
+        """An enumeration or a structure where it is used; called as its variable."""
+        name = f"{where.node.name.text}_{owner}"
+        if isinstance(spec, s.StructSpec):
+            where.note("a structure without a name", spec.at)
+            kind, initial = self._structure(name, spec, where)
+        else:
+            where.note("an enumeration without a name", spec.at)
+            kind, initial = self._enumeration(name, spec, where)
+            for one in spec.members:
+                self.registry.members.setdefault(one.key, []).append(name.upper())
+        self.types[name.upper()], self.initial[name.upper()] = kind, initial
+        return kind, initial
+
+    def _sized(self, spec: s.NamedSpec, where: Declared) -> tuple[Type, Any]:
+        assert spec.length is not None
+        if spec.name.key not in ANY_STRING:
+            raise where.error(f"a {spec.name.text} has no length", spec.at, "remove it")
+        length = self.integer(spec.length, where)
+        if not 1 <= length <= LONGEST_STRING:
+            raise where.error(f"a STRING holds 1 to {LONGEST_STRING} characters", spec.at)
+        if spec.name.key == "WSTRING":
+            where.note("a type of the third edition", spec.at, "WSTRING")
+        return ElementaryType(spec.name.key, length), ""
+
+    def _subrange(self, spec: s.SubrangeSpec, where: Declared) -> tuple[Type, Any]:
+        kind, _ = self.resolve(spec.base, where)
+        if not isinstance(kind, ElementaryType) or kind.name not in (*ANY_INT, *ANY_REAL):
+            raise where.error(f"a {describe(kind)} has no subrange", spec.at)
+        low = constant(spec.low, kind, self.types, where, self.lookup).value
+        high = constant(spec.high, kind, self.types, where, self.lookup).value
+        if low > high:  # type: ignore[operator]
+            raise where.error(f"the range {low}..{high} is empty", spec.at)
+        return kind, low if not low <= 0 <= high else default_scalar(kind)  # type: ignore[operator]
+
+    # --- constants ---
+
+    def lookup(self, node: s.Expression) -> Constant | None:
+        """The constant that a name or path stands for; None where it is none."""
+        if isinstance(node, s.Field) and isinstance(node.base, s.Name):
+            kind = self.type_named(node.base.key)
+            if isinstance(kind, EnumType):
+                found = node.name.key in (one.upper() for one in kind.members)
+                return Constant(kind.value_of(node.name.key), kind, True) if found else None
+            key = self.lists.get(node.base.key, {}).get(node.name.key)
+            return self._global_constant(key) if key else self._pending(node.name.key)
+        if isinstance(node, s.Call):
+            return self._called(node)
+        if not isinstance(node, s.Name):
+            return None
+        symbol = self.local.get(node.key)
+        if symbol is not None:
+            return _constant_of(symbol)
+        later = self._declared_constant(node.key, self.sections)
+        if later is not None:
+            return later
+        for owner in self.registry.members.get(node.key, ()):
+            kind = self.type_named(owner)
+            if isinstance(kind, EnumType):
+                return Constant(kind.value_of(node.key), kind, True)
+        if node.key in self.globals:
+            return self._global_constant(node.key)
+        return self._pending(node.key)
+
+    def _called(self, node: s.Call) -> Constant | None:
+        """SIZEOF of a type or variable, and conversions between integers, of constants."""
+        if len(node.arguments) != 1:
+            return None
+        argument = node.arguments[0].value
+        if node.function.key == "SIZEOF" and isinstance(argument, s.Name):
+            symbol = self.local.get(argument.key)
+            kind = symbol.type if symbol is not None else self.type_named(argument.key)
+            kind = kind or self.blocks.get(argument.key) or ELEMENTARY.get(argument.key)
+            size = None if kind is None else size_of(kind)
+            return None if size is None else Constant(size, ELEMENTARY["LINT"])
+        pair = conversion(node.function.key)
+        found = self.lookup(argument)
+        if pair is None or pair[1] not in INT_RANGE or found is None:
+            return None
+        low, high = INT_RANGE[pair[1]]
+        fits = isinstance(found.value, int) and low <= found.value <= high
+        return Constant(found.value, ELEMENTARY[pair[1]], True) if fits else None
+
+    def _looking(self, where: Declared, earlier: EnumType) -> Callable[..., Constant | None]:
+        """Looks up members of an enumeration that is being declared, too."""
+
+        def lookup(node: s.Expression) -> Constant | None:
+            names = [one.upper() for one in earlier.members]
+            if isinstance(node, s.Name) and node.key in names:
+                value = member(earlier, node, where).value
+                return Constant(value, ELEMENTARY[earlier.base], True)
+            return self.lookup(node)
+
+        return lookup
+
+    def _global_constant(self, key: str) -> Constant | None:
+        symbol = self.globals.get(key)
+        return None if symbol is None else _constant_of(symbol)
+
+    def _pending(self, key: str) -> Constant | None:
+        """A global constant that types need before the globals are declared."""
+        if self._listed is None:
+            self._listed = {}
+            for declared in self.registry.lists:
+                assert isinstance(declared.node, s.GlobalList)
+                section = declared.node.section
+                for variable in section.variables if section.qualifier == "CONSTANT" else ():
+                    for name in variable.names if variable.initial is not None else ():
+                        self._listed.setdefault(name.key, (variable, declared))
+        found = self._listed.get(key)
+        if found is None:
+            return None
+        if key not in self._pended:
+            try:
+                self._pended[key] = self._value_of(key, *found)
+            except InputError as error:
+                self._pended[key] = error
+        known = self._pended[key]
+        if isinstance(known, InputError):
+            raise known
+        return known
+
+    def _declared_constant(
+        self, key: str, sections: list[tuple[s.Section, Declared]]
+    ) -> Constant | None:
+        """A constant of some sections that are not declared yet."""
+        for section, declared in sections:
+            if section.qualifier != "CONSTANT":
+                continue
+            for variable in section.variables:
+                if variable.initial is None or key not in (one.key for one in variable.names):
+                    continue
+                return self._value_of(key, variable, declared)
+        return None
+
+    def _value_of(self, key: str, variable: s.VarDecl, declared: Declared) -> Constant | None:
+        """The value of a constant whose declaration comes later."""
+        if key in self._under_way:
+            raise declared.error(f"the constant {key} uses itself", variable.at)
+        if len(self._under_way) > MOST_LEVELS:
+            text = f"more than {MOST_LEVELS} constants and types that use each other in a row"
+            raise declared.error(text, variable.at)
+        assert variable.initial is not None
+        self._under_way.add(key)
+        try:
+            kind, _ = self.resolve(variable.spec, declared)
+            if not isinstance(kind, (ElementaryType, EnumType)):
+                return None
+            found = constant(variable.initial, kind, self.types, declared, self.lookup)
+            return Constant(found.value, kind, True)
+        finally:
+            self._under_way.discard(key)
+
+    def constant(self, node: s.Init, kind: Type, where: Declared, detail: str = "") -> Constant:
+        """Value of a constant expression, brought to a type.
+
+        Raises:
+            InputError: not constant, or not of the type.
+        """
+        return constant(node, kind, self.types, where, self.lookup, detail)
+
+    def integer(self, node: s.Expression, where: Declared) -> int:
+        """Value of a whole number, as bounds and lengths need it.
+
+        Raises:
+            InputError: anything else.
+        """
+        if isinstance(node, s.Literal) or (
+            isinstance(node, s.Unary) and isinstance(node.operand, s.Literal)
+        ):
+            return int(self.constant(node, ELEMENTARY["DINT"], where).value)
+        value = evaluate(node, self.types, where, self.lookup).value
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise where.error("a whole number is expected here", node.at)
+        return value
+
+    # --- initial values ---
+
+    def initial_value(
+        self, node: s.Init, kind: Type, where: Declared, default: Any, later: Later | None = None
+    ) -> Any:
+        """A complete initial value: a scalar, a flat list, or a dict by declared field name.
+
+        Of a block it is a dict of those variables that are given, or None.
+
+        Args:
+            node: What the source says.
+            kind: Type of the variable.
+            where: Its declaration, for messages.
+            default: The value where the source leaves something out.
+            later: Takes parts that are no constants; None: they are errors.
+
+        Raises:
+            InputError: not constant, or not of the type.
+        """
+        if isinstance(kind, (ElementaryType, EnumType)):
+            if isinstance(node, (s.ArrayInit, s.StructInit, s.Sequence)):
+                raise where.error(f"a {describe(kind)} needs a single value", node.at)
+            try:
+                value = constant(node, kind, self.types, where, self.lookup).value
+            except NotConstantError:
+                if later is None or not later.takes(node, kind):
+                    raise
+                return default
+            return c_float(float(value)).value if kind.name == "REAL" else value
+        if isinstance(kind, (ReferenceType, InterfaceType)):
+            if is_null(node) or (later is not None and later.takes(node, kind)):
+                return None
+            text = f"a {describe(kind)} inside another variable has no initial value but 0"
+            raise where.error(text, node.at, "assign it in the code")
+        if isinstance(kind, ArrayType) and isinstance(node, s.ArrayInit):
+            self.extents.make(len(default), where, node.at)
+            values = list(default)
+            items = self._items(node.items, kind, where)
+            if len(items) > len(values):
+                raise where.error(f"{len(items)} values for {len(values)} elements", node.at)
+            for position, item in enumerate(items):
+                if item is not None:
+                    inner = later and later.element(kind, position)
+                    values[position] = self.initial_value(
+                        item, kind.element, where, values[position], inner
+                    )
+            return values
+        if isinstance(kind, StructType) and isinstance(node, s.StructInit):
+            known = {name.upper(): (name, field) for name, field in kind.fields}
+            result = dict(default)
+            for field, item in node.fields:
+                if field.key not in known:
+                    raise where.error(f"{kind.name} has no field {field.text}", field.at)
+                name, field_type = known[field.key]
+                if kind.union and len(node.fields) > 1:
+                    text = f"{kind.name} is a UNION and takes one initial value"
+                    raise where.error(text, field.at)
+                before = self._plain_value(field_type) if kind.union else result[name]
+                inner = later and later.member(field)
+                value = self.initial_value(item, field_type, where, before, inner)
+                result = {name: value} if kind.union else {**result, name: value}
+            return result
+        if isinstance(kind, BlockType) and isinstance(node, s.StructInit):
+            return self._block_value(node, kind, where, default)
+        if later is not None and not isinstance(kind, BlockType) and later.takes(node, kind):
+            return default
+        raise where.error(f"this is no initial value for a {describe(kind)}", node.at)
+
+    def _plain_value(self, kind: Type) -> Any:
+        """The initial value of a type."""
+        if isinstance(kind, ElementaryType):
+            return default_scalar(kind)
+        if isinstance(kind, ArrayType):
+            return [self._plain_value(kind.element)] * array_length(kind)
+        return self.initial[kind.name.upper()]
+
+    def _block_value(
+        self, node: s.StructInit, kind: BlockType, where: Declared, default: Any
+    ) -> dict[str, Any]:
+        where.note("an initial value of a block", node.at)
+        pou = self.pous.get(kind.name.upper())
+        known = {pin.name.upper(): pin for pin in kind.variables}
+        result = dict(default or {})
+        for field, item in node.fields:
+            pin = known.get(field.key)
+            if pin is None or pin.section not in ("VAR", "VAR_INPUT", "VAR_OUTPUT"):
+                raise where.error(f"{kind.name} has no input {field.text}", field.at)
+            start = pou.symbols[field.key].initial if pou is not None else None
+            result[pin.name] = self.initial_value(item, pin.type, where, start)
+        return result
+
+    def _items(
+        self,
+        items: tuple[tuple[s.Expression | None, s.Init], ...],
+        kind: ArrayType,
+        where: Declared,
+    ) -> list[s.Init | None]:
+        """The values one by one; None for an element that keeps its own."""
+        result: list[s.Init | None] = []
+        for count, item in items:
+            times = 1 if count is None else self.integer(count, where)
+            if count is None and isinstance(item, s.Call) and self.lookup(item.function):
+                # N(0) with a constant N looks like a call.
+                times = self.integer(item.function, where)
+                given = tuple((None, one.value) for one in item.arguments)
+                item = s.Sequence(given, item.at)
+            inner: list[s.Init | None] = [item]
+            if isinstance(item, s.Sequence):
+                inner = self._items(item.items, kind, where) if item.items else [None]
+            elif isinstance(item, s.ArrayInit) and not isinstance(kind.element, ArrayType):
+                inner = self._items(item.items, kind, where)  # a row of several
+            if times * len(inner) > array_length(kind):
+                text = f"{times * len(inner)} values are more than the array holds"
+                raise where.error(text, item.at)
+            result += inner * times
+        return result
+
+
+def _constant_of(symbol: Symbol) -> Constant | None:
+    scalar = isinstance(symbol.type, (ElementaryType, EnumType))
+    return Constant(symbol.initial, symbol.type, True) if symbol.constant and scalar else None
+
+
+def is_null(node: Any) -> bool:
+    """Is it 0 or NULL?"""
+    if isinstance(node, s.Literal):
+        return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#")
+    return isinstance(node, s.Name) and node.key == "NULL"
+
+
+def fills(have: Type, want: Type) -> bool:
+    """Whether an array can be given to a VAR_IN_OUT that is an array of open length."""
+    return (
+        isinstance(have, ArrayType)
+        and isinstance(want, ArrayType)
+        and want.open
+        and len(have.bounds) == len(want.bounds)
+        and have.element == want.element
+    )
+
+
+def has_address(kind: Type) -> bool:
+    """Is it a block, pointer, reference or interface, or has it one inside?"""
+    if isinstance(kind, ArrayType):
+        return has_address(kind.element)
+    if isinstance(kind, StructType):
+        return any(has_address(field) for _, field in kind.fields)
+    return isinstance(kind, (BlockType, InterfaceType, ReferenceType))
+
+
+def default_scalar(kind: ElementaryType) -> bool | int | float | str:
+    """The initial value the standard gives a type: 0, FALSE or the empty string."""
+    if kind.name == "BOOL":
+        return False
+    if kind.name in ANY_CHARS:
+        return "" if kind.name in ANY_STRING else "\0"
+    return 0.0 if kind.name in ANY_REAL else 0

@@ -1,0 +1,80 @@
+"""What SIZEOF says of a type: bytes as a 32-bit CODESYS lays it out."""
+
+from __future__ import annotations
+
+from structured_text.language.scalars import ANY_STRING, WIDTH, string_length
+from structured_text.language.types import (
+    ArrayType,
+    ElementaryType,
+    EnumType,
+    ReferenceType,
+    StructType,
+    Type,
+)
+from structured_text.language.values import array_length
+
+__all__ = ["places_of", "size_of"]
+
+_SIZES = {
+    **{name: bits // 8 for name, bits in WIDTH.items()},
+    "BOOL": 1,
+    "REAL": 4,
+    "LREAL": 8,
+    "CHAR": 1,
+    "WCHAR": 2,
+    **dict.fromkeys(("TIME", "DATE", "TOD", "DT"), 4),
+    **dict.fromkeys(("LTIME", "LDATE", "LTOD", "LDT"), 8),
+}
+
+
+def size_of(kind: Type) -> int | None:
+    """Bytes of a variable of the type; None for blocks, which each tool lays out in its own way.
+
+    Each field of a structure lies at a multiple of its own alignment, which is its size up to 8.
+    """
+    found = _layout(kind)
+    return None if found is None else found[0]
+
+
+def _layout(kind: Type) -> tuple[int, int] | None:
+    """Size and alignment."""
+    if isinstance(kind, ElementaryType):
+        if kind.name in ANY_STRING:
+            width = 1 if kind.name == "STRING" else 2
+            return (string_length(kind) + 1) * width, width
+        return _SIZES[kind.name], _SIZES[kind.name]
+    if isinstance(kind, EnumType):
+        return _SIZES[kind.base], _SIZES[kind.base]
+    if isinstance(kind, ReferenceType):
+        return 4, 4
+    if isinstance(kind, ArrayType) and kind.open:
+        return None
+    if isinstance(kind, ArrayType):
+        element = _layout(kind.element)
+        return None if element is None else (element[0] * array_length(kind), element[1])
+    if not isinstance(kind, StructType):
+        return None
+    end, most = 0, 1
+    for _, field in kind.fields:
+        found = _layout(field)
+        if found is None:
+            return None
+        size, alignment = found
+        begin = 0 if kind.union else -(-end // alignment) * alignment
+        end, most = max(end, begin + size), max(most, alignment)
+    return -(-end // most) * most, most
+
+
+def places_of(kind: StructType) -> list[int]:
+    """Where each field of a structure begins; all of a union at 0.
+
+    The structure has a size (`size_of`).
+    """
+    end, places = 0, []
+    for _, field in kind.fields:
+        found = _layout(field)
+        assert found is not None
+        size, alignment = found
+        places.append(0 if kind.union else -(-end // alignment) * alignment)
+        end = places[-1] + size
+    return places

@@ -1,0 +1,121 @@
+"""The text of a source: what a file says, or what was made of a part of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from structured_text.errors import InputError
+from structured_text.output.limits import SOURCE
+from structured_text.output.reading import file_bytes
+
+__all__ = ["Extract", "Line", "origin", "source_text", "title_of"]
+
+if TYPE_CHECKING:
+    _AnyPath = Path
+else:
+    _AnyPath = type(Path())  # PosixPath or WindowsPath: Path itself cannot be derived from
+
+#: How files of other encodings begin.
+_MARKS = {
+    b"\xff\xfe\0\0": "UTF-32",
+    b"\0\0\xfe\xff": "UTF-32",
+    b"\xff\xfe": "UTF-16",
+    b"\xfe\xff": "UTF-16",
+}
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of Structured Text and where it stands in the file that it was taken from.
+
+    Attributes:
+        text: Without its end.
+        at: Line in the file, from 1.
+        shift: What makes a column of this text a column of the file.
+    """
+
+    text: str
+    at: int
+    shift: int = 0
+
+
+class Extract(_AnyPath):
+    """A file with the Structured Text that was taken out of it, or made of a part of it.
+
+    It goes wherever the path of a source goes; messages name the file, and the lines in it. Paths
+    made of this one (its parent, its absolute path) are plain ones.
+
+    Attributes:
+        lines: The text; None of a plain path.
+        title: What the tool calls it, as a file of its own would be called.
+    """
+
+    lines: tuple[Line, ...] | None = None
+    title: str = ""
+    _whole_hash: int | None = None
+
+    @classmethod
+    def make(cls, file: Path, lines: tuple[Line, ...], title: str = "") -> Extract:
+        """The extract of a file."""
+        made = cls(str(file))
+        made.lines, made.title = lines, title
+        return made
+
+    def __eq__(self, other: object) -> bool:
+        if self is other:  # comparing and hashing all lines takes long, and is done often
+            return True
+        return super().__eq__(other) and self.lines == getattr(other, "lines", None)
+
+    def __hash__(self) -> int:
+        if self.lines is None:
+            return super().__hash__()
+        if self._whole_hash is None:
+            self._whole_hash = hash((super().__hash__(), self.lines))
+        return self._whole_hash
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self.lines is None:
+            return Path, (str(self),)
+        return Extract.make, (str(self), self.lines, self.title)
+
+
+def source_text(file: Path) -> str:
+    """The Structured Text of a source.
+
+    Raises:
+        InputError: the file cannot be read, or is no text.
+    """
+    lines = getattr(file, "lines", None)
+    if lines is not None:
+        return "".join(f"{line.text}\n" for line in lines)
+    content = file_bytes(file, SOURCE)
+    hint = "save the file as UTF-8"
+    for mark, encoding in _MARKS.items():
+        if content.startswith(mark):
+            raise InputError(f"the file is {encoding}", file=file, hint=hint)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(
+            f"byte {error.start} is not UTF-8", file=file, line=line, hint=hint
+        ) from None
+    if "\0" in text:
+        raise InputError("the file is no text, or UTF-16", file=file, hint=hint)
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def title_of(file: Path) -> str:
+    """What a source is called: a file as it is without its suffix."""
+    return getattr(file, "title", "") or file.stem
+
+
+def origin(file: Path, line: int, column: int) -> tuple[int, int]:
+    """Line and column in the file of those in the source's text, all from 1."""
+    lines = getattr(file, "lines", None)
+    if not lines:
+        return line, column
+    found = lines[min(line, len(lines)) - 1]
+    return found.at, max(1, column + found.shift)

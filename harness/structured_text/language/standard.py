@@ -1,0 +1,319 @@
+"""The standard functions and function blocks: their names, pins and types.
+
+What the second edition of the standard has is `reserved`: nobody else can bear such a name. What
+came with the third edition or from the vendors yields to a declaration of the program.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from structured_text.language.scalars import (
+    ANY_BIT,
+    ANY_CHARS,
+    ANY_DATE,
+    ANY_DURATION,
+    ANY_INT,
+    ANY_NUM,
+    ANY_REAL,
+    ANY_STRING,
+    CORE,
+    ELEMENTARY,
+    MOMENTS,
+)
+from structured_text.language.types import BlockType, Variable
+
+__all__ = [
+    "BLOCKS",
+    "FUNCTIONS",
+    "MOMENT_OPERATORS",
+    "PIN_NAMES",
+    "UNSUPPORTED",
+    "Signature",
+    "bcd",
+    "conversion",
+    "convertible",
+    "overload",
+    "pin_name",
+    "rare",
+    "reserved",
+    "truncation",
+]
+
+_ANY = (*ANY_BIT, *ANY_NUM, *MOMENTS, *ANY_CHARS)
+_ORDERED = tuple(name for name in _ANY if name != "BOOL")
+
+
+@dataclass(frozen=True)
+class Signature:
+    """How a standard function may be called.
+
+    `pins` are (name, type); the type is the name of an elementary type, `ANY_INT`, or `T` for
+    the one type that all pins marked so share and that must be in `group`. `result` is likewise;
+    `ANY_INT` there means the integer type that the context asks for. An `extensible` function
+    takes more arguments like its last one.
+    """
+
+    pins: tuple[tuple[str, str], ...]
+    group: tuple[str, ...]
+    result: str
+    extensible: bool = False
+
+
+def _unary(group: tuple[str, ...]) -> Signature:
+    return Signature((("IN", "T"),), group, "T")
+
+
+def _binary(group: tuple[str, ...], result: str = "T", *, extensible: bool = False) -> Signature:
+    return Signature((("IN1", "T"), ("IN2", "T")), group, result, extensible)
+
+
+def _pins(text: str, result: str) -> Signature:
+    """One whose pins have each a type of its own: `YEAR:ANY_INT MONTH:ANY_INT`."""
+    pairs = (item.split(":") for item in text.split())
+    return Signature(tuple((name, kind) for name, kind in pairs), (), result)
+
+
+_SHIFT = Signature((("IN", "T"), ("N", "ANY_INT")), ANY_BIT, "T")
+_S = ANY_STRING
+
+_SECOND_EDITION = {
+    "ABS": _unary(ANY_NUM),
+    **dict.fromkeys(
+        ("SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"), _unary(ANY_REAL)
+    ),
+    **dict.fromkeys(("ADD", "MUL"), _binary(ANY_NUM, extensible=True)),
+    **dict.fromkeys(("SUB", "DIV"), _binary(ANY_NUM)),
+    "MOD": _binary(ANY_INT),
+    "EXPT": Signature((("IN1", "T"), ("IN2", "ANY_NUM")), ANY_REAL, "T"),
+    "MOVE": _unary(_ANY),
+    **dict.fromkeys(("SHL", "SHR", "ROL", "ROR"), _SHIFT),
+    **dict.fromkeys(("AND", "OR", "XOR"), _binary(ANY_BIT, extensible=True)),
+    "SEL": Signature((("G", "BOOL"), ("IN0", "T"), ("IN1", "T")), _ANY, "T"),
+    **dict.fromkeys(("MAX", "MIN"), _binary(_ORDERED, extensible=True)),
+    "LIMIT": Signature((("MN", "T"), ("IN", "T"), ("MX", "T")), _ORDERED, "T"),
+    "MUX": Signature((("K", "ANY_INT"), ("IN0", "T"), ("IN1", "T")), _ANY, "T", True),
+    **dict.fromkeys(("GT", "GE", "EQ", "LE", "LT"), _binary(_ANY, "BOOL", extensible=True)),
+    "NE": _binary(_ANY, "BOOL"),
+    "LEN": Signature((("IN", "T"),), _S, "ANY_INT"),
+    **dict.fromkeys(("LEFT", "RIGHT"), Signature((("IN", "T"), ("L", "ANY_INT")), _S, "T")),
+    **dict.fromkeys(
+        ("MID", "DELETE"), Signature((("IN", "T"), ("L", "ANY_INT"), ("P", "ANY_INT")), _S, "T")
+    ),
+    "CONCAT": _binary(_S, extensible=True),
+    "INSERT": Signature((("IN1", "T"), ("IN2", "T"), ("P", "ANY_INT")), _S, "T"),
+    "REPLACE": Signature((("IN1", "T"), ("IN2", "T"), ("L", "ANY_INT"), ("P", "ANY_INT")), _S, "T"),
+    "FIND": _binary(_S, "ANY_INT"),
+    "TRUNC": Signature((("IN", "T"),), ANY_REAL, "ANY_INT"),
+    **dict.fromkeys(("ADD_TIME", "SUB_TIME"), _binary(("TIME",))),
+    **dict.fromkeys(
+        ("MULTIME", "DIVTIME"), Signature((("IN1", "TIME"), ("IN2", "ANY_NUM")), (), "TIME")
+    ),
+}
+
+_CLOCK = "HOUR:ANY_INT MINUTE:ANY_INT SECOND:ANY_INT MILLISECOND:ANY_INT"
+_DAY = "YEAR:ANY_INT MONTH:ANY_INT DAY:ANY_INT"
+
+#: Functions of the third edition, and of the second those for moments by their own names.
+_MORE = {
+    "ATAN2": Signature((("Y", "T"), ("X", "T")), ANY_REAL, "T"),
+    "CONCAT_DATE_TOD": _pins("IN1:DATE IN2:TOD", "DT"),
+    "CONCAT_DATE_LTOD": _pins("IN1:DATE IN2:LTOD", "LDT"),
+    "CONCAT_DATE": _pins(_DAY, "DATE"),
+    "CONCAT_TOD": _pins(_CLOCK, "TOD"),
+    "CONCAT_LTOD": _pins(_CLOCK, "LTOD"),
+    "CONCAT_DT": _pins(f"{_DAY} {_CLOCK}", "DT"),
+    "CONCAT_LDT": _pins(f"{_DAY} {_CLOCK}", "LDT"),
+    "DAY_OF_WEEK": _pins("IN:DATE", "ANY_INT"),
+}
+
+FUNCTIONS = {**_SECOND_EDITION, **_MORE}
+
+
+def _moment_operators() -> Iterator[tuple[str, tuple[str, str, str, str]]]:
+    """Name, and its operator with the types of its operands and its result."""
+    for long in ("", "L"):
+        time, day, clock, both = (long + name for name in ("TIME", "DATE", "TOD", "DT"))
+        for moment in (clock, both):
+            yield f"ADD_{moment}_{time}", ("+", moment, time, moment)
+            yield f"SUB_{moment}_{time}", ("-", moment, time, moment)
+        for moment in (day, clock, both):
+            yield f"SUB_{moment}_{moment}", ("-", moment, moment, time)
+        for word, op in (("MUL", "*"), ("DIV", "/")):
+            yield f"{word}_{time}", (op, time, "ANY_NUM", time)
+    yield "ADD_LTIME", ("+", "LTIME", "LTIME", "LTIME")
+    yield "SUB_LTIME", ("-", "LTIME", "LTIME", "LTIME")
+
+
+#: Functions that are an operator between a moment and a duration, a moment or a number.
+MOMENT_OPERATORS = dict(_moment_operators())
+
+#: Of the second edition, though few tools have them.
+_RARE = frozenset(
+    (
+        *("ADD_TOD_TIME", "ADD_DT_TIME", "SUB_DATE_DATE", "SUB_TOD_TIME", "SUB_TOD_TOD"),
+        *("SUB_DT_TIME", "SUB_DT_DT", "CONCAT_DATE_TOD"),
+    )
+)
+
+#: Blocks of matiec's library and the standard that no engine here runs.
+UNSUPPORTED = frozenset(["SEMA", "RTC", "PID", "RAMP", "INTEGRAL", "DERIVATIVE", "HYSTERESIS"])
+
+_CONVERSION = re.compile(r"([A-Z_]+?)_TO_([A-Z_]+)")
+#: Moments of which one can be made of the other; those with an L in front alike.
+_MOMENT_PAIRS = (("DT", "DATE"), ("DT", "TOD"), ("DATE", "DT"), ("TIME", "TOD"), ("TOD", "TIME"))
+
+
+def conversion(name: str) -> tuple[str, str] | None:
+    """The (source, target) type names of a conversion such as `INT_TO_REAL`.
+
+    Returns:
+        None if there is no such conversion: between a type and itself, among moments but for
+        those that have the other in them, of a character to what is no integer or bit string,
+        and BCD (see `bcd`).
+    """
+    found = _CONVERSION.fullmatch(name)
+    if found is None or found[1] not in ELEMENTARY or found[2] not in ELEMENTARY:
+        return None
+    source, target = ELEMENTARY[found[1]].name, ELEMENTARY[found[2]].name
+    return (source, target) if convertible(source, target) else None
+
+
+def convertible(source: str, target: str) -> bool:
+    """Whether there is a conversion between two different elementary types."""
+    if source == target:
+        return False
+    if source in MOMENTS and target in MOMENTS:
+        pair = source.removeprefix("L"), target.removeprefix("L")
+        return pair[0] == pair[1] or pair in _MOMENT_PAIRS
+    for one, other in ((source, target), (target, source)):
+        if one in ("CHAR", "WCHAR"):
+            return other in ANY_CHARS or other in ANY_INT or (other in ANY_BIT and other != "BOOL")
+    return True
+
+
+def overload(name: str) -> str:
+    """The target of `TO_INT` and its like, which take any type; empty for other names."""
+    target = name.removeprefix("TO_")
+    return ELEMENTARY[target].name if name.startswith("TO_") and target in ELEMENTARY else ""
+
+
+_TRUNCATION = re.compile(r"(?:(L?REAL)_)?TRUNC_([A-Z]+)")
+
+
+def truncation(name: str) -> tuple[str, str] | None:
+    """The source, empty for any, and the target of `TRUNC_INT`, `LREAL_TRUNC_DINT` and so on."""
+    found = _TRUNCATION.fullmatch(name)
+    return None if found is None or found[2] not in ANY_INT else (found[1] or "", found[2])
+
+
+_UNSIGNED_OF = {"BYTE": "USINT", "WORD": "UINT", "DWORD": "UDINT", "LWORD": "ULINT"}
+_FROM_BCD = re.compile(r"(?:([A-Z]+)_)?BCD_TO_([A-Z]+)")
+_TO_BCD = re.compile(r"(?:([A-Z]+)_)?TO_BCD_([A-Z]+)")
+
+
+def bcd(name: str) -> tuple[str, str, str] | None:
+    """What `WORD_BCD_TO_UINT`, `BCD_TO_UINT`, `UINT_TO_BCD_WORD` and `TO_BCD_WORD` are.
+
+    Returns:
+        FROM_BCD or TO_BCD, the source (empty for any) and the target; None for other names.
+    """
+    found = _FROM_BCD.fullmatch(name)
+    if found is not None and found[2] in ANY_INT and (found[1] or "BYTE") in _UNSIGNED_OF:
+        return "FROM_BCD", found[1] or "", found[2]
+    found = _TO_BCD.fullmatch(name)
+    if found is not None and found[2] in _UNSIGNED_OF and (found[1] or "INT") in ANY_INT:
+        return "TO_BCD", found[1] or "", found[2]
+    return None
+
+
+def rare(name: str) -> bool:
+    """Whether a function is of the second edition, and yet not of the portable subset."""
+    return name in _RARE or (bcd(name) is not None and not name.startswith("TO_"))
+
+
+def _block(name: str, inputs: str, outputs: str) -> BlockType:
+    variables = [
+        Variable(pin, ELEMENTARY[kind], section)
+        for section, pins in (("VAR_INPUT", inputs), ("VAR_OUTPUT", outputs))
+        for pin, kind in (item.split(":") for item in pins.split())
+    ]
+    return BlockType(name, tuple(variables))
+
+
+def _blocks() -> dict[str, BlockType]:
+    blocks = [
+        _block("R_TRIG", "CLK:BOOL", "Q:BOOL"),
+        _block("F_TRIG", "CLK:BOOL", "Q:BOOL"),
+        _block("SR", "S1:BOOL R:BOOL", "Q1:BOOL"),
+        _block("RS", "S:BOOL R1:BOOL", "Q1:BOOL"),
+        *(_block(name, "IN:BOOL PT:TIME", "Q:BOOL ET:TIME") for name in ("TON", "TOF", "TP")),
+    ]
+    for suffix, kind in [("", "INT")] + [("_" + k, k) for k in ("DINT", "LINT", "UDINT", "ULINT")]:
+        up = _block(f"CTU{suffix}", f"CU:BOOL R:BOOL PV:{kind}", f"Q:BOOL CV:{kind}")
+        down = _block(f"CTD{suffix}", f"CD:BOOL LD:BOOL PV:{kind}", f"Q:BOOL CV:{kind}")
+        both = _block(
+            f"CTUD{suffix}",
+            f"CU:BOOL CD:BOOL R:BOOL LD:BOOL PV:{kind}",
+            f"QU:BOOL QD:BOOL CV:{kind}",
+        )
+        blocks += [up, down, both]
+    return {block.name: block for block in blocks}
+
+
+def _more_blocks() -> dict[str, BlockType]:
+    """The timers by the names that tell their type of duration."""
+    blocks = []
+    for name in ("TON", "TOF", "TP"):
+        for long, kind in ((f"{name}_TIME", "TIME"), *((n, "LTIME") for n in _long_names(name))):
+            blocks.append(_block(long, f"IN:BOOL PT:{kind}", f"Q:BOOL ET:{kind}"))
+    return {block.name: block for block in blocks}
+
+
+def _long_names(name: str) -> tuple[str, str]:
+    return f"{name}_LTIME", f"L{name}"
+
+
+_CORE_BLOCKS = _blocks()
+BLOCKS = {**_CORE_BLOCKS, **_more_blocks()}
+
+#: Other names of pins, in the standard's long form and on CODESYS, by the block's first word.
+PIN_NAMES = {
+    "SR": {"SET1": "S1", "RESET": "R"},
+    "RS": {"SET": "S", "RESET1": "R1"},
+    "CTU": {"RESET": "R"},
+    "CTD": {"LOAD": "LD"},
+    "CTUD": {"RESET": "R", "LOAD": "LD"},
+}
+
+
+def pin_name(block: BlockType, name: str) -> str:
+    """The name that a block has for a pin, in upper case; other names of standard pins count."""
+    key = name.upper()
+    if BLOCKS.get(block.name) is not block:
+        return key
+    return PIN_NAMES.get(block.name.partition("_")[0], {}).get(key, key)
+
+
+def reserved(name: str) -> bool:
+    """Whether the second edition has a type, function or block of this upper-case name."""
+    pair = conversion(name)
+    return (
+        name in CORE
+        or name in ("T", "D")
+        or name in _CORE_BLOCKS
+        or name in _SECOND_EDITION
+        or name in UNSUPPORTED
+        or (pair is not None and _in_second_edition(*pair))
+    )
+
+
+def _in_second_edition(source: str, target: str) -> bool:
+    moments = (*ANY_DURATION, *ANY_DATE)
+    if source not in CORE or target not in CORE or (source == "STRING" and target in moments):
+        return False
+    if source in moments and target in moments:
+        return source == "DT"
+    return True

@@ -1,0 +1,96 @@
+"""Initial values that are set when the program or call starts: pointers, FB_init, calculated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from structured_text.language import syntax as s
+from structured_text.language import tree as t
+from structured_text.language.checking import Checking
+from structured_text.language.declare import Scope
+from structured_text.language.methods import NOTHING
+from structured_text.language.types import BlockType, InterfaceType, ReferenceType
+
+__all__ = ["Start", "start_call", "starting"]
+
+_NO_EXPRESSION = (s.ArrayInit, s.StructInit, s.Sequence)
+
+
+@dataclass(frozen=True)
+class Start:
+    """A block whose FB_init takes arguments, and these."""
+
+    name: s.Name
+    arguments: tuple[s.Argument, ...]
+    at: s.Position
+
+
+def starting(sections: Iterable[s.Section], scope: Scope) -> Iterator[s.Assign | s.Latch | Start]:
+    """What the declarations of a POU ask for beyond constants, as statements.
+
+    Args:
+        sections: The declarations.
+        scope: The POU.
+    """
+    for section in sections:
+        if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
+            continue
+        for variable in section.variables:
+            for name in variable.names:
+                symbol = scope.symbol(name.key)
+                if symbol is not None:
+                    yield from _one(variable, name, symbol, section)
+
+
+def _one(
+    variable: s.VarDecl, name: s.Name, symbol: t.Symbol, section: s.Section
+) -> Iterator[s.Assign | s.Latch | Start]:
+    kind, initial = symbol.type, variable.initial
+    yield from (part.assignment(name) for part in symbol.parts)
+    if isinstance(kind, (ReferenceType, InterfaceType)):
+        if initial is None or isinstance(initial, _NO_EXPRESSION):
+            return
+        if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE":
+            yield s.Latch(name, "REF", initial, name.at)
+        elif section.kind != "VAR_INPUT":
+            yield s.Assign(name, initial, name.at)
+    elif symbol.calculated:
+        assert initial is not None
+        assert not isinstance(initial, _NO_EXPRESSION)
+        yield s.Assign(name, initial, name.at)
+    elif isinstance(variable.spec, s.NamedSpec) and variable.spec.arguments:
+        yield Start(name, variable.spec.arguments, variable.spec.at)
+
+
+def start_call(node: Start, expressions: Checking) -> t.Evaluate:
+    """The call of FB_init with the arguments of a declaration.
+
+    Raises:
+        InputError: the block has no FB_init with parameters, or they do not fit.
+    """
+    scope = expressions.scope
+    instance = expressions.variable(node.name)
+    kind = instance.type
+    method = None
+    if isinstance(kind, BlockType):
+        method = scope.declarations.objects.starter(kind.name.upper())
+    if method is None or not isinstance(kind, BlockType):
+        text = f"{node.name.text} has no FB_init that takes arguments"
+        raise scope.error(text, node.at, "write := (pin := value) for initial values")
+    inputs = method.section("VAR_INPUT")[2:]
+    given: dict[str, s.Argument] = {}
+    for symbol, argument in zip(inputs, node.arguments, strict=False):
+        given[argument.name.key if argument.name is not None else symbol.name.upper()] = argument
+    arguments: list[t.Expression | None] = [None, None]
+    for symbol in inputs:
+        found = given.pop(symbol.name.upper(), None)
+        if found is None:
+            text = f"the argument {symbol.name} of {method.name} is missing"
+            raise scope.error(text, node.at, f"write {kind.name}({symbol.name} := ...)")
+        arguments.append(expressions.check(found.value, symbol.type))
+    for argument in given.values():
+        name = argument.name.text if argument.name is not None else ""
+        raise scope.error(f"{method.name} has no input {name}", argument.at)
+    call = t.CallMethod(instance, method, True, tuple(arguments), (), (), NOTHING)
+    return t.Evaluate(call, node.at)

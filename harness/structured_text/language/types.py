@@ -1,0 +1,172 @@
+"""What a variable of a Structured Text program can be: the type model both engines share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+__all__ = [
+    "ArrayType",
+    "BlockType",
+    "ElementaryType",
+    "EnumType",
+    "InterfaceType",
+    "Located",
+    "ReferenceType",
+    "StructType",
+    "Type",
+    "Variable",
+    "has_block",
+]
+
+
+@dataclass(frozen=True)
+class ElementaryType:
+    """An elementary type of IEC 61131-3, by its upper-case name: `BOOL`, `DINT`, `TIME` ...
+
+    `length` is how many characters a STRING or WSTRING holds; None for the usual number.
+    """
+
+    name: str
+    length: int | None = None
+
+
+@dataclass(frozen=True)
+class EnumType:
+    """An enumeration of integers of the type `base`.
+
+    `values` has one for each member; empty where they count from 0 in the order of the members.
+    """
+
+    name: str
+    members: tuple[str, ...]
+    values: tuple[int, ...] = ()
+    base: str = "INT"
+
+    def value_of(self, member: str) -> int:
+        """The value of a member; its name is compared without case.
+
+        Raises:
+            ValueError: it has no such member.
+        """
+        place = [one.upper() for one in self.members].index(member.upper())
+        return self.values[place] if self.values else place
+
+    def member_of(self, value: int) -> str | None:
+        """The member of a value, None where there is none."""
+        if not self.values:
+            return self.members[value] if 0 <= value < len(self.members) else None
+        return self.members[self.values.index(value)] if value in self.values else None
+
+
+@dataclass(frozen=True)
+class ArrayType:
+    """A named array type; `bounds` holds (lower, upper) per dimension, both inclusive.
+
+    One that is `open` is the type of a VAR_IN_OUT alone; its bounds are those of what is given.
+    """
+
+    name: str
+    bounds: tuple[tuple[int, int], ...]
+    element: Type
+    open: bool = False
+
+
+@dataclass(frozen=True)
+class StructType:
+    """A structure; fields in order of declaration, names as declared.
+
+    `union` where all fields lie at the same place.
+    """
+
+    name: str
+    fields: tuple[tuple[str, Type], ...]
+    union: bool = False
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of a function block or program.
+
+    `section` is VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_EXTERNAL or VAR_GLOBAL;
+    `address` the direct address it is located at (`%QX0.0`), if any; `retain` says that it keeps
+    its value over a warm start.
+    """
+
+    name: str
+    type: Type
+    section: str
+    address: str | None = None
+    retain: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class BlockType:
+    """A function block or program type with its variables in order of declaration."""
+
+    name: str
+    variables: tuple[Variable, ...] = field(default_factory=tuple)
+
+
+@dataclass(frozen=True)
+class InterfaceType:
+    """An interface; a variable of it holds a block that implements it, or none."""
+
+    name: str
+
+
+@dataclass(eq=False)
+class ReferenceType:
+    """POINTER TO, REFERENCE TO or REF_TO another type.
+
+    `target` is set once all declarations are known, for types may point to each other. Two are
+    equal where their targets have the same name, and arrays without a name the same form.
+    """
+
+    kind: str
+    target: Type | None = None
+
+    @property
+    def name(self) -> str:
+        """As it is written: `POINTER TO INT`."""
+        word = self.kind if self.kind == "REF_TO" else f"{self.kind} TO"
+        return f"{word} {_form(self.target)}"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ReferenceType) and self.name.upper() == other.name.upper()
+
+    def __hash__(self) -> int:
+        return hash(self.kind)
+
+
+def _form(kind: Type | None) -> str:
+    """The name of a type, or what it is made of where it has none."""
+    if isinstance(kind, ArrayType) and not kind.name:
+        bounds = ", ".join(f"{low}..{high}" for low, high in kind.bounds)
+        return f"ARRAY [{bounds}] OF {_form(kind.element)}"
+    return kind.name if kind is not None else "?"
+
+
+Type: TypeAlias = (
+    ElementaryType | EnumType | ArrayType | StructType | BlockType | InterfaceType | ReferenceType
+)
+
+
+@dataclass(frozen=True)
+class Located:
+    """A directly represented variable: its address (`%QW3`), path and type.
+
+    `start` is its first byte where the address does not say so: within an array or a structure.
+    """
+
+    address: str
+    path: str
+    type: Type
+    start: int | None = None
+
+
+def has_block(kind: Type) -> bool:
+    """Is it a block, or an array of blocks?"""
+    while isinstance(kind, ArrayType):
+        kind = kind.element
+    return isinstance(kind, BlockType)

@@ -1,0 +1,282 @@
+"""The built-in engine with exchangeable POUs: a program is compiled once, a mutant is put into it.
+
+Everything here is about one process: `Workshop.install` replaces how this process loads and
+compiles programs. Mutants are put in by its children only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from inspect import isfunction
+from pathlib import Path
+from typing import Any
+
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.module import Module
+from structured_text.engines.builtin.statements import Writer
+from structured_text.engines.builtin.storage import Storage
+from structured_text.errors import InputError
+from structured_text.language import syntax as s
+from structured_text.language import tree as t
+from structured_text.language.bodies import check_body
+from structured_text.language.declare import Scope
+from structured_text.language.parser import parse, parse_text
+from structured_text.language.project import Project
+from structured_text.language.source import source_text
+from structured_text.output.paths import real
+
+# By name: the packages have functions of the same names.
+front: Any = import_module("structured_text.language.load")
+chooser: Any = import_module("structured_text.engines.load")
+compiling: Any = import_module("structured_text.engines.builtin.compile")
+
+__all__ = ["Checked", "Workshop", "bodies_of", "load_checked", "python_of", "rechecked"]
+
+
+@dataclass
+class Checked:
+    """A checked project, and what is needed to check one of its POUs anew."""
+
+    project: Project
+    scopes: dict[str, Scope]
+
+
+@dataclass(frozen=True)
+class _Change:
+    """What a mutant changes; see `Workshop.put_in`."""
+
+    file: Path
+    text: str
+    pou: str
+    body: tuple[s.Statement, ...] | None
+
+
+@dataclass
+class _Compiled:
+    checked: Checked
+    module: Module
+    storage: Storage
+    swapped: bool = False
+
+
+def bodies_of(source: s.Source) -> dict[str, s.Pou | s.Method]:
+    """The POUs of a file with their methods, by upper-case names: `DRIVE`, `DRIVE.METHOD`."""
+    found: dict[str, s.Pou | s.Method] = {}
+    for node in source.declarations:
+        if isinstance(node, s.Pou):
+            name = node.name.key
+            found[name] = node
+            for member in node.members:
+                if isinstance(member, s.Method):
+                    found[f"{name}.{member.name.key}"] = member
+                else:
+                    accessors = (("GET", member.getter), ("SET", member.setter))
+                    inner = f"{name}.{member.name.key}"
+                    found |= {f"{inner}.{word}": one for word, one in accessors if one is not None}
+    return found
+
+
+def rechecked(checked: Checked, name: str, body: tuple[s.Statement, ...]) -> t.Pou:
+    """A POU with another body; a function need not set its result there.
+
+    Raises:
+        InputError: the first mistake in the body.
+    """
+    scope = checked.scopes[name]
+    pou = replace(scope.pou, body=())
+    errors: list[InputError] = []
+    check_body(replace(scope, pou=pou), body, errors.append)
+    errors = [error for error in errors if "never sets its result" not in error.message]
+    if errors:
+        raise errors[0]
+    return pou
+
+
+def python_of(project: Project, pou: t.Pou, storage: Storage) -> str:
+    """The Python that a POU becomes."""
+    writer = Writer(project, pou, storage)
+    writer.write()
+    return "\n".join([*writer.lines, ""])
+
+
+@dataclass
+class Workshop:
+    """Loads and compiles the programs of this process.
+
+    Attributes:
+        seen: Upper-case names of the POUs that have run since `watch` was last called.
+    """
+
+    seen: set[str] = field(default_factory=set)
+    _compiled: dict[tuple[str, ...], _Compiled] = field(default_factory=dict)
+    _by_project: dict[int, _Compiled] = field(default_factory=dict)
+    _watched: list[tuple[dict[str, Any], str, Any]] = field(default_factory=list)
+    _watching: bool = False
+    _changed: _Change | None = None
+
+    def install(self) -> None:
+        """From now on every program of this process comes from here."""
+        chooser.load = self.load
+        chooser.BuiltinProgram = _Builder(self)
+        chooser.find_matiec = lambda *_: None
+        front.read_file = self._parse
+
+    # --- one mutant, in a child ---
+
+    def put_in(self, file: Path, text: str, pou: str, body: tuple[s.Statement, ...] | None) -> None:
+        """Let a file have another text, in every program that is built from now on.
+
+        Args:
+            file: The file of the library.
+            text: What it says instead.
+            pou: Upper-case name of its POU.
+            body: The statements of this POU; None where a declaration differs, too.
+        """
+        self._changed = _Change(real(file), text, pou, body)
+
+    def _parse(self, file: Path) -> s.Source:
+        if self._changed is not None and self._changed.file == real(file):
+            return parse_text(self._changed.text, file)
+        return parse(file)
+
+    # --- which POUs run ---
+
+    def watch(self) -> None:
+        """Forget which POUs have run, and note those that run from now on."""
+        self.seen = set()
+        self._watching = True
+        for names, key, function in self._watched:
+            names[key] = self._noting(names, key, function)
+        self._watched = []
+
+    def unwatch(self) -> None:
+        """Note nothing more: every program runs as it was compiled."""
+        self.watch()
+        self._watching = False
+        for compiled in self._compiled.values():
+            for key, value in compiled.module.names.items():
+                if isfunction(value):
+                    compiled.module.names[key] = getattr(value, "noted", value)
+
+    def _noting(self, names: dict[str, Any], key: str, function: Any) -> Callable[..., Any]:
+        def first(*arguments: Any) -> Any:
+            self.seen.add(key[2:])
+            names[key] = function
+            self._watched.append((names, key, function))
+            return function(*arguments)
+
+        first.noted = function  # type: ignore[attr-defined]
+        return first
+
+    # --- load and compile ---
+
+    @property
+    def programs(self) -> int:
+        """How many programs have been compiled."""
+        return len(self._compiled)
+
+    def load(self, paths: Sequence[Path]) -> Project:
+        """A checked project; the same as before where the sources are the same."""
+        key = tuple(source_text(path) for path in paths)
+        found = self._compiled.get(key)
+        if found is None or not self._fits(found):
+            found = self._compile(paths)
+            if found is None:  # a mistake in the sources, told by the loader itself
+                project: Project = front.load(paths)
+                return project
+            self._compiled[key] = found
+            self._by_project[id(found.checked.project)] = found
+        self._swap(found)
+        return found.checked.project
+
+    def _fits(self, compiled: _Compiled) -> bool:
+        """Whether a program compiled earlier can take the mutant in, or does not have it."""
+        if self._changed is None or compiled.swapped:
+            return True
+        return self._changed.body is not None or not self._has(compiled)
+
+    def _has(self, compiled: _Compiled) -> bool:
+        """Whether a program has the POU that is changed."""
+        assert self._changed is not None
+        scope = compiled.checked.scopes.get(self._changed.pou)
+        return scope is not None and real(scope.where.file) == self._changed.file
+
+    def _compile(self, paths: Iterable[Path]) -> _Compiled | None:
+        try:
+            checked = load_checked(list(paths), self._parse)
+        except InputError:
+            return None
+        storages: list[Storage] = []
+
+        def storage() -> Storage:
+            storages.append(Storage())
+            return storages[-1]
+
+        compiling.Storage = storage
+        try:
+            module = Module(checked.project)
+        finally:
+            compiling.Storage = Storage
+        compiled = _Compiled(checked, module, storages[0], swapped=self._changed is not None)
+        if self._watching:
+            blocks = [key for key, scope in checked.scopes.items() if scope.pou.kind != "PROGRAM"]
+            for key in [f"f_{name}" for name in blocks]:
+                function = module.names[key]
+                module.names[key] = self._noting(module.names, key, function)
+        return compiled
+
+    def _swap(self, compiled: _Compiled) -> None:
+        if self._changed is None or compiled.swapped:
+            return
+        compiled.swapped = True
+        body = self._changed.body
+        if body is None or not self._has(compiled):
+            return
+        pou = rechecked(compiled.checked, self._changed.pou, body)
+        before = len(compiled.storage.lines)
+        code = python_of(compiled.checked.project, pou, compiled.storage)
+        more = "\n".join([*compiled.storage.lines[before:], code])
+        exec(compile(more, f"<{pou.name}, changed>", "exec"), compiled.module.names)
+
+    def program(self, project: Project) -> BuiltinProgram:
+        """A program of a project that `load` of this workshop gave, or of any other."""
+        found = self._by_project.get(id(project))
+        if found is None:
+            return BuiltinProgram.build(project)
+        return BuiltinProgram(found.module)
+
+
+class _Builder:
+    """Stands for the class BuiltinProgram where programs are built."""
+
+    def __init__(self, workshop: Workshop) -> None:
+        self._workshop = workshop
+
+    def build(self, project: Project) -> BuiltinProgram:
+        return self._workshop.program(project)
+
+
+def load_checked(paths: list[Path], parsing: Callable[[Path], s.Source] = parse) -> Checked:
+    """Load a project and keep the scopes of its POUs.
+
+    Args:
+        paths: Its files.
+        parsing: Gives the syntax of a file.
+
+    Raises:
+        InputError: a mistake in the sources.
+    """
+    scopes: dict[str, Scope] = {}
+
+    def keeping(scope: Scope, body: Any, report: Callable[[InputError], None]) -> None:
+        scopes[scope.pou.name.upper()] = scope
+        check_body(scope, body, report)
+
+    usual, front.check_body = front.check_body, keeping
+    try:
+        project = front.load(paths, parsing)
+    finally:
+        front.check_body = usual
+    return Checked(project, scopes)

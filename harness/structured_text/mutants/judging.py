@@ -1,0 +1,157 @@
+"""Judges mutants: by outcomes that still hold, and by a run of the rest with progress.
+
+Who runs a mutant with its tests, and where, is not decided here.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from rich.console import Console
+
+from structured_text.mutants.mutant import Mutant
+from structured_text.mutants.report import Judged
+from structured_text.output.progress import progress_bar
+from structured_text.output.results import Results
+
+__all__ = ["ENDLESS", "Judges", "Judging", "Outcome", "Task", "is_outcome"]
+
+#: What is said to have found a mutant with which a run does not end.
+ENDLESS = "a test does not end"
+
+
+@dataclass(frozen=True)
+class Task:
+    """A mutant and its tests; `seconds` is what they take with the original."""
+
+    mutant: Mutant
+    tests: tuple[str, ...]
+    seconds: float
+    key: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a mutant: killed, with what found it, or survived; processor time [s]."""
+
+    task: Task
+    killed: bool
+    by: str
+    seconds: float
+
+
+def is_outcome(entry: Mapping[str, Any]) -> bool:
+    """Return whether an entry of the results has what is asked of it."""
+    types = {"killed": bool, "by": str, "tests": str}
+    return all(isinstance(entry.get(name), one) for name, one in types.items())
+
+
+class Judges(Protocol):
+    """What is known of the tests."""
+
+    def state_of(self, file: str) -> str:
+        """A hash of a file of tests with all that they use."""
+
+    def state(self, nodes: Iterable[str]) -> str:
+        """A hash of tests: their identifiers, and all that they consist of."""
+
+    def killed(self, pou: str, node: str) -> None:
+        """A test has found a mutant of a POU."""
+
+
+@dataclass
+class Judging:
+    """Judges mutants by what is known, and by running their tests.
+
+    Attributes:
+        results: The outcomes that are kept.
+        until: Start none after this time of the monotonic clock [s]; None: run all.
+    """
+
+    console: Console
+    results: Results
+    until: float | None = None
+
+    def of(
+        self,
+        title: str,
+        tasks: Sequence[Task],
+        judges: Judges,
+        run: Callable[[Iterable[Task]], Iterator[Outcome]],
+    ) -> list[Judged]:
+        """What came of the mutants, in their order; those that were not run are left out.
+
+        Args:
+            title: Of the progress bar.
+            tasks: The mutants with their tests.
+            judges: What is known of the tests.
+            run: Runs mutants with their tests; what became of each, as it ends.
+        """
+        judged: list[Judged] = []
+        waiting: list[Task] = []
+        for task in tasks:
+            known = self.results.get(task.key)
+            if known is None or not _holds(known, task, judges):
+                waiting.append(task)
+            else:
+                judged.append(Judged(task.mutant, known["killed"], known["by"]))
+                if known["killed"] and "::" in known["by"]:
+                    judges.killed(task.mutant.pou, known["by"])
+        waiting.sort(key=self._has_survived)
+        survived = sum(not one.killed for one in judged)
+        with progress_bar(self.console) as progress:
+            bar = progress.add_task(title, total=len(waiting), told="")
+            tasks_in_time = self._in_time(waiting)
+            for outcome in run(tasks_in_time):
+                judged.append(Judged(outcome.task.mutant, outcome.killed, outcome.by))
+                survived += not outcome.killed
+                self._keep(outcome, judges)
+                told = f"{outcome.task.mutant.pou}, {survived} survive"
+                progress.update(bar, advance=1, told=told, refresh=True)
+        places = {id(task.mutant): place for place, task in enumerate(tasks)}
+        return sorted(judged, key=lambda one: places[id(one.mutant)])
+
+    def _keep(self, outcome: Outcome, judges: Judges) -> None:
+        mutant = outcome.task.mutant
+        if "::" in outcome.by:
+            judges.killed(mutant.pou, outcome.by)
+        self.results.add(
+            {
+                "key": outcome.task.key,
+                "tests": _tests(outcome.by, outcome.task, judges),
+                "killed": outcome.killed,
+                "by": outcome.by,
+                "seconds": round(outcome.seconds, 3),
+                "block": mutant.pou,
+                "operator": mutant.operator,
+                "line": mutant.line,
+                "after": mutant.after,
+            }
+        )
+
+    def _has_survived(self, task: Task) -> bool:
+        """Whether it has survived before; such mutants take long and come last."""
+        known = self.results.get(task.key)
+        return known is not None and not known["killed"]
+
+    def _in_time(self, tasks: Sequence[Task]) -> Iterator[Task]:
+        for task in tasks:
+            if self.until is not None and time.monotonic() > self.until:
+                return
+            yield task
+
+
+def _tests(by: str, task: Task, judges: Judges) -> str:
+    """The state of what has judged: of the test that has failed, or of all that have not."""
+    return judges.state_of(by.partition("::")[0]) if "::" in by else judges.state(task.tests)
+
+
+def _holds(known: Mapping[str, Any], task: Task, judges: Judges) -> bool:
+    """Whether an outcome of an earlier run still holds with the tests as they are now."""
+    by = known["by"]
+    if "::" in by and by not in task.tests:
+        return False
+    return bool(known["tests"] == _tests(by, task, judges))

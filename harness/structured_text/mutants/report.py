@@ -1,0 +1,184 @@
+"""What came of the mutants: figures, a table, and the survivors with their reasons."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from structured_text.errors import InputError
+from structured_text.mutants.mutant import Mutant
+from structured_text.output.files import replace_files
+from structured_text.output.toml_files import load_toml
+
+__all__ = ["Judged", "Reasons", "figures", "print_report", "write_rows"]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A mutant, and whether a test has found it."""
+
+    mutant: Mutant
+    killed: bool
+    by: str
+
+
+#: What a row of the table says.
+_ROW = ("block", "line", "becomes", "reason")
+
+
+class Reasons:
+    """The table of known survivors, by block, changed lines and what they become.
+
+    A block may be a pattern with `*`, for what several have in common.
+
+    Raises:
+        InputError: it is no TOML, or a row lacks something.
+    """
+
+    def __init__(self, file: Path) -> None:
+        rows = load_toml(file).get("survivor", []) if file.exists() else []
+        for number, row in enumerate(rows, 1):
+            if not isinstance(row, dict) or not all(isinstance(row.get(key), str) for key in _ROW):
+                hint = f"it needs {', '.join(_ROW)}, each a text"
+                raise InputError(f"[[survivor]] {number} is not whole", file=file, hint=hint)
+        self._reasons: dict[tuple[str, str, str], str] = {}
+        self._used: set[tuple[str, str, str]] = set()
+        for row in rows:
+            self._reasons[row["block"], row["line"].strip(), row["becomes"].strip()] = row["reason"]
+
+    def of(self, mutant: Mutant) -> str:
+        """Why it survives; empty where nobody has said."""
+        for key, reason in self._reasons.items():
+            if _fits(key, mutant):
+                self._used.add(key)
+                return reason
+        return ""
+
+    def idle(self, killed: Sequence[Mutant]) -> list[str]:
+        """Rows of the table whose mutant has been found by a test."""
+        idle = [key for key in self._reasons if key not in self._used]
+        return [
+            f"{key[0]}: {key[2]}" for key in idle if any(_fits(key, mutant) for mutant in killed)
+        ]
+
+    def lost(self, mutants: Sequence[Mutant], blocks: Collection[str]) -> list[str]:
+        """Rows of blocks, all of whose mutants are given, that are about none of them."""
+        return [
+            f"{key[0]}: {key[2]}"
+            for key in self._reasons
+            if key[0] in blocks and not any(_fits(key, mutant) for mutant in mutants)
+        ]
+
+
+def _fits(key: tuple[str, str, str], mutant: Mutant) -> bool:
+    return key[1:] == (mutant.before, mutant.after) and fnmatchcase(mutant.pou, key[0])
+
+
+def figures(
+    judged: Sequence[Judged],
+    reasons: Reasons,
+    folder: Callable[[str], str],
+    whole: Collection[str] = (),
+) -> dict[str, Any]:
+    """The figures of a run.
+
+    Args:
+        judged: All mutants, and what became of them.
+        reasons: Why some survive.
+        folder: Says to which group a file belongs.
+        whole: Names of the POUs of which there is no sample, but every mutant.
+    """
+    survivors = [one.mutant for one in judged if not one.killed]
+    rows = [
+        {
+            "block": mutant.pou,
+            "file": mutant.file,
+            "line": mutant.line,
+            "operator": mutant.operator,
+            "before": mutant.before,
+            "after": mutant.after,
+            "reason": reasons.of(mutant),
+        }
+        for mutant in survivors
+    ]
+    return {
+        **_score(judged),
+        "score_by_folder": _grouped(judged, lambda one: folder(one.mutant.file)),
+        "score_by_operator": _grouped(judged, lambda one: one.mutant.operator),
+        "survivors_with_a_reason": sum(bool(row["reason"]) for row in rows),
+        "rows_without_a_survivor": reasons.idle([one.mutant for one in judged if one.killed]),
+        "rows_without_a_mutant": reasons.lost([one.mutant for one in judged], whole),
+        "survivors": rows,
+    }
+
+
+def _score(judged: Sequence[Judged]) -> dict[str, Any]:
+    killed = sum(one.killed for one in judged)
+    score = round(100.0 * killed / len(judged), 2) if judged else 0.0
+    return {"mutants": len(judged), "killed": killed, "score": score}
+
+
+def _grouped(judged: Sequence[Judged], key: Any) -> dict[str, dict[str, Any]]:
+    groups: dict[str, list[Judged]] = {}
+    for one in judged:
+        groups.setdefault(key(one), []).append(one)
+    return {name: _score(groups[name]) for name in sorted(groups)}
+
+
+def print_report(
+    console: Console, found: Mapping[str, Any], *, show: int, kind: str, table_of: str
+) -> None:
+    """Print the figures of a kind, and at most `show` survivors without a reason."""
+    for title in ("score_by_folder", "score_by_operator"):
+        table = Table(title=f"{kind}: {title.replace('_', ' ')}")
+        for column in ("", "mutants", "killed", "score"):
+            table.add_column(column, justify="left" if not column else "right")
+        for name, row in found[title].items():
+            score = f"{row['score']:.1f} %"
+            table.add_row(name, str(row["mutants"]), str(row["killed"]), score)
+        console.print(table)
+    unexplained = [row for row in found["survivors"] if not row["reason"]]
+    for row in unexplained[:show]:
+        console.print(f"{row['file']}:{row['line']}: {row['operator']}", highlight=False)
+        console.print(f"  - {row['before']}\n  + {row['after']}", highlight=False, markup=False)
+    if len(unexplained) > show:
+        console.print(f"... and {len(unexplained) - show} more survivors without a reason")
+    blocks = Counter(row["block"] for row in unexplained)
+    if blocks:
+        most = ", ".join(f"{name} {count}" for name, count in blocks.most_common(12))
+        console.print(f"without a reason by block: {most}", highlight=False)
+    for row in found["rows_without_a_survivor"]:
+        console.print(f"{table_of}: a test finds it now: {row}", markup=False)
+    for row in found["rows_without_a_mutant"]:
+        console.print(f"{table_of}: there is no such mutant now: {row}", markup=False)
+    console.print(
+        f"{kind}: {found['killed']} of {found['mutants']} mutants killed: {found['score']:.2f} %"
+        f" ({found['survivors_with_a_reason']} survivors with a reason)"
+    )
+
+
+def write_rows(file: Path, survivors: Sequence[Mapping[str, Any]]) -> None:
+    """Write the survivors without a reason as rows for a table of reasons, each once."""
+    rows = [
+        "\n".join(
+            (
+                "[[survivor]]",
+                f"block = {json.dumps(row['block'])}",
+                f"line = {json.dumps(row['before'], ensure_ascii=False)}",
+                f"becomes = {json.dumps(row['after'], ensure_ascii=False)}",
+                'reason = ""',
+                "",
+            )
+        )
+        for row in survivors
+        if not row["reason"]
+    ]
+    replace_files({file: "\n".join(dict.fromkeys(rows)).encode()})

@@ -1,0 +1,155 @@
+"""The mutants of a user's program, and what his tests make of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import zip_longest
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from structured_text import COMMAND, DISTRIBUTION
+from structured_text.errors import InputError
+from structured_text.farm import Farm
+from structured_text.language.cache import sources_key
+from structured_text.mutants.judging import ENDLESS, Judging, Outcome, Task
+from structured_text.mutants.mutant import Mutant, Mutants, in_rounds
+from structured_text.mutants.order import Order
+from structured_text.mutants.report import Judged, Reasons, figures
+from structured_text.mutants.sessions import Judge, Run
+from structured_text.mutants.tests import Tests
+from structured_text.output.paths import real
+from structured_text.projects.sources import SourceFiles
+
+__all__ = ["UNREACHED", "UserMutants"]
+
+#: What of a mutant that no test can find.
+UNREACHED = "no test runs it"
+
+
+class UserMutants:
+    """The mutants of a program, and its tests.
+
+    Args:
+        sources: The program.
+        run: Runs the tests.
+        written: Files that no test rests on: what was found out.
+
+    Raises:
+        InputError: sources that do not compile or are no ST files; tests that fail.
+    """
+
+    def __init__(self, sources: SourceFiles, run: Run, written: Iterable[Path] = ()) -> None:
+        self._run = run
+        self._written = {real(file) for file in written}
+        self.files, library = sources.users
+        for file in self.files:
+            if getattr(file, "lines", None) is not None:
+                hint = f"mutants are made of .st files; `{COMMAND} import` writes them"
+                raise InputError("is a project", file=file, hint=hint)
+        self._all = [*self.files, *library]
+        self._mutants = Mutants(run.folder, self._all, portable=False)
+
+    def baseline(self) -> Tests:
+        """Run the original, and note what each test executes.
+
+        Raises:
+            InputError: a test fails, or none runs the program.
+        """
+        with TemporaryDirectory(prefix=f"{COMMAND}-mutants-", ignore_cleanup_errors=True) as name:
+            order = Order(real(name))
+            code = self._run(order)
+            printed = (order.folder / "printed").read_text("utf-8", "replace")
+            said = order.answered()
+        command = " ".join(self._run.command)
+        if said is None:
+            last = next((line for line in reversed(printed.splitlines()) if line.strip()), "")
+            told = f"`{command}` ends with {code} and runs no tests: {last.strip()}"
+            raise InputError(
+                told, hint=f"the command must run pytest where {DISTRIBUTION} is installed"
+            )
+        failed = [node for node, passed in said["passed"].items() if not passed]
+        if failed:
+            more = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
+            why = f" ({said['why'][0]})" if said["why"] else ""
+            told = f"{failed[0]}{more} fails with the program as it is{why}"
+            raise InputError(told, hint="make all tests pass first")
+        mutated = {real(file) for file in self.files}
+        ran = {
+            node: {file: set(lines) for file, lines in files.items() if Path(file) in mutated}
+            for node, files in said["ran"].items()
+        }
+        if not any(lines for files in ran.values() for lines in files.values()):
+            told = f"none of {len(ran)} tests runs anything of {self.files[0]}"
+            raise InputError(told, hint="name the files that the tests' cells are built of")
+        root = Path(said["root"])
+        own = mutated | self._written
+        return Tests(self._run.folder, root, ran, said["seconds"], said["listed"], own)
+
+    def tasks(self, tests: Tests) -> tuple[list[Task], list[Mutant]]:
+        """The mutants in the order in which they are run, and those that no test runs.
+
+        That order is the same in each run; whatever the time ends, all files and all kinds of
+        mistakes have had their share.
+        """
+        by_file: list[list[Task]] = []
+        unreached: list[Mutant] = []
+        for file in self.files:
+            others = [one for one in self._all if one != file]
+            around = sources_key(others)[:8]
+            found = in_rounds(self._mutants.of(file), lambda one: one.operator, Random(file.name))
+            by_file.append([])
+            for mutant in found:
+                if not (nodes := tests.of(mutant)):
+                    unreached.append(mutant)
+                    continue
+                seconds = sum(tests.seconds.get(node, 0.0) for node in nodes)
+                in_order = tuple(tests.ordered(mutant, nodes))
+                by_file[-1].append(Task(mutant, in_order, seconds, f"{mutant.identity}-{around}"))
+        return [one for each in zip_longest(*by_file) for one in each if one is not None], unreached
+
+    def judged(
+        self, tests: Tests, judging: Judging, farm: Farm, reasons: Reasons
+    ) -> dict[str, Any]:
+        """Run them; the figures, as `report.figures` gives them, and what was not run."""
+        tasks, unreached = self.tasks(tests)
+
+        def run(todo: Iterable[Task]) -> Iterator[Outcome]:
+            with TemporaryDirectory(
+                prefix=f"{COMMAND}-mutants-", ignore_cleanup_errors=True
+            ) as name:
+                judge = Judge(self._run, real(name), tuple(self._all))
+                for task, outcome in farm.as_ready(judge, todo):
+                    yield replace(outcome, task=task)  # it has come back as a copy
+
+        judged = judging.of("mutants", tasks, tests, run)
+        judged += [Judged(mutant, False, UNREACHED) for mutant in unreached]
+        judged.sort(key=lambda one: (one.mutant.file, one.mutant.line, one.mutant.after))
+        found = figures(judged, reasons, lambda file: file, self._whole(judged, tasks, unreached))
+        counted = self._mutants.counted
+        open_ones = found["mutants"] - found["survivors_with_a_reason"]
+        score = round(100.0 * found["killed"] / open_ones, 2) if open_ones else 100.0
+        return found | {
+            "score_without_reasons": score,
+            "tests": len(tests.ran),
+            "timed_out": sum(one.by == ENDLESS for one in judged),
+            "unreached": [_place(mutant) for mutant in unreached],
+            "not_run": len(tasks) + len(unreached) - len(judged),
+            "not_compiling": counted.refused,
+            "changing_nothing": counted.equal,
+        }
+
+    @staticmethod
+    def _whole(
+        judged: Sequence[Judged], tasks: Sequence[Task], unreached: Sequence[Mutant]
+    ) -> set[str]:
+        """The POUs, where all of their mutants were run."""
+        if len(judged) < len(tasks) + len(unreached):
+            return set()
+        return {one.mutant.pou for one in judged}
+
+
+def _place(mutant: Mutant) -> dict[str, Any]:
+    return {"file": mutant.file, "line": mutant.line, "after": mutant.after}

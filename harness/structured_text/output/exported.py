@@ -1,0 +1,97 @@
+"""What an export has written, known again: neither read nor taken for the user's."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path, PurePosixPath
+
+from structured_text import COMMAND
+from structured_text.output.paths import real
+
+__all__ = ["MARK", "RECORD", "digest", "own_output", "record", "recorded", "resolved"]
+
+#: Stands at the head of each file that is exported by itself.
+MARK = f"Written by `{COMMAND} export`; change the sources, not this file."
+
+#: In a folder that is exported: which files of it are, and what was in them.
+RECORD = f"{COMMAND}-export.json"
+
+_ABOUT = (
+    f"Files that `{COMMAND} export` wrote here; it replaces and removes those that are unchanged."
+)
+_HEAD = 1000
+#: What is recorded, by the folder of the record.
+_Records = dict[Path, dict[str, str]]
+
+
+def digest(data: bytes) -> str:
+    """What a file's contents are known by."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def record(contents: Mapping[str, bytes]) -> bytes:
+    """The text of the record of some files, by their paths below its folder."""
+    files = {path: digest(data) for path, data in sorted(contents.items())}
+    return (json.dumps({"about": _ABOUT, "files": files}, indent=1) + "\n").encode()
+
+
+def recorded(folder: Path) -> dict[str, str]:
+    """Digests by path of what was exported into a folder; empty where nothing was."""
+    try:
+        found = json.loads((folder / RECORD).read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return {}
+    if not isinstance(found, dict) or found.get("about") != _ABOUT:
+        return {}
+    files = found.get("files")
+    if not isinstance(files, dict):
+        return {}
+    return {
+        path: str(value)
+        for path, value in files.items()
+        if not PurePosixPath(path).is_absolute() and ".." not in PurePosixPath(path).parts
+    }
+
+
+def resolved(files: Iterable[Path]) -> dict[Path, Path]:
+    """Files and their resolved paths; each folder is resolved once."""
+    folders: dict[Path, Path] = {}
+    found = {}
+    for file in files:
+        folder = file.parent
+        if folder not in folders:
+            folders[folder] = real(folder)
+        place = folders[folder] / file.name
+        found[file] = real(place) if place.is_symlink() else place
+    return found
+
+
+def own_output(files: Mapping[Path, Path]) -> set[Path]:
+    """Which of some ST files, with their resolved paths, an export has written."""
+    known: dict[Path, _Records] = {}
+    return {one for one, place in files.items() if _is_recorded(place, known) or _is_marked(one)}
+
+
+def _is_recorded(file: Path, known: dict[Path, _Records]) -> bool:
+    """Whether the record of a folder above a file names it; `known` is that of `_records`."""
+    records = _records(file.parent, known)
+    return any(file.relative_to(folder).as_posix() in records[folder] for folder in records)
+
+
+def _records(folder: Path, known: dict[Path, _Records]) -> _Records:
+    """The records of a folder and of those above it; `known` are those that were read before."""
+    if folder not in known:
+        above = _records(folder.parent, known) if folder.parent != folder else {}
+        names = recorded(folder)
+        known[folder] = {**above, folder: names} if names else above
+    return known[folder]
+
+
+def _is_marked(file: Path) -> bool:
+    try:
+        with file.open("rb") as stream:
+            return MARK.encode() in stream.read(_HEAD)
+    except OSError:
+        return False

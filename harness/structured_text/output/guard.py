@@ -1,0 +1,90 @@
+"""Runs one program for its parent, and ends that program when the parent ends, by whatever.
+
+A script that `structured_text.output.programs` starts, not on Windows: it imports next to nothing.
+It leads a session of its own. Of its end of a socket it is told the number; when nobody holds the
+other end any more, the parent has ended, and it ends all that the session has.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+from contextlib import suppress
+from typing import NoReturn
+
+assert sys.platform != "win32"
+
+#: So long may the program take to write what it has, before it is killed [s].
+_GRACE_S = 2.0
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGPIPE)
+
+
+def _main(parent: int, command: list[str]) -> NoReturn:
+    try:
+        _run(parent, command)
+    finally:  # also after an error of our own
+        os.killpg(0, signal.SIGKILL)
+        os._exit(1)  # not reached
+
+
+def _run(parent: int, command: list[str]) -> None:
+    """Run the program until the parent ends, and ask it to end then."""
+    os.set_inheritable(parent, False)
+    for number in _SIGNALS:  # they are meant for the program, or come from the terminal
+        signal.signal(number, signal.SIG_IGN)
+    ended, waking = os.pipe()
+    os.set_blocking(waking, False)
+    signal.set_wakeup_fd(waking, warn_on_full_buffer=False)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    try:
+        pid = os.posix_spawnp(
+            command[0], command, os.environ, setsigmask=[], setsigdef=list(_SIGNALS)
+        )
+    except OSError as error:
+        _say(parent, str(error.errno))
+        os._exit(1)
+    _say(parent, "0")
+    while True:
+        ready = select.select([parent, ended], [], [])[0]
+        _leave_with(pid)
+        if parent in ready and not _says_anything(parent):
+            break
+        if ended in ready:
+            os.read(ended, 512)
+    os.killpg(0, signal.SIGTERM)
+    select.select([ended], [], [], _GRACE_S)
+
+
+def _say(parent: int, word: str) -> None:
+    with suppress(OSError):  # it has ended meanwhile
+        os.write(parent, word.encode())
+
+
+def _says_anything(parent: int) -> bool:
+    try:
+        return bool(os.read(parent, 1))
+    except OSError:
+        return False
+
+
+def _leave_with(pid: int) -> None:
+    """End as the program has, if it has."""
+    found, status = os.waitpid(pid, os.WNOHANG)
+    if not found:
+        return
+    code = os.waitstatus_to_exitcode(status)
+    if code >= 0:
+        os._exit(code)
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the program may have left one, this must not
+    if -code != signal.SIGKILL:
+        signal.signal(-code, signal.SIG_DFL)
+    os.kill(os.getpid(), -code)
+    os._exit(1)  # the signal does not end a process
+
+
+if __name__ == "__main__":
+    _main(int(sys.argv[1]), sys.argv[2:])

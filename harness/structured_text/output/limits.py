@@ -1,0 +1,89 @@
+"""The limits of what a command reads and compiles, each in this place only.
+
+They lie well above real projects and well below the memory of a small computer. docs/limits.md
+tells users what each of them is and what to do; a test compares the numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = [
+    "CAPTURE",
+    "MOST_BLOCKS",
+    "MOST_CHARACTERS",
+    "MOST_ELEMENTS",
+    "MOST_LEVELS",
+    "MOST_LINE_BYTES",
+    "MOST_MISTAKES",
+    "MOST_NESTED",
+    "MOST_REPLAYED_US",
+    "MOST_TOKENS",
+    "MOST_TOOL_S",
+    "MOST_TRACE_US",
+    "MOST_WATCHED",
+    "OTHER",
+    "PROJECT",
+    "SOURCE",
+    "TABLE",
+    "TRACE",
+    "Kind",
+]
+
+_MEGABYTE = 1 << 20
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file.
+
+    Attributes:
+        name: What a message calls it.
+        most_bytes: How large it may be; None where it is read piece by piece.
+        hint: What to do where it is larger.
+    """
+
+    name: str
+    most_bytes: int | None
+    hint: str = ""
+
+
+#: Structured Text and SCL: the whole of OSCAT is 3 MB.
+SOURCE = Kind("a source", 8 * _MEGABYTE, "divide it into several files")
+#: XML and L5X, with the diagrams, pictures and trends of their tools.
+PROJECT = Kind("a project file", 128 * _MEGABYTE, "export only the part that is needed")
+#: TOML: robot, stimulus, properties, points, reasons.
+TABLE = Kind("a TOML file", 16 * _MEGABYTE, "divide it, or leave out what is not needed")
+#: Traces are read line by line, captures packet by packet: hours of them are some gigabytes.
+TRACE = Kind("a trace", None)
+CAPTURE = Kind("a capture", None)
+#: Recordings of failed tests, results of campaigns, reports that are written anew.
+OTHER = Kind("a file", 512 * _MEGABYTE, "name another file")
+
+#: Characters, and words, numbers and signs, of all sources of a program together.
+MOST_CHARACTERS = 32 * _MEGABYTE
+MOST_TOKENS = 2_000_000
+#: Bytes of one line of a trace or recording.
+MOST_LINE_BYTES = 16 * _MEGABYTE
+
+#: Elements of all variables of a program; language/extent.py says what counts.
+MOST_ELEMENTS = 4_000_000
+#: Instances of function blocks in a program, those inside others included.
+MOST_BLOCKS = 200_000
+#: Types, functions, blocks and constants that use each other in a row.
+MOST_LEVELS = 100
+#: Arrays, structures and blocks inside each other, also without names.
+MOST_NESTED = 120
+#: Mistakes that are reported of one file, and of all together.
+MOST_MISTAKES = 500
+
+#: Seconds that another tool (matiec, STruC++, a C compiler) may take for one program.
+MOST_TOOL_S = 900
+
+#: Plain variables that are watched, and that a pattern of them looks at.
+MOST_WATCHED = 100_000
+
+#: Time between the first and the last record of a trace or capture.
+MOST_TRACE_US = 366 * 86_400_000_000
+#: Time of a recording that is replayed in cycles of 5 ms.
+MOST_REPLAYED_US = 24 * 3_600_000_000

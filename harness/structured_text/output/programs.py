@@ -1,0 +1,99 @@
+"""Programs of others: compilers, capture tools, tests. The only place that starts them.
+
+None of them outlives this process, whatever ends it: not Ctrl-C, nor SIGTERM or SIGHUP, nor
+SIGKILL. Between the two stands a process of its own, `guard`, which notices the end. Python that
+knows its parent ends by itself with its standard input, and needs no guard.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from structured_text.output.system import APART, GUARDED, end_apart
+
+__all__ = ["Program", "run"]
+
+_GUARD = Path(__file__).with_name("guard.py")
+_WORD = 16
+
+
+class Program(subprocess.Popen[Any]):
+    """A program that runs; a `subprocess.Popen` that ends with this process.
+
+    Ctrl-C at a terminal does not reach it: this process decides. `kill` ends what it has started,
+    too. On Windows it is only apart, and goes on where this process is killed.
+
+    Args:
+        command: Its name or path, and its arguments.
+        how: Arguments of `Popen`.
+
+    Raises:
+        OSError: It cannot be started.
+    """
+
+    _line: socket.socket | None = None
+
+    def __init__(self, command: Sequence[str | os.PathLike[str]], **how: Any) -> None:
+        how = {**APART, "stdin": subprocess.DEVNULL, **how}
+        words = [os.fspath(word) for word in command]
+        if not GUARDED:
+            super().__init__(words, **how)
+            return
+        ours, theirs = socket.socketpair()
+        number = theirs.fileno()
+        guarded = [sys.executable, "-I", "-S", str(_GUARD), str(number), *words]
+        try:
+            with theirs:
+                super().__init__(guarded, pass_fds=[number], **how)
+            said = ours.recv(_WORD)
+        except BaseException:
+            ours.close()  # which ends it, should it have begun
+            raise
+        self._line = ours
+        if said not in (b"0", b""):  # nothing: something has ended the guard
+            with self:
+                pass
+            raise OSError(int(said), os.strerror(int(said)), words[0])
+
+    def send_signal(self, sig: int) -> None:
+        """Send a signal to it and to what it has started; SIGKILL ends the guard, too."""
+        if self._line is None:
+            super().send_signal(sig)
+        elif self.poll() is None:
+            end_apart(self.pid, number=sig)
+
+    def __exit__(self, *raised: Any) -> None:
+        """Wait for its end."""
+        super().__exit__(*raised)
+        if self._line is not None:
+            self._line.close()
+
+
+def run(
+    command: Sequence[str | os.PathLike[str]], *, timeout: float | None = None, **how: Any
+) -> subprocess.CompletedProcess[Any]:
+    """Run a program to its end, and return what it has printed.
+
+    Args:
+        command: Its name or path, and its arguments.
+        timeout: Seconds after which it is ended.
+        how: Arguments of `Popen`.
+
+    Raises:
+        OSError: It cannot be started.
+        subprocess.TimeoutExpired: It has not ended in time.
+    """
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with Program(command, **{**pipes, **how}) as program:
+        try:
+            out, err = program.communicate(timeout=timeout)
+        except BaseException:
+            program.kill()
+            raise
+    return subprocess.CompletedProcess(command, program.returncode, out, err)

@@ -1,0 +1,136 @@
+"""Opens the files that a user names: plain files of a size that can be read."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+from structured_text.errors import InputError
+from structured_text.output.limits import CAPTURE, Kind
+from structured_text.output.system import without_waiting
+
+__all__ = ["beginning", "begins_with", "check_file", "file_bytes", "file_text", "open_file"]
+
+_MEGABYTE = 1 << 20
+#: Kinds of what is no plain file, by the test that finds them.
+_OTHERS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+def check_file(path: str | Path) -> None:
+    """Raise InputError unless the path leads to a plain file; nothing is opened.
+
+    Devices and pipes have no end, or wait for ever.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from None
+    _check(path, mode)
+
+
+def open_file(path: str | Path, kind: Kind) -> BinaryIO:
+    """Open a plain file for reading.
+
+    Raises:
+        InputError: it is not there, is no plain file, cannot be read, or is too large for its
+            kind.
+    """
+    check_file(path)  # opening a device can already do something
+    try:
+        file = open(path, "rb", opener=without_waiting)  # noqa: SIM115 - the caller closes it
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from None
+    try:
+        found = os.fstat(file.fileno())
+        _check(path, found.st_mode)
+        if kind.most_bytes is not None and found.st_size > kind.most_bytes:
+            raise _too_large(path, kind, found.st_size)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def file_bytes(path: str | Path, kind: Kind) -> bytes:
+    """Read a plain file.
+
+    Raises:
+        InputError: as `open_file`.
+    """
+    with open_file(path, kind) as file:
+        try:
+            if kind.most_bytes is None:
+                return file.read()
+            content = file.read(kind.most_bytes + 1)
+        except OSError as error:
+            raise _unreadable(path, error) from None
+    if len(content) > kind.most_bytes:  # it grows, or does not say how large it is
+        raise _too_large(path, kind, len(content))
+    return content
+
+
+def file_text(path: str | Path, kind: Kind) -> str:
+    r"""Read a plain file of UTF-8, with or without a mark; `\r\n` and `\r` become `\n`.
+
+    Raises:
+        InputError: as `open_file`, or it is not UTF-8.
+    """
+    content = file_bytes(path, kind)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"byte {error.start} is not UTF-8",
+            file=path,
+            line=content.count(b"\n", 0, error.start) + 1,
+            hint="save the file as UTF-8",
+        ) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def beginning(path: str | Path, kind: Kind, length: int) -> bytes:
+    """Read the first bytes of a plain file.
+
+    Raises:
+        InputError: as `open_file`.
+    """
+    with open_file(path, kind) as file:
+        try:
+            return file.read(length)
+        except OSError as error:
+            raise _unreadable(path, error) from None
+
+
+def begins_with(path: str | Path, mark: bytes) -> bool:
+    """Return whether a plain file is empty or begins with these bytes; False of anything else."""
+    try:
+        return beginning(path, CAPTURE, len(mark)) in (b"", mark)
+    except InputError:
+        return False
+
+
+def _check(path: str | Path, mode: int) -> None:
+    if stat.S_ISREG(mode):
+        return
+    what = next((name for test, name in _OTHERS if test(mode)), "no plain file")
+    raise InputError(f"is {what}, not a file", file=path, hint="name a file")
+
+
+def _unreadable(path: str | Path, error: OSError | ValueError) -> InputError:
+    reason = getattr(error, "strerror", None) or str(error)
+    return InputError(f"cannot be read: {reason}", file=path)
+
+
+def _too_large(path: str | Path, kind: Kind, size: int) -> InputError:
+    assert kind.most_bytes is not None
+    text = f"is too large for {kind.name}: {size / _MEGABYTE:,.1f} MB"
+    limit = kind.most_bytes // _MEGABYTE
+    return InputError(f"{text}, and the limit is {limit} MB", file=path, hint=kind.hint)

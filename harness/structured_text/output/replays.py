@@ -1,0 +1,34 @@
+"""Replays that a search leaves in a folder: never over a file that no search has written."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from structured_text import COMMAND
+from structured_text.errors import InputError
+
+__all__ = ["BEGINS", "MARK", "check"]
+
+MARK = f"# {COMMAND} replay: "
+"""How the stimulus file of a replay begins."""
+
+#: How each kind of file begins.
+BEGINS = {".toml": MARK.encode(), ".svg": b"<svg "}
+
+
+def check(file: Path) -> None:
+    """Refuse to write over a file that no search has written.
+
+    Raises:
+        InputError: there is such a file.
+    """
+    if not os.path.isfile(file):
+        return
+    with file.open("rb") as stream:
+        found = stream.read(16)
+    if found and not found.startswith(BEGINS[file.suffix][:16]):
+        hint = "name another folder with --out, or remove this file"
+        raise InputError(
+            f"is there already, and was not written by {COMMAND}", file=file, hint=hint
+        )

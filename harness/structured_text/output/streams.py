@@ -1,0 +1,89 @@
+"""The standard streams of a command: they are there, and their errors are known as theirs."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import sys
+from typing import TextIO
+
+from structured_text.errors import OutputError
+
+__all__ = ["discard_output", "prepare"]
+
+
+class _Output(io.FileIO):
+    """The file below standard output."""
+
+    def write(self, data: bytes | memoryview) -> int | None:  # type: ignore[override]
+        """Write; an error says that it is one of standard output."""
+        try:
+            return super().write(data)
+        except OSError as error:
+            raise OutputError(error.errno, error.strerror) from None
+
+
+class _Errors(io.FileIO):
+    """The file below standard error: what cannot be said there is said nowhere."""
+
+    def write(self, data: bytes | memoryview) -> int | None:  # type: ignore[override]
+        """Write, if it can be written."""
+        try:
+            return super().write(data)
+        except OSError:
+            return len(data)
+
+
+def prepare() -> None:
+    """Make the standard streams usable, whatever the caller has made of them.
+
+    One that was closed becomes the null device. Otherwise a file that is opened later would get
+    its number, and with it all that is printed.
+    """
+    _open_closed()
+    sys.stdout = _known(sys.stdout, _Output)
+    sys.stderr = _known(sys.stderr, _Errors)
+
+
+def discard_output() -> None:
+    """Let standard output go nowhere from now on, so that Python's end does not fail, too."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
+def _open_closed() -> None:
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError as error:
+            if error.errno != errno.EBADF:
+                raise
+            opened = os.open(os.devnull, os.O_RDWR)
+            if opened != number:
+                os.dup2(opened, number)
+                os.close(opened)
+            os.set_inheritable(number, True)
+    if sys.stdin is None:
+        sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115
+    if sys.stdout is None:
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+    if sys.stderr is None:
+        sys.stderr = open(2, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+
+
+def _known(stream: TextIO, kind: type[io.FileIO]) -> TextIO:
+    """Return a stream as it is, but with a file of `kind` below it; a console stays one."""
+    if not isinstance(stream, io.TextIOWrapper):
+        return stream
+    raw = getattr(stream.buffer, "raw", stream.buffer)
+    if type(raw) is not io.FileIO:
+        return stream
+    stream.flush()
+    file = kind(raw.fileno(), "wb", closefd=False)
+    return io.TextIOWrapper(
+        file if stream.buffer is raw else io.BufferedWriter(file),
+        encoding=stream.encoding,
+        errors=stream.errors,
+        line_buffering=stream.line_buffering,
+        write_through=stream.write_through,
+    )

@@ -1,0 +1,61 @@
+"""Which files are projects of PLC tools, by their names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from structured_text.errors import InputError
+
+__all__ = ["OBJECTS", "PLCPROJ", "SCL", "TASKS", "in_folder", "is_project"]
+
+#: PLCopen, Rockwell.
+_XML, _L5X = ".xml", ".l5x"
+#: TwinCAT: a project, and the tasks of one.
+PLCPROJ, TASKS = ".plcproj", ".tctto"
+#: TwinCAT's objects: blocks, types, lists of variables, interfaces.
+OBJECTS = (".tcpou", ".tcdut", ".tcgvl", ".tcio")
+#: TIA Portal's external sources: blocks, types, data blocks.
+SCL = (".scl", ".udt", ".db")
+#: Files of tools that hold programs, but cannot be read, and what to give instead.
+_CLOSED = {
+    ".project": "in CODESYS: Project > Export PLCopenXML",
+    ".library": "in CODESYS: Project > Export PLCopenXML",
+    ".acd": "in Studio 5000: save as .L5X",
+    ".l5k": "in Studio 5000: save as .L5X",
+    ".tsproj": "name the .plcproj of the PLC project",
+    ".sln": "name the .plcproj of the PLC project",
+    ".tnzip": "unpack it and name the .plcproj",
+    ".tpzip": "unpack it and name the .plcproj",
+    ".zap": "in TIA Portal: Generate source from blocks",
+    ".ap": "in TIA Portal: Generate source from blocks",
+    ".awl": "in TIA Portal: write the block in SCL",
+    ".smc2": "in Sysmac Studio: copy the bodies into .st files",
+    ".gx3": "in GX Works3: copy the bodies into .st files",
+}
+
+
+def is_project(file: Path) -> bool:
+    """Is this file read as a project, and not as Structured Text?
+
+    Raises:
+        InputError: a closed format, with what to do.
+    """
+    suffix = file.suffix.lower()
+    hint = _CLOSED.get(re.sub(r"\d+$", "", suffix), "")
+    if hint:
+        raise InputError(f"{file.suffix} cannot be read", file=file, hint=hint)
+    return suffix in (_XML, _L5X, PLCPROJ, TASKS, *SCL, *OBJECTS)
+
+
+def in_folder(files: Iterable[Path]) -> list[Path]:
+    """Of the files of a folder those that belong to a TwinCAT project: .plcproj, or objects."""
+    suffixes: dict[str, list[Path]] = {}
+    for file in files:
+        suffixes.setdefault(file.suffix.lower(), []).append(file)
+    projects = suffixes.get(PLCPROJ, [])
+    if projects:
+        return sorted(projects)
+    found = [file for suffix in (*OBJECTS, TASKS) for file in suffixes.get(suffix, [])]
+    return sorted(found, key=lambda file: file.parts)

@@ -1,0 +1,98 @@
+"""Numbers in project files: whole numbers and times, and nothing that only looks like one.
+
+Python also reads `inf`, `nan`, `1_000` and digits of other scripts, and refuses very long ones.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.units import parse_us
+
+__all__ = ["interval_text", "interval_us", "milliseconds_us", "priority_of", "whole"]
+
+_DIGITS = re.compile(r"[0-9]{1,18}")
+_DECIMAL = re.compile(r"[0-9]{1,18}(?:\.[0-9]{1,18})?")
+#: As the standard numbers priorities, and more than any tool has.
+_LOWEST_PRIORITY = 65_535
+_SHOWN = 40
+
+
+def whole(text: str, what: str, low: int, high: int, file: Path, line: int) -> int:
+    """Read a whole number.
+
+    Args:
+        text: As it is written.
+        what: What it is, for the message: `the priority of the task T`.
+        low: The smallest that is possible.
+        high: The largest.
+        file: Where it is.
+        line: Where in the file.
+
+    Raises:
+        InputError: it is not a whole number, or outside these limits.
+    """
+    plain = text.strip()
+    number = int(plain) if _DIGITS.fullmatch(plain) else None
+    if number is None or not low <= number <= high:
+        hint = f"write a whole number from {low} to {high}"
+        raise InputError(f"{what} is {_shown(text)}", file=file, line=line, hint=hint)
+    return number
+
+
+def priority_of(text: str, task: str, file: Path, line: int) -> int | None:
+    """Read the priority of a task; None where the tool says nothing.
+
+    Raises:
+        InputError: it is not a whole number from 0 to 65535.
+    """
+    what = f"the priority of the task {task}"
+    return whole(text, what, 0, _LOWEST_PRIORITY, file, line) if text.strip() else None
+
+
+def milliseconds_us(text: str, task: str, file: Path, line: int) -> int:
+    """Read the interval of a task in milliseconds, as whole microseconds.
+
+    Raises:
+        InputError: it is not a number, is 0, or longer than a year.
+    """
+    plain = text.strip()
+    exact = Fraction(plain) if _DECIMAL.fullmatch(plain) else Fraction(0)
+    return interval_us(exact * 1_000, text, task, file, line)
+
+
+def interval_us(exact: Fraction, text: str, task: str, file: Path, line: int) -> int:
+    """Check the interval of a task; whole microseconds, the nearest.
+
+    Args:
+        exact: Microseconds.
+        text: As it is written.
+        task: Its name.
+        file: Where it is.
+        line: Where in the file.
+
+    Raises:
+        InputError: it is 0, or longer than a year.
+    """
+    try:
+        found = parse_us(round(exact))
+    except InputError:
+        found = 0
+    if not found:
+        hint = "only tasks that run at an interval of 1 us to 365 d are read: T#10ms"
+        text = f"the task {task} has the interval {_shown(text)}"
+        raise InputError(text, file=file, line=line, hint=hint)
+    return found
+
+
+def interval_text(microseconds: int) -> str:
+    """Write a time as a literal of one unit: `T#10ms`, `T#0.5ms`."""
+    whole_ms, rest = divmod(microseconds, 1_000)
+    return f"T#{whole_ms}.{rest:03}".rstrip("0") + "ms" if rest else f"T#{whole_ms}ms"
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= _SHOWN else f"{text[:_SHOWN]}...")

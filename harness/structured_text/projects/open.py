@@ -1,0 +1,211 @@
+"""What of project files becomes a source."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.language.source import Extract, Line, source_text
+from structured_text.projects import rockwell, siemens, twincat
+from structured_text.projects.formats import OBJECTS, PLCPROJ, SCL, TASKS
+from structured_text.projects.model import (
+    Foreign,
+    Lines,
+    Piece,
+    Project,
+    Unit,
+    declared_kind,
+    made,
+    without_comments,
+)
+from structured_text.projects.plcopen import read_plcopen
+from structured_text.projects.xml import read_xml
+
+__all__ = ["Sources", "project_sources", "read_project"]
+
+_WORD = re.compile(r"[^\W\d]\w*")
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What becomes of project files.
+
+    Attributes:
+        paths: The sources, in order: an `Extract` of each declaration, and files that replace.
+        declared: The names of all POUs, types and lists of variables, in upper case.
+        notes: What is not read, a line each.
+    """
+
+    paths: tuple[Path, ...] = ()
+    declared: frozenset[str] = frozenset()
+    notes: tuple[str, ...] = ()
+
+
+def read_project(files: Sequence[Path]) -> Project:
+    """Read project files.
+
+    Raises:
+        InputError: one cannot be read, or is not as its format wants it.
+    """
+    found = Project()
+    tasks = [file for file in files if file.suffix.lower() == TASKS]
+    calls = siemens.called(file for file in files if file.suffix.lower() in SCL)
+    for file in files:
+        if file.suffix.lower() in SCL:
+            found = found.plus(siemens.read_scl(file, calls))
+        elif file not in tasks:
+            found = found.plus(_read(file))
+    found = found.plus(twincat.read_tasks(tasks))
+    return found.plus(siemens.started(found.units))
+
+
+def _read(file: Path) -> Project:
+    suffix = file.suffix.lower()
+    if suffix in OBJECTS:
+        return twincat.read_object(file)
+    if suffix == PLCPROJ:
+        return twincat.read_plcproj(file)
+    root = read_xml(file)
+    if root.name == "project":
+        return read_plcopen(root, file)
+    if root.name == "RSLogix5000Content":
+        return rockwell.read_l5x(root, file)
+    raise InputError(
+        f"is neither a PLCopen XML project nor an L5X, its root is <{root.name}>", file=file
+    )
+
+
+def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sources:
+    """Make sources of project files.
+
+    Args:
+        files: The project files.
+        replaced: Files with Structured Text for POUs, by the POU's name (`Block.Method` for a
+            part of one): a body, or the whole declaration.
+
+    Raises:
+        InputError: as `read_project`; a body in another language that the rest needs and nothing
+            replaces; a replacement for what is not there.
+    """
+    project = read_project(files)
+    units, extra = _replaced(project.units, replaced)
+    places = {unit.name.upper(): unit.file for unit in project.units}
+    needed, notes = _foreign(units, places)
+    if needed:
+        raise _refusal(needed, places)
+    unread = {unit for unit in units if isinstance(unit.piece.body, Foreign)}
+    paths = [
+        *(
+            Extract.make(unit.file, unit.piece.lines(), unit.name)
+            for unit in units
+            if unit not in unread
+        ),
+        *extra,
+    ]
+    names = frozenset(unit.name.upper() for unit in project.units)
+    return Sources((*paths, *extra), names, (*project.notes, *notes))
+
+
+# --- bodies in other languages ----------------------------------------------------------------
+
+
+def _foreign(
+    units: Sequence[Unit], files: Mapping[str, Path]
+) -> tuple[list[tuple[Unit, str, Foreign]], list[str]]:
+    """Bodies in other languages that the rest mentions, and a line for each of the others.
+
+    `files` says where each unit stands in the project; a replaced one is in the user's file.
+    """
+    found = [(unit, name, body) for unit in units for name, body in unit.piece.foreign()]
+    if not found:
+        return [], []
+    words = {unit: _words(_readable(unit.piece)) for unit in units}
+    configured = any(unit.kind == "CONFIGURATION" for unit in units)
+    needed, notes = [], []
+    for unit, name, body in found:
+        last = name.rpartition(".")[2].upper()
+        own = name.upper() == unit.name.upper()
+        mentioned = any(last in words[one] for one in units if one is not unit or not own)
+        if mentioned or (own and unit.kind == "PROGRAM" and not configured):
+            needed.append((unit, name, body))
+        else:
+            place = f"{files[unit.name.upper()]}:{body.at}"
+            notes.append(f"{place}: the body of {name} {body.says}; nothing mentions it")
+    return needed, notes
+
+
+def _readable(piece: Piece) -> Lines:
+    """What of a POU could mention another; not the head of a part that is not read."""
+    parts = tuple(part for part in piece.parts if not isinstance(part.body, Foreign))
+    lines = tuple(line for part in parts for line in _readable(part))
+    return (*piece.head, *lines, *(() if isinstance(piece.body, Foreign) else piece.body))
+
+
+def _words(lines: Lines) -> set[str]:
+    text = without_comments("\n".join(line.text for line in lines))
+    return {word.upper() for word in _WORD.findall(text)}
+
+
+def _refusal(needed: Sequence[tuple[Unit, str, Foreign]], files: Mapping[str, Path]) -> InputError:
+    unit, name, body = needed[0]
+    others = ", ".join(f"{one} ({kind.language})" for _, one, kind in needed[1:])
+    return InputError(
+        f"the body of {name} {body.says}" + (f"; neither is {others}" if others else ""),
+        file=files[unit.name.upper()],
+        line=body.at,
+        hint=f"write it in Structured Text: --replace {name}=file.st",
+    )
+
+
+# --- replacements -----------------------------------------------------------------------------
+
+
+def _replaced(units: Sequence[Unit], replaced: Mapping[str, Path]) -> tuple[list[Unit], list[Path]]:
+    """The units with the bodies of the user's, and whole files of the user's."""
+    found, whole = list(units), []
+    for name, file in replaced.items():
+        number = next((k for k, unit in enumerate(found) if _has(unit.piece, name)), None)
+        if number is None:
+            names = [one for unit in units for one in _names(unit.piece)]
+            near = get_close_matches(name.upper(), [one.upper() for one in names], 1)
+            meant = next((one for one in names if one.upper() in near), "")
+            raise InputError(
+                f"--replace {name}: there is no POU of this name in the project",
+                hint=f"did you mean {meant}?" if meant else "",
+            )
+        unit = found[number]
+        text = source_text(file).splitlines()
+        kind = declared_kind(Line(line, 1) for line in text)
+        if kind == unit.kind:
+            del found[number]
+            whole.append(file)
+        else:
+            found[number] = replace(unit, piece=_with_body(unit.piece, name, text), file=file)
+    return found, whole
+
+
+def _names(piece: Piece) -> list[str]:
+    return [piece.name, *(name for part in piece.parts for name in _names(part))]
+
+
+def _has(piece: Piece, name: str) -> bool:
+    return any(one.upper() == name.upper() for one in _names(piece))
+
+
+def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
+    """The piece with a body of another file; all else of it counts as line 1 of that file."""
+    own = piece.name.upper() == name.upper()
+    body = tuple(Line(line, at) for at, line in enumerate(text, 1)) if own else piece.body
+    if not isinstance(body, Foreign) and not own:
+        body = made(1, *(line.text for line in body))
+    return Piece(
+        piece.name,
+        made(1, *(line.text for line in piece.head)),
+        body,
+        made(1, *(line.text for line in piece.end)),
+        tuple(_with_body(part, name, text) for part in piece.parts),
+    )

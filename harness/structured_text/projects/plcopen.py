@@ -1,0 +1,466 @@
+"""PLCopen TC6 XML (2.00 and 2.01): of Beremiz, CODESYS, OpenPLC Editor and others.
+
+CODESYS adds what the format has no element for: methods, properties, interfaces, lists of global
+variables with a name, and each declaration as plain text, which says more than the elements and
+is taken where it is there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.language.source import Line
+from structured_text.projects.model import (
+    Foreign,
+    Lines,
+    Piece,
+    Project,
+    Unit,
+    declared_kind,
+    made,
+    trimmed,
+)
+from structured_text.projects.numbers import (
+    interval_text,
+    interval_us,
+    milliseconds_us,
+    priority_of,
+)
+from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.xml import Element
+
+__all__ = ["read_plcopen"]
+
+_KINDS = {"function": "FUNCTION", "functionBlock": "FUNCTION_BLOCK", "program": "PROGRAM"}
+_SECTIONS = {
+    "inputVars": "VAR_INPUT",
+    "outputVars": "VAR_OUTPUT",
+    "inOutVars": "VAR_IN_OUT",
+    "localVars": "VAR",
+    "tempVars": "VAR_TEMP",
+    "externalVars": "VAR_EXTERNAL",
+    "globalVars": "VAR_GLOBAL",
+}
+_QUALIFIERS = {
+    "constant": " CONSTANT",
+    "retain": " RETAIN",
+    "nonretain": " NON_RETAIN",
+    "persistent": " PERSISTENT",
+}
+_PLAIN = "InterfaceAsPlainText"
+_LANGUAGES = ("ST", "IL", "LD", "FBD", "SFC", "CFC")
+#: Elements with a declaration or a body of their own.
+_OWNERS = ("pou", "Method", "Property", "Action", "Interface", "globalVars", "dataType")
+
+
+def read_plcopen(root: Element, file: Path) -> Project:
+    """Read the types, POUs, lists of variables and tasks of a project.
+
+    Args:
+        root: The element `project`.
+        file: Its file, for messages.
+
+    Raises:
+        InputError: something is not as the format wants it.
+    """
+    reader = _Reader(file)
+    units: list[Unit] = []
+    for element in root.below("dataType", "pou", "Interface", "configuration", "globalVars"):
+        units += reader.units(element)
+    found = Project(tuple(units))
+    if not any(unit.kind == "CONFIGURATION" for unit in units):
+        found = found.plus(configuration(reader.tasks(root)))
+    if not found.units:
+        raise InputError("has no POU and no type", file=file)
+    return found
+
+
+class _Reader:
+    def __init__(self, file: Path) -> None:
+        self._file = file
+
+    def _error(self, message: str, element: Element) -> InputError:
+        return InputError(message, file=self._file, line=element.at)
+
+    def units(self, element: Element) -> Iterator[Unit]:
+        if element.name == "dataType":
+            yield self._unit("TYPE", element, self._data_type(element))
+        elif element.name == "pou":
+            yield self._pou(element)
+        elif element.name == "Interface":
+            yield self._interface(element)
+        elif element.name == "configuration":
+            yield from self._configuration(element)
+        elif element.children:
+            head = _plain(element) or tuple(self._section(element, ""))
+            yield self._unit("VAR_GLOBAL", element, head)
+
+    def _unit(self, kind: str, element: Element, head: Lines) -> Unit:
+        return Unit(kind, Piece(self._name(element), head), self._file)
+
+    def _name(self, element: Element) -> str:
+        name = element.get("name")
+        if not name and element.name != "globalVars":
+            raise self._error(f"<{element.name}> has no name", element)
+        return name
+
+    # --- POUs -----------------------------------------------------------------------------
+
+    def _pou(self, element: Element) -> Unit:
+        name = self._name(element)
+        kind = _KINDS.get(element.get("pouType"), "")
+        head = _plain(element)
+        if head:
+            kind = declared_kind(head)
+        elif kind:
+            title = f"{kind} {name}{_extends(element)}"
+            head = (*_comment(element), *self._head(element, title))
+        if kind not in (*_KINDS.values(), "INTERFACE"):
+            raise self._error(f"{name} is no function, function block or program", element)
+        end = made(element.end, f"END_{kind}")
+        parts = tuple(self._parts(element, name))
+        return Unit(kind, Piece(name, head, _body(element), end, parts), self._file)
+
+    def _interface(self, element: Element) -> Unit:
+        name = self._name(element)
+        head = _plain(element) or made(element.at, f"INTERFACE {name}{_extends(element)}")
+        parts = tuple(self._parts(element, name))
+        end = made(element.end, "END_INTERFACE")
+        return Unit("INTERFACE", Piece(name, head, (), end, parts), self._file)
+
+    def _head(self, element: Element, title: str) -> Iterator[Line]:
+        """The first line of a POU or a method, and its variables."""
+        interfaces = element.all("interface")
+        for interface in interfaces:
+            for result in interface.all("returnType")[:1]:
+                title += f" : {self._type(_only(result, self._file))}"
+        yield from made(element.at, title)
+        for interface in interfaces:
+            for one in interface.children:
+                if one.name in _SECTIONS:
+                    yield from self._section(one, "  ")
+                elif one.name == "accessVars":
+                    raise self._error("access paths (VAR_ACCESS) are not supported", one)
+
+    def _parts(self, element: Element, owner: str) -> Iterator[Piece]:
+        """Methods, properties and actions, also those in what CODESYS adds."""
+        for one in element.children:
+            if one.name in ("addData", "data", "actions", "Methods", "Properties"):
+                yield from self._parts(one, owner)
+            elif one.name == "Method":
+                name = self._name(one)
+                head = _plain(one) or tuple(self._head(one, f"METHOD {name}"))
+                end = made(one.end, "END_METHOD")
+                yield Piece(f"{owner}.{name}", head, _body(one), end)
+            elif one.name == "Property":
+                yield self._property(one, owner)
+            elif one.name in ("action", "Action"):
+                name = self._name(one)
+                head, end = made(one.at, f"ACTION {name}:"), made(one.end, "END_ACTION")
+                yield Piece(f"{owner}.{name}", head, _body(one), end)
+
+    def _property(self, element: Element, owner: str) -> Piece:
+        name = self._name(element)
+        head = _plain(element) or tuple(self._head(element, f"PROPERTY {name}"))
+        accessors = []
+        for one in element.children:
+            word = one.name.upper()
+            if word in ("GETACCESSOR", "SETACCESSOR", "GET", "SET"):
+                word = word[:3]
+                variables = [
+                    line
+                    for interface in one.all("interface")
+                    for section in interface.children
+                    if section.name in _SECTIONS
+                    for line in self._section(section, "  ")
+                ]
+                start, end = made(one.at, word), made(one.end, f"END_{word}")
+                title = f"{owner}.{name}.{word.capitalize()}"
+                accessors.append(Piece(title, (*start, *variables), _body(one), end))
+        end = made(element.end, "END_PROPERTY")
+        return Piece(f"{owner}.{name}", head, (), end, tuple(accessors))
+
+    # --- variables and types --------------------------------------------------------------
+
+    def _section(self, element: Element, indent: str) -> Iterator[Line]:
+        qualifiers = "".join(
+            word for name, word in _QUALIFIERS.items() if element.get(name) in ("true", "1")
+        )
+        yield from made(element.at, f"{indent}{_SECTIONS[element.name]}{qualifiers}")
+        for variable in element.all("variable"):
+            yield from self._variable(variable, f"{indent}  ")
+        yield from made(element.end, f"{indent}END_VAR")
+
+    def _variable(self, element: Element, indent: str) -> Lines:
+        address = f" AT {element.get('address')}" if element.get("address") else ""
+        given = element.first("type")
+        if given is None:
+            raise self._error(f"the variable {self._name(element)} has no type", element)
+        kind = _open_array(element) or self._type(_only(given, self._file))
+        text = f"{self._name(element)}{address} : {kind}{self._initial(element)};"
+        return made(element.at, f"{indent}{text}{_note(element)}")
+
+    def _data_type(self, element: Element) -> Lines:
+        plain = _plain(element)
+        if plain:
+            return plain
+        given = element.first("baseType")
+        if given is None:
+            raise self._error(f"the type {self._name(element)} has no base type", element)
+        base = _only(given, self._file)
+        lines = [*_comment(element), *made(element.at, f"TYPE {self._name(element)} :")]
+        if base.name == "struct":
+            lines += made(base.at, "  STRUCT")
+            for variable in base.all("variable"):
+                lines += self._variable(variable, "    ")
+            lines += made(base.end, f"  END_STRUCT{self._initial(element)};")
+        elif base.name == "enum":
+            lines += self._enumeration(base, self._initial(element))
+        else:
+            lines += made(base.at, f"  {self._type(base)}{self._initial(element)};")
+        return (*lines, *made(element.end, "END_TYPE"))
+
+    def _enumeration(self, base: Element, initial: str) -> Iterator[Line]:
+        members = list(base.below("value"))
+        yield from made(base.at, "  (")
+        for member in members:
+            value = f" := {member.get('value')}" if member.get("value") else ""
+            comma = "," if member is not members[-1] else ""
+            yield from made(member.at, f"    {self._name(member)}{value}{comma}")
+        kind = base.first("baseType")
+        own = f" {self._type(_only(kind, self._file))}" if kind is not None else ""
+        yield from made(base.end, f"  ){own}{initial};")
+
+    def _type(self, element: Element) -> str:
+        """A type as it is written in a declaration."""
+        name = element.name
+        if name == "derived":
+            return self._name(element)
+        if name in ("pointer", "reference"):
+            base = element.first("baseType")
+            word = "POINTER" if name == "pointer" else "REFERENCE"
+            return f"{word} TO {self._type(_only(base or element, self._file))}"
+        if name == "array":
+            bounds = ", ".join(
+                f"{one.get('lower')}..{one.get('upper')}" for one in element.all("dimension")
+            )
+            base = element.first("baseType")
+            return f"ARRAY [{bounds}] OF {self._type(_only(base or element, self._file))}"
+        if name in ("subrangeSigned", "subrangeUnsigned"):
+            (base,), (limits,) = element.all("baseType")[:1], element.all("range")[:1]
+            kind = self._type(_only(base, self._file))
+            return f"{kind} ({limits.get('lower')}..{limits.get('upper')})"
+        if name == "enum":
+            return " ".join(line.text.strip() for line in self._enumeration(element, ""))[:-1]
+        if name == "struct":
+            fields = [
+                line.text.strip()
+                for one in element.all("variable")
+                for line in self._variable(one, "")
+            ]
+            return f"STRUCT {' '.join(fields)} END_STRUCT"
+        if name.lower() in ("string", "wstring"):
+            length = f"[{element.get('length')}]" if element.get("length") else ""
+            return f"{name.upper()}{length}"
+        if name == "data":
+            return self._type(_only(element, self._file))
+        return name.upper()
+
+    def _initial(self, element: Element) -> str:
+        found = element.first("initialValue")
+        return f" := {self._value(_only(found, self._file))}" if found is not None else ""
+
+    def _value(self, element: Element) -> str:
+        if element.name == "simpleValue":
+            return element.get("value")
+        if element.name == "structValue":
+            fields = (
+                f"{one.get('member')} := {self._value(_only(one, self._file))}"
+                for one in element.children
+            )
+            return f"({', '.join(fields)})"
+        items = []
+        for one in element.children:
+            count, item = one.get("repetitionValue", "1"), self._value(_only(one, self._file))
+            items.append(item if count == "1" else f"{count}({item})")
+        return f"[{', '.join(items)}]"
+
+    # --- configurations -------------------------------------------------------------------
+
+    def _configuration(self, element: Element) -> Iterator[Unit]:
+        """A configuration; lists of variables with a name, and what a tool adds, come before it."""
+        resources = element.all("resource")
+        for one in element.below("pou", "dataType", "Interface", "globalVars"):
+            if one.name != "globalVars" or one.get("name"):
+                yield from self.units(one)
+        unnamed = [one for part in (element, *resources) for one in _unnamed(part)]
+        if not unnamed and not any(resource.all("task") for resource in resources):
+            return
+        name = self._name(element)
+        lines = [*_comment(element), *made(element.at, f"CONFIGURATION {name}")]
+        for one in _unnamed(element):
+            lines += self._section(one, "  ")
+        for resource in resources:
+            lines += made(resource.at, f"  RESOURCE {self._name(resource)} ON PLC")
+            for one in _unnamed(resource):
+                lines += self._section(one, "    ")
+            for task in resource.all("task"):
+                settings = [f"INTERVAL := {_interval(task, self._file)}"]
+                if task.get("priority"):
+                    settings.append(f"PRIORITY := {task.get('priority')}")
+                text = f"TASK {self._name(task)}({', '.join(settings)});"
+                lines += made(task.at, f"    {text}{_note(task)}")
+            for task in resource.all("task"):
+                for one in task.all("pouInstance"):
+                    lines += self._instance(one, f" WITH {self._name(task)}")
+            for one in resource.all("pouInstance"):
+                lines += self._instance(one, "")
+            lines += made(resource.end, "  END_RESOURCE")
+        lines += made(element.end, "END_CONFIGURATION")
+        yield self._unit("CONFIGURATION", element, tuple(lines))
+
+    def _instance(self, element: Element, task: str) -> Lines:
+        name = self._name(element)
+        program = element.get("typeName") or element.get("type") or name
+        return made(element.at, f"    PROGRAM {name}{task} : {program};{_note(element)}")
+
+    def tasks(self, root: Element) -> list[Task]:
+        """Tasks outside of a configuration, as CODESYS has them."""
+        found = []
+        for element in root.below("task"):
+            programs = [
+                (self._name(one), one.get("typeName") or self._name(one))
+                for one in element.all("pouInstance")
+            ]
+            if not programs:
+                continue
+            priority = element.get("priority")
+            found.append(
+                Task(
+                    self._name(element),
+                    _microseconds(element, self._file),
+                    priority_of(priority, self._name(element), self._file, element.at),
+                    tuple(programs),
+                    self._file,
+                    element.at,
+                )
+            )
+        return found
+
+
+def _unnamed(element: Element) -> list[Element]:
+    """The global variables of a configuration or resource; lists have a name."""
+    return [one for one in element.all("globalVars") if not one.get("name")]
+
+
+def _open_array(variable: Element) -> str:
+    """The type of an array of open length: CODESYS calls it a pointer, and adds what it is."""
+    found = variable.all("addData", "data", "Attributes", "Attribute")
+    kinds = [one.get("Value") for one in found if one.get("Name") == "variable_length_array"]
+    return kinds[0] if kinds else ""
+
+
+def _only(element: Element, file: Path) -> Element:
+    """The one element inside of another."""
+    found = [one for one in element.children if one.name not in ("documentation", "addData")]
+    found = found or [data for one in element.all("addData", "data") for data in one.children]
+    if not found:
+        raise InputError(f"<{element.name}> is empty", file=file, line=element.at)
+    return found[0]
+
+
+def _plain(element: Element) -> Lines:
+    """The declaration as plain text, if a tool has added it to this very element."""
+    waiting = list(element.children)
+    while waiting:
+        one = waiting.pop(0)
+        if one.name == _PLAIN:
+            return _text(one)
+        if one.name in ("addData", "data", "interface"):
+            waiting += one.children
+    return ()
+
+
+def _text(element: Element) -> Lines:
+    """The text of an element, which stands in one or more elements of XHTML."""
+    parts = element.children or [element]
+    return trimmed(line for part in parts for line in part.lines())
+
+
+def _extends(element: Element) -> str:
+    """What CODESYS says of it besides: which block it extends, which interfaces it implements."""
+    text = ""
+    for one in element.below("Inheritance", "pouInheritance"):
+        bases = [base.text() or base.get("name") for base in one.below("Extends")]
+        interfaces = [base.text() or base.get("name") for base in one.below("Implements")]
+        text += f" EXTENDS {', '.join(bases)}" if bases else ""
+        text += f" IMPLEMENTS {', '.join(interfaces)}" if interfaces else ""
+    return text
+
+
+def _comment(element: Element) -> Lines:
+    """An element's documentation as a comment before it."""
+    said = [line for one in element.all("documentation") for line in trimmed(one.lines())]
+    if len(said) < 2:
+        return tuple(Line(f"(* {_said(line.text)} *)", line.at) for line in said)
+    lines = (Line(f" * {_said(line.text)}".rstrip(), line.at) for line in said)
+    return (Line("(*", said[0].at), *lines, Line(" *)", said[-1].at))
+
+
+def _note(element: Element) -> str:
+    """An element's documentation as a comment behind it, in its line."""
+    said = " ".join(" ".join(one.text().split()) for one in element.all("documentation"))
+    return f" (* {_said(said)} *)" if said else ""
+
+
+def _said(text: str) -> str:
+    return text.strip().replace("*)", "* )").replace("(*", "( *")
+
+
+def _body(element: Element) -> Lines | Foreign:
+    """The statements; of a body of several sheets those of all."""
+    lines: list[Line] = []
+    for body in element.all("body"):
+        found = [one for one in body.children if one.name in _LANGUAGES]
+        if not found:  # CODESYS keeps CFC and others in what it adds
+            found = list(body.below(*_LANGUAGES))
+            if not found and any(body.below("data")):
+                found = [Element(next(body.below("data")).get("name"), {}, body.at)]
+        for one in found:
+            if one.name != "ST":
+                return Foreign(re.sub(r".*/", "", one.name).upper(), one.at)
+            lines += _text(one)
+    return tuple(lines)
+
+
+_PERIOD = re.compile(r"P(?:T(?:(\d+)H)?(?:(\d+)M)?(?:(\d*\.?\d+)S)?)", re.IGNORECASE | re.ASCII)
+_TIME = re.compile(
+    r"(?:T|TIME)#(?:(\d+)h)?(?:(\d+)m(?!s))?(?:(\d+(?:\.\d+)?)s)?(?:(\d+(?:\.\d+)?)ms)?",
+    re.IGNORECASE | re.ASCII,
+)
+#: Characters of an interval.
+_LONGEST = 60
+
+
+def _microseconds(task: Element, file: Path) -> int:
+    """The interval of a task: `T#10ms`, `PT0.01S` or milliseconds."""
+    text, name = task.get("interval").strip(), task.get("name")
+    found = None
+    if len(text) <= _LONGEST:
+        found = _PERIOD.fullmatch(text) or _TIME.fullmatch(text)
+    if found is None:
+        return milliseconds_us(text, name, file, task.at)
+    hours, minutes, seconds, *rest = (Fraction(part or 0) for part in found.groups())
+    exact = (hours * 3600 + minutes * 60 + seconds) * 1_000_000 + sum(rest) * 1_000
+    return interval_us(exact, text, name, file, task.at)
+
+
+def _interval(task: Element, file: Path) -> str:
+    """The interval as it is written, where it is of the standard's form."""
+    microseconds = _microseconds(task, file)
+    text = task.get("interval").strip()
+    return text if "#" in text else interval_text(microseconds)

@@ -1,0 +1,368 @@
+"""Structured Text of Logix as that of the standard: the statements of a routine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from structured_text.language.source import Line
+from structured_text.projects.rockwell.data import INTEGERS, STORED, Data
+from structured_text.projects.rockwell.expressions import (
+    COUNTER,
+    FIRST_SCAN,
+    Expressions,
+    Routine,
+    Token,
+    bare,
+    plain_tag,
+    tokens_of,
+)
+
+__all__ = ["COUNTER", "FIRST_SCAN", "Routine", "plain_tag", "translated"]
+
+_ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
+#: Instructions for texts, and how many arguments follow the first.
+_TEXTS = {"MID": 3, "DELETE": 3, "CONCAT": 2, "INSERT": 3}
+_BLOCKS = {"TONR": "FBD_TIMER", "OSRI": "FBD_ONESHOT", "OSFI": "FBD_ONESHOT"}
+
+
+def translated(lines: Sequence[Line], routine: Routine) -> tuple[Line, ...]:
+    """The statements of a routine.
+
+    Raises:
+        InputError: what is no Structured Text of Logix, or has nothing that it could become.
+    """
+    last = lines[-1].at if lines else 1
+    made = _Statements(tokens_of(lines), last, routine)
+    return tuple(made.block("  ", whole=True))
+
+
+class _Statements(Expressions):
+    # --- statements -----------------------------------------------------------------------
+
+    def block(self, indent: str, *, whole: bool = False) -> list[Line]:
+        """Statements up to an END, or to the end of the routine."""
+        found: list[Line] = []
+        while whole or self._peek().word not in _ENDS:
+            if self._peek().kind == "end":
+                break
+            if self._take(";"):
+                continue
+            found += self._statement(indent)
+        return found
+
+    def _statement(self, indent: str) -> Iterator[Line]:
+        token = self._peek()
+        special = {
+            "IF": self._if,
+            "CASE": self._case,
+            "FOR": self._for,
+            "WHILE": self._while,
+            "REPEAT": self._repeat,
+        }.get(token.word)
+        if special is not None:
+            self._next()
+            yield from special(indent, token)
+            self._take(";")
+            return
+        if token.word in ("EXIT", "RETURN"):
+            self._next()
+            yield Line(f"{indent}{token.word};", token.at)
+        elif token.kind == "name" and self._peek(1).text == "(":
+            for text in self._call():
+                yield Line(f"{indent}{text}", token.at)
+        elif token.kind == "name":
+            for text in self._assignment():
+                yield Line(f"{indent}{text}", token.at)
+        else:
+            raise self._error(f"{token.text!r} is not expected here", token)
+        self._expect(";")
+
+    def _if(self, indent: str, token: Token) -> Iterator[Line]:
+        yield Line(f"{indent}IF {self._condition()} THEN", token.at)
+        self._expect("THEN")
+        yield from self.block(indent + "  ")
+        while self._peek().word in ("ELSIF", "ELSE"):
+            branch = self._next()
+            if branch.word == "ELSIF":
+                yield Line(f"{indent}ELSIF {self._condition()} THEN", branch.at)
+                self._expect("THEN")
+            else:
+                yield Line(f"{indent}ELSE", branch.at)
+            yield from self.block(indent + "  ")
+        yield Line(f"{indent}END_IF;", self._peek().at)
+        self._expect("END_IF")
+
+    def _case(self, indent: str, token: Token) -> Iterator[Line]:
+        yield Line(f"{indent}CASE {self._whole(self._value())} OF", token.at)
+        self._expect("OF")
+        while self._peek().kind == "number" or self._peek().word == "-":
+            yield self._labels(indent + "  ")
+            yield from self._branch(indent + "    ")
+        if self._peek().word == "ELSE":
+            yield Line(f"{indent}ELSE", self._next().at)
+            self._take(":")
+            yield from self.block(indent + "  ")
+        yield Line(f"{indent}END_CASE;", self._peek().at)
+        self._expect("END_CASE")
+
+    def _branch(self, indent: str) -> Iterator[Line]:
+        """Statements up to the next label."""
+        while self._peek().word not in ("ELSE", "END_CASE") and self._peek().kind != "end":
+            if self._peek().kind == "number" or self._peek().word == "-":
+                return
+            if self._take(";"):
+                continue
+            yield from self._statement(indent)
+
+    def _labels(self, indent: str) -> Line:
+        first = self._peek()
+        text = ""
+        while self._peek().word != ":":
+            token = self._next()
+            if token.kind not in ("number", "sign"):
+                raise self._error("a label of CASE must be a number", token)
+            text += {",": ", "}.get(token.text, token.text)
+        self._next()
+        return Line(f"{indent}{text}:", first.at)
+
+    def _for(self, indent: str, token: Token) -> Iterator[Line]:
+        counter, data = self._variable()
+        kind = data.type
+        if data.sizes or kind not in INTEGERS:
+            raise self._error(f"{counter} is no whole number", token)
+        self._expect(":=")
+        start = self._converted(self._value(), kind, token)
+        self._expect("TO")
+        end = self._converted(self._value(), kind, token)
+        step = ""
+        if self._take("BY"):
+            step = f" BY {self._converted(self._value(), kind, token)}"
+        self._expect("DO")
+        yield Line(f"{indent}FOR {counter} := {start} TO {end}{step} DO", token.at)
+        yield from self.block(indent + "  ")
+        yield Line(f"{indent}END_FOR;", self._peek().at)
+        self._expect("END_FOR")
+
+    def _while(self, indent: str, token: Token) -> Iterator[Line]:
+        yield Line(f"{indent}WHILE {self._condition()} DO", token.at)
+        self._expect("DO")
+        yield from self.block(indent + "  ")
+        yield Line(f"{indent}END_WHILE;", self._peek().at)
+        self._expect("END_WHILE")
+
+    def _repeat(self, indent: str, token: Token) -> Iterator[Line]:
+        yield Line(f"{indent}REPEAT", token.at)
+        yield from self.block(indent + "  ")
+        until = self._peek()
+        self._expect("UNTIL")
+        yield Line(f"{indent}UNTIL {self._condition()}", until.at)
+        self._take(";")
+        yield Line(f"{indent}END_REPEAT;", self._peek().at)
+        self._expect("END_REPEAT")
+
+    def _assignment(self) -> Iterator[str]:
+        token = self._peek()
+        target, data = self._variable(written=True)
+        if self._peek().word == "[:=]":
+            raise self._error(
+                "[:=] is not supported: it is cleared when the controller starts",
+                token,
+                "write := and clear it in the first scan",
+            )
+        self._expect(":=")
+        value = self._value()
+        types = self._routine.types
+        if types.is_string(data) or value[1] == "STRING":
+            if not (types.is_string(data) and value[1] == "STRING"):
+                raise self._error(f"{target} and the value are not both texts", token)
+            yield f"{target} := {value[0]};"
+        elif types.is_simple(data):
+            text = self._converted(value, data.type, token)
+            if data.stored:
+                text = f"{data.type}_TO_{STORED[data.type]}({text})"
+            yield f"{target} := {bare(text)};"
+        else:
+            raise self._error(f"{target} is copied by COP, not assigned", token)
+
+    # --- calls ----------------------------------------------------------------------------
+
+    def _call(self) -> Iterator[str]:
+        token = self._next()
+        name = token.word
+        self._expect("(")
+        types = self._routine.types
+        if name == "JSR":
+            yield self._jsr(token)
+        elif name in types.protected:
+            raise self._error(
+                f"the source of {token.text} is protected and not in the file",
+                token,
+                "write it in Structured Text and replace what calls it",
+            )
+        elif name in types.instructions:
+            yield self._instruction(token)
+        elif name in _BLOCKS:
+            instance, data = self._variable()
+            if data.type.upper() != _BLOCKS[name]:
+                raise self._error(f"{instance} is no {_BLOCKS[name]}", token)
+            self._expect(")")
+            yield f"{instance}();" if name == "TONR" else f"{instance}(Falling := {_flag(name)});"
+        elif name in ("COP", "CPS"):
+            yield from self._copy(token)
+        elif name == "SIZE":
+            yield self._size_of(token)
+        elif name in _TEXTS:
+            yield self._text_call(token)
+        elif name == "FIND":
+            yield from self._find(token)
+        else:
+            raise self._error(f"the instruction {token.text} is not supported", token)
+
+    def _jsr(self, token: Token) -> str:
+        name = self._next()
+        routine = self._routine.routines.get(name.word)
+        if routine is None:
+            raise self._error(f"there is no routine {name.text} in Structured Text", token)
+        if self._take(","):
+            count = self._next()
+            if count.text != "0" or self._peek().text != ")":
+                raise self._error("parameters of JSR are not supported", token, "use tags")
+        self._expect(")")
+        return f"{routine}();"
+
+    def _instruction(self, token: Token) -> str:
+        """`Block(Instance, a, b)`: the parameters that a call must have, in their order."""
+        instance, data = self._variable()
+        if data.type.upper() != token.word:
+            raise self._error(f"{instance} is no {token.text}", token)
+        types = self._routine.types
+        members = types.members[token.word]
+        arguments = []
+        for name, usage in types.instructions[token.word].parameters:
+            if not self._take(","):
+                raise self._error(f"{token.text} has no argument for {name}", token)
+            kind = members[name.upper()]
+            if usage == "Input":
+                value = self._converted(self._value(), kind.type, token)
+                arguments.append(f"{name} := {value}")
+            else:
+                target, given = self._variable()
+                if usage == "Output" and given.type != kind.type:
+                    raise self._error(f"{target} is no {kind.type}, as {name} is", token)
+                arguments.append(f"{name} {'=>' if usage == 'Output' else ':='} {target}")
+        if not self._take(")"):
+            raise self._error(f"{token.text} has too many arguments", token)
+        return f"{instance}({', '.join(arguments)});"
+
+    def _copy(self, token: Token) -> Iterator[str]:
+        """COP(Source, Dest, Length): a whole tag, or elements of arrays of one type."""
+        source = self._place_of()
+        self._expect(",")
+        target = self._place_of()
+        self._expect(",")
+        length = self._whole(self._value())
+        self._expect(")")
+        (text, data, first), (other, kind, start) = source, target
+        if data.type != kind.type:
+            raise self._error(
+                f"{token.text} between {data.type} and {kind.type} is not supported",
+                token,
+                "convert element by element",
+            )
+        if (data.sizes == kind.sizes and first == start == "0" and length == str(_size(data))) or (
+            not data.sizes and not kind.sizes and length == "1"
+        ):
+            yield f"{other} := {text};"
+        elif len(data.sizes) == len(kind.sizes) == 1:
+            self._routine.needs.add(COUNTER)
+            yield f"FOR {COUNTER} := 0 TO {length} - 1 DO"
+            yield f"  {other}[{_sum(start)}] := {text}[{_sum(first)}];"
+            yield "END_FOR;"
+        elif length == "1":
+            yield f"{_element(other, kind, start)} := {_element(text, data, first)};"
+        else:
+            raise self._error(f"this {token.text} is not supported", token)
+
+    def _size_of(self, token: Token) -> str:
+        """SIZE(Source, Dimension, Dest)."""
+        text, data = self._variable()
+        self._expect(",")
+        dimension = self._next().text
+        self._expect(",")
+        target, kind = self._variable(written=True)
+        self._expect(")")
+        if dimension not in ("0", "1", "2") or int(dimension) >= len(data.sizes):
+            raise self._error(f"{text} has no dimension {dimension}", token)
+        value = (str(data.sizes[int(dimension)]), "DINT")
+        return f"{target} := {self._converted(value, kind.type, token)};"
+
+    def _place_of(self) -> tuple[str, Data, str]:
+        """An array and where in it; a tag that is none, and 0."""
+        text, data = self._variable(element=False)
+        if data.sizes and self._take("["):
+            index = self._whole(self._value())
+            self._expect("]")
+            return text, data, index
+        return text, data, "0"
+
+    def _text_call(self, token: Token) -> str:
+        name = token.word
+        source = self._string()
+        texts: list[str] = []
+        while self._take(","):
+            number = len(texts) < 2 if name in ("MID", "DELETE") else len(texts) == 1
+            is_number = number and name != "CONCAT"
+            texts.append(self._whole(self._value()) if is_number else self._string())
+        self._expect(")")
+        if len(texts) != _TEXTS[name]:
+            raise self._error(f"{token.text} has {_TEXTS[name] + 1} arguments", token)
+        target = texts.pop()
+        if name == "INSERT":
+            second, place = texts
+            return f"{target} := INSERT({source}, {second}, {place} - 1);"
+        return f"{target} := {name}({', '.join([source, *texts])});"
+
+    def _find(self, token: Token) -> Iterator[str]:
+        """FIND(Source, Search, Start, Result)."""
+        source = self._string()
+        self._expect(",")
+        searched = self._string()
+        self._expect(",")
+        start = self._whole(self._value())
+        self._expect(",")
+        target, kind = self._variable(written=True)
+        self._expect(")")
+        inside = source if start == "1" else f"MID({source}, LEN({source}), {start})"
+        found = self._converted((f"FIND({inside}, {searched})", "INT"), kind.type, token)
+        yield f"{target} := {found};"
+        if start != "1":
+            yield f"IF {target} > 0 THEN"
+            first = self._converted((start, "DINT"), kind.type, token)
+            yield f"  {target} := {target} + {first} - 1;"
+            yield "END_IF;"
+
+    def _string(self) -> str:
+        token = self._peek()
+        text, kind = self._value()
+        if kind != "STRING":
+            raise self._error("a text is needed here", token)
+        return text
+
+
+def _flag(name: str) -> str:
+    return "TRUE" if name == "OSFI" else "FALSE"
+
+
+def _size(data: Data) -> int:
+    size = 1
+    for one in data.sizes:
+        size *= one
+    return size
+
+
+def _sum(start: str) -> str:
+    return COUNTER if start == "0" else f"{start} + {COUNTER}"
+
+
+def _element(text: str, data: Data, index: str) -> str:
+    return f"{text}[{index}]" if data.sizes else text

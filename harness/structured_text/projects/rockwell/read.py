@@ -1,0 +1,476 @@
+"""The elements of an L5X: data types, instructions, tags, programs and tasks."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.language.compiling import deeply
+from structured_text.language.source import Line
+from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, made
+from structured_text.projects.numbers import milliseconds_us, priority_of, whole
+from structured_text.projects.rockwell.body import (
+    COUNTER,
+    FIRST_SCAN,
+    Routine,
+    plain_tag,
+    translated,
+)
+from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
+from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
+from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.xml import Element
+
+__all__ = ["read_l5x"]
+
+_SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
+_ENABLE = ("ENABLEIN", "ENABLEOUT")
+_PRESCANNED = "RcxPrescanned"
+_JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
+
+#: Stand for tags of a module, whose connection begins with 0 each time.
+_IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
+#: A statement of a prescan that sets a tag, or an element of it.
+_CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
+#: What an alias stands for: a tag with its members, elements and bits.
+_ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
+_MOST_ALIASES = 50
+#: Elements of a dimension.
+_LARGEST = (1 << 31) - 1
+_INTEGER = re.compile(r"-?[0-9]{1,20}|(?:2|8|16)#[0-9A-Fa-f]{1,64}")
+_REAL = re.compile(r"[-+]?[0-9]{1,400}(?:\.[0-9]{0,400})?(?:[eE][-+]?[0-9]{1,3})?")
+_REAL_MOST = 3.4028235e38
+
+
+def read_l5x(root: Element, file: Path) -> Project:
+    """Read a project, or what was exported of one.
+
+    Args:
+        root: The element `RSLogix5000Content`.
+        file: Its file, for messages.
+
+    Raises:
+        InputError: something is not as the format wants it, or its Structured Text has what is
+            not supported.
+    """
+    return _Reader(root, file).project()
+
+
+class _Reader:
+    def __init__(self, root: Element, file: Path) -> None:
+        self._root, self._file = root, file
+        self._types = Types()
+        self._types.members.update(HELPER_MEMBERS)
+        self._kinds = list(root.below("DataType"))
+        self._aois = list(root.below("AddOnInstructionDefinition"))
+        self._parameters: dict[str, dict[str, Element]] = {}
+        self._notes: list[str] = []
+        for kind in self._kinds:
+            self._know_type(kind)
+        for aoi in self._aois:
+            self._know_instruction(aoi)
+        for encoded in root.below("EncodedData"):
+            self._types.protected.add(encoded.get("Name").upper())
+        controller = next(root.below("Controller"), root)
+        self._tags, self._aliases = self._told_apart(controller, {})
+        self._global = {_key(one): self._data(one) for one in self._tags}
+
+    def _error(self, message: str, element: Element, hint: str = "") -> InputError:
+        return InputError(message, file=self._file, line=element.at, hint=hint)
+
+    def _note(self, text: str, element: Element) -> None:
+        self._notes.append(f"{self._file}:{element.at}: {text}")
+
+    # --- what there is --------------------------------------------------------------------
+
+    def _know_type(self, kind: Element) -> None:
+        members = [one for one in kind.all("Members", "Member") if one.get("Hidden") != "true"]
+        if kind.get("Family") == "StringFamily":
+            sizes = [self._data(one).sizes for one in members if _key(one) == "DATA"]
+            self._types.strings[_key(kind)] = sizes[0][0] if sizes and sizes[0] else 82
+        else:
+            self._types.members[_key(kind)] = {_key(one): self._data(one) for one in members}
+
+    def _know_instruction(self, aoi: Element) -> None:
+        parameters = aoi.all("Parameters", "Parameter")
+        self._parameters[_key(aoi)] = {_key(one): one for one in parameters}
+        self._types.members[_key(aoi)] = {_key(one): self._data(one) for one in parameters}
+        self._types.instructions[_key(aoi)] = Instruction(
+            tuple(
+                (plain_tag(one.get("Name")), one.get("Usage"))
+                for one in parameters
+                if one.get("Required") == "true" and _key(one) not in _ENABLE
+            )
+        )
+
+    def _data(self, element: Element) -> Data:
+        kind = element.get("DataType")
+        given = element.get("Dimensions") or element.get("Dimension")
+        what = f"a dimension of {element.get('Name')}"
+        numbers = [
+            whole(one, what, 0, _LARGEST, self._file, element.at)
+            for one in given.replace(",", " ").split()
+        ]
+        sizes = tuple(one for one in numbers if one)
+        if kind.upper() in ("BIT", "BOOL", *NUMBERS):
+            kind = {"BIT": "BOOL"}.get(kind.upper(), kind.upper())
+        return Data(kind, sizes)
+
+    def _told_apart(
+        self, owner: Element, known: Mapping[str, str]
+    ) -> tuple[list[Element], dict[str, str]]:
+        """The tags of a controller or program that are none, and what its aliases stand for.
+
+        An alias of a program hides one of the controller, as does a tag.
+        """
+        own = owner.all("Tags", "Tag")
+        tags = [one for one in own if one.get("TagType") != "Alias"]
+        hidden = {_key(one) for one in tags}
+        aliases = {key: tag for key, tag in known.items() if key not in hidden}
+        named = {_key(one): one for one in own if one.get("TagType") == "Alias"}
+        aliases |= {key: one.get("AliasFor") for key, one in named.items()}
+        for key, tag in named.items():
+            self._check_alias(key, tag, aliases)
+        return tags, aliases
+
+    def _check_alias(self, key: str, tag: Element, aliases: Mapping[str, str]) -> None:
+        """Raise InputError for an alias that leads to itself, or to no tag."""
+        name, seen = tag.get("Name"), {key}
+        target = aliases[key]
+        while True:
+            found = _ALIASED.fullmatch(target)
+            if found is None:
+                text = f"the alias {name} stands for {target!r:.60}"
+                raise self._error(text, tag, "name a tag, with its members and elements")
+            base = found[1].upper()
+            if base not in aliases:
+                return
+            if base in seen:
+                hint = "name the tag that it is meant for in AliasFor"
+                raise self._error(f"the alias {name} leads to itself", tag, hint)
+            if len(seen) > _MOST_ALIASES:
+                text = f"the alias {name} leads to more than {_MOST_ALIASES} others"
+                raise self._error(text, tag, "name the tag itself in AliasFor")
+            seen.add(base)
+            target = aliases[base]
+
+    # --- units ----------------------------------------------------------------------------
+
+    def project(self) -> Project:
+        units = [self._structure(kind) for kind in self._kinds]
+        units += [self._instruction(aoi) for aoi in self._aois]
+        units += list(self._globals())
+        programs = list(self._root.below("Program"))
+        units += [self._program(one) for one in programs]
+        used = {data.type.upper() for one in self._types.members.values() for data in one.values()}
+        used |= {data.type.upper() for data in self._global.values()}
+        used |= {_key_of(one, "DataType") for one in self._root.below("LocalTag", "Tag")}
+        for name, text in HELPERS.items():
+            if name in used:
+                lines = made(1, *text.splitlines())
+                kind = text.partition(" ")[0]
+                units.append(Unit(kind, Piece(name, lines), self._file))
+        arrays = [self._array(name, data) for name, data in self._types.arrays.items()]
+        found = Project((*arrays, *units), tuple(self._notes))
+        if not found.units:
+            raise InputError("has no data type, instruction or program", file=self._file)
+        names = {_key(one): plain_tag(one.get("Name")) for one in programs}
+        return found.plus(configuration(list(self._tasks(names))))
+
+    def _array(self, name: str, data: Data) -> Unit:
+        text = f"TYPE {name} : {self._types.array(data)}; END_TYPE"
+        return Unit("TYPE", Piece(name, made(1, text)), self._file)
+
+    def _structure(self, kind: Element) -> Unit:
+        name = plain_tag(kind.get("Name"))
+        if _key(kind) in self._types.strings:
+            text = f"TYPE {name} : STRING[{self._types.strings[_key(kind)]}]; END_TYPE"
+            return Unit("TYPE", Piece(name, made(kind.at, text)), self._file)
+        lines = [*made(kind.at, f"TYPE {name} : STRUCT")]
+        for one in kind.all("Members", "Member"):
+            if one.get("Hidden") != "true":
+                lines += made(one.at, f"    {self._declared(one)}")
+        lines += made(kind.end, "  END_STRUCT;", "END_TYPE")
+        return Unit("TYPE", Piece(name, tuple(lines)), self._file)
+
+    def _declared(self, element: Element, initial: str = "") -> str:
+        kind = self._types.written(self._data(element))
+        value = f" := {initial}" if initial else ""
+        text = f"{plain_tag(element.get('Name'))} : {plain_tag(kind)}{value};"
+        said = element.first("Description")
+        note = " ".join(said.text().split()) if said is not None else ""
+        note = note.replace("(*", "( *").replace("*)", "* )")
+        return f"{text} (* {note} *)" if note else text
+
+    def _section(
+        self, word: str, tags: Iterable[Element], cleared: Iterable[str] = ()
+    ) -> Iterator[Line]:
+        """Declare tags. They keep their values without power, but for those in `cleared`.
+
+        The parts of an instance keep theirs, or not, by themselves.
+        """
+        kept: list[Element] = []
+        anew: list[Element] = []
+        for one in tags:
+            kind = _key_of(one, "DataType")
+            inside = kind in self._types.instructions or kind in BLOCKS
+            (anew if inside or _key(one) in cleared else kept).append(one)
+        retain = word if word == "VAR_IN_OUT" else f"{word} RETAIN"
+        for head, some in ((retain, kept), (word, anew)):
+            if some:
+                yield from made(some[0].at, f"  {head}")
+                for one in some:
+                    yield from made(one.at, f"    {self._declared(one, self._initial(one))}")
+                yield from made(some[-1].end, "  END_VAR")
+
+    def _globals(self) -> Iterator[Unit]:
+        section = self._section("VAR_GLOBAL", self._tags, _IMAGES)
+        lines = tuple(replace(line, text=line.text[2:]) for line in section)
+        if lines:
+            yield Unit("VAR_GLOBAL", Piece("Controller", lines), self._file)
+
+    def _instruction(self, aoi: Element) -> Unit:
+        name = plain_tag(aoi.get("Name"))
+        parameters = aoi.all("Parameters", "Parameter")
+        local = aoi.all("LocalTags", "LocalTag")
+        routines = {_key(one): one for one in aoi.all("Routines", "Routine")}
+        logic = routines.get("LOGIC")
+        tags = {_key(one): self._data(one) for one in (*parameters, *local)}
+        scope = Routine(self._file, self._types, tags, {}, {})
+        body: Lines | Foreign = ()
+        if logic is not None:
+            body = self._body(logic, scope)
+        said = (
+            "\n".join(line.text for line in body).upper() if not isinstance(body, Foreign) else ""
+        )
+        first: Lines | Foreign = ()
+        if "PRESCAN" in routines and not isinstance(body, Foreign):
+            first = self._body(routines["PRESCAN"], scope)
+        first = () if isinstance(first, Foreign) else first
+        cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
+        lines = [*made(aoi.at, f"FUNCTION_BLOCK {name}")]
+        for usage, word in _SECTIONS.items():
+            own = (
+                one
+                for one in parameters
+                if one.get("Usage") == usage and (_key(one) not in _ENABLE or _key(one) in said)
+            )
+            lines += self._section(word, own, cleared)
+        lines += self._section("VAR", local, cleared)
+        if first and not isinstance(body, Foreign):
+            at = first[0].at
+            lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
+            begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
+            end = made(at, f"    {_PRESCANNED} := TRUE;", "  END_IF;")
+            body = (*begin, *first, *end, *body)
+        for extra in ("POSTSCAN", "ENABLEINFALSE"):
+            if extra in routines and routines[extra].all("STContent", "Line"):
+                self._note(f"the routine {routines[extra].get('Name')} of {name} is not read", aoi)
+        if FIRST_SCAN in scope.needs:
+            body = Foreign("ST", aoi.at, "S:FS in an instruction is not supported")
+        lines += self._extra(scope, aoi.at)
+        end = made(aoi.end, "END_FUNCTION_BLOCK")
+        return Unit("FUNCTION_BLOCK", Piece(name, tuple(lines), body, end), self._file)
+
+    def _extra(self, scope: Routine, at: int) -> Lines:
+        if COUNTER in scope.needs:
+            return made(at, f"  VAR {COUNTER} : DINT; END_VAR")
+        return ()
+
+    def _program(self, program: Element) -> Unit:
+        name = plain_tag(program.get("Name"))
+        own, aliases = self._told_apart(program, self._aliases)
+        tags = {**self._global, **{_key(one): self._data(one) for one in own}}
+        routines = {_key(one): one for one in program.all("Routines", "Routine")}
+        main = routines.pop(_key_of(program, "MainRoutineName"), None)
+        names = {key: plain_tag(one.get("Name")) for key, one in routines.items()}
+        scope = Routine(self._file, self._types, tags, aliases, names)
+        body: Lines | Foreign = self._body(main, scope) if main is not None else ()
+        parts = tuple(
+            Piece(
+                f"{name}.{names[key]}",
+                made(one.at, f"METHOD {names[key]}"),
+                self._body(one, scope),
+                made(one.end, "END_METHOD"),
+            )
+            for key, one in routines.items()
+        )
+        lines = [*made(program.at, f"PROGRAM {name}")]
+        lines += self._section("VAR", own, _IMAGES)
+        lines += self._extra(scope, program.at)
+        if FIRST_SCAN in scope.needs:
+            lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
+            if not isinstance(body, Foreign):
+                body = (*body, *made(program.end, f"  {FIRST_SCAN} := FALSE;"))
+        end = made(program.end, "END_PROGRAM")
+        return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file)
+
+    def _body(self, routine: Element, scope: Routine) -> Lines | Foreign:
+        """The statements of a routine; ladder that only jumps to others is read, too."""
+        kind = routine.get("Type")
+        if kind == "ST":
+            lines = [
+                line
+                for one in routine.all("STContent", "Line")
+                for line in one.lines()
+                if line.text.strip()
+            ]
+        elif kind == "RLL":
+            calls = list(self._jumps(routine))
+            lines = [line for line in calls if line is not None]
+            if not calls or len(lines) < len(calls):
+                return Foreign(kind, routine.at)
+        else:
+            return Foreign(kind, routine.at)
+        try:
+            return deeply(partial(translated, lines, scope))
+        except RecursionError:
+            text = "has statements or expressions too deep inside each other"
+            return Foreign(kind, routine.at, text)
+        except InputError as error:
+            hint = f" ({error.hint})" if error.hint else ""
+            return Foreign(kind, error.line or routine.at, f"{error.message}{hint}")
+
+    def _jumps(self, routine: Element) -> Iterator[Line | None]:
+        for rung in routine.all("RLLContent", "Rung"):
+            for one in rung.all("Text"):
+                text = one.text().rstrip(";").replace(" ", "")
+                found = _JUMPS.fullmatch(text)
+                if found is None:
+                    yield None
+                elif found["name"]:
+                    yield Line(f"JSR({found['name']},0);", one.at)
+
+    def _tasks(self, names: Mapping[str, str]) -> Iterator[Task]:
+        for task in self._root.below("Task"):
+            programs = []
+            for one in task.all("ScheduledPrograms", "ScheduledProgram"):
+                name = names.get(one.get("Name").upper())
+                if name is None:
+                    self._note(f"the program {one.get('Name')} is not in this file", one)
+                else:
+                    programs.append((name, name))
+            kind = task.get("Type")
+            name = plain_tag(task.get("Name"))
+            if kind == "EVENT":
+                self._note(f"the task {name} waits for an event and does not run", task)
+                continue
+            periodic, rate = kind == "PERIODIC", task.get("Rate")
+            yield Task(
+                name if periodic else "",
+                milliseconds_us(rate, name, self._file, task.at) if periodic else 0,
+                priority_of(task.get("Priority"), name, self._file, task.at),
+                tuple(programs),
+                self._file,
+                task.at,
+            )
+
+    # --- initial values -------------------------------------------------------------------
+
+    def _initial(self, tag: Element) -> str:
+        """The value that a tag begins with; empty where that is 0."""
+        data = self._data(tag)
+        if _key_of(tag, "Usage") == "INOUT":
+            return ""
+        if data.type.upper() in self._types.instructions:
+            return "" if data.sizes else self._given(tag, data)
+        for form in (*tag.all("Data"), *tag.all("DefaultData")):
+            if form.get("Format") == "String" and self._types.is_string(data):
+                text = form.text()
+                return text if text.startswith("'") and len(text) > 2 else ""
+            if form.get("Format") == "Decorated":
+                for value in form.children:
+                    return self._value(value, data)
+        return ""
+
+    def _given(self, tag: Element, data: Data) -> str:
+        """The values in which an instance differs from what its instruction begins with."""
+        parameters = self._parameters[data.type.upper()]
+        parts = []
+        for form in (*tag.all("Data"), *tag.all("DefaultData")):
+            for one in form.all("Structure", "DataValueMember"):
+                parameter = parameters.get(_key(one))
+                if parameter is None or _key(one) in _ENABLE:
+                    continue
+                kind = self._data(parameter)
+                text = self._scalar(one, kind)
+                if text != self._initial(parameter):
+                    parts.append(f"{plain_tag(one.get('Name'))} := {text or self._zero(kind)}")
+        return f"({', '.join(parts)})" if parts else ""
+
+    def _value(self, value: Element, data: Data) -> str:
+        if value.name in ("DataValue", "DataValueMember"):
+            return self._scalar(value, data)
+        if value.name in ("Array", "ArrayMember"):
+            items = [self._item(one, data.element) for one in value.all("Element")]
+            if len(data.sizes) != 1 or not any(items):
+                return ""
+            zero = self._zero(data.element)
+            return f"[{', '.join(item or zero for item in items)}]" if zero else ""
+        if value.name in ("Structure", "StructureMember"):
+            if self._types.is_string(data):
+                return ""
+            members = self._types.members.get(data.type.upper(), {})
+            parts = []
+            for one in value.children:
+                member = members.get(_key(one))
+                text = self._value(one, member) if member is not None else ""
+                if text:
+                    parts.append(f"{plain_tag(one.get('Name'))} := {text}")
+            return f"({', '.join(parts)})" if parts else ""
+        return ""
+
+    def _item(self, element: Element, data: Data) -> str:
+        for one in element.children:
+            return self._value(one, data)
+        return self._scalar(element, data)
+
+    def _zero(self, data: Data) -> str:
+        if data.type == "BOOL":
+            return "FALSE"
+        if data.type in ("REAL", "LREAL"):
+            return "0.0"
+        return "0" if data.type in NUMBERS else ""
+
+    def _scalar(self, element: Element, data: Data) -> str:
+        text = element.get("Value")
+        if data.type == "BOOL":
+            return "TRUE" if text in ("1", "true") else ""
+        if data.type not in NUMBERS:
+            return ""
+        value = _number(text, data)
+        if value is None:
+            self._note(f"the initial value {text!r:.60} of a {data.type} is not read", element)
+            return ""
+        if data.stored and value < 0:
+            value += 256 if data.type == "SINT" else 65536
+        return repr(value) if value else ""
+
+
+def _number(text: str, data: Data) -> int | float | None:
+    """A number as a tool writes it; None: it is not one, or outside of what the type holds."""
+    plain = text.replace("_", "").strip()
+    if data.type in ("REAL", "LREAL"):
+        found = float(plain) if _REAL.fullmatch(plain) else math.inf
+        most = _REAL_MOST if data.type == "REAL" else math.inf
+        return found if abs(found) <= most and math.isfinite(found) else None
+    if not _INTEGER.fullmatch(plain):
+        return None
+    base, mark, digits = plain.partition("#")
+    try:
+        return int(digits, int(base)) if mark else int(base)
+    except ValueError:
+        return None
+
+
+def _key(element: Element) -> str:
+    return _key_of(element, "Name")
+
+
+def _key_of(element: Element, attribute: str) -> str:
+    return element.get(attribute).upper()

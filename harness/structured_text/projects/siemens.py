@@ -1,0 +1,449 @@
+"""Siemens SCL: external sources of TIA Portal and STEP 7 (.scl, .udt, .db), as Structured Text.
+
+Token by token, and each token in its line: what SCL writes otherwise (`#x`, `"Name"`, headers,
+DATA_BLOCK, ORGANIZATION_BLOCK, REGION, `+=`) becomes what the standard has for it. What it has
+nothing for stays, and is refused by the engine, by its name and in its line.
+"""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from structured_text.errors import InputError
+from structured_text.language.lexer import KEYWORDS
+from structured_text.language.source import Line
+from structured_text.output.limits import SOURCE
+from structured_text.output.reading import file_bytes
+from structured_text.projects.formats import SCL
+from structured_text.projects.model import Piece, Project, Unit
+from structured_text.projects.tasks import Task, configuration
+
+__all__ = ["called", "plain_name", "read_scl", "started"]
+
+_TOKEN = re.compile(
+    r"""(?P<comment>//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z))
+      | (?P<attribute>\{[^}]*(?:\}|\Z))
+      | (?P<text>'(?:\$.|[^$'\n])*')
+      | (?P<quoted>\#?"[^"\n]*")
+      | (?P<local>\#[^\W\d]\w*)
+      | (?P<literal>[A-Za-z_]+\#[\w.:+\-#]+|\d\w*(?:\#\w+)?(?:\.\d\w*)?)
+      | (?P<direct>%[A-Za-z]+[\d.]+)
+      | (?P<word>[^\W\d]\w*)
+      | (?P<compound>[-+*/]=)
+      | (?P<sign>:=|=>|<=|>=|<>|\*\*|\.\.|[^\s\w])
+    """,
+    re.VERBOSE | re.DOTALL,
+)
+_UNITS = {
+    "FUNCTION_BLOCK": "FUNCTION_BLOCK",
+    "FUNCTION": "FUNCTION",
+    "ORGANIZATION_BLOCK": "PROGRAM",
+    "TYPE": "TYPE",
+    "DATA_BLOCK": "VAR_GLOBAL",
+}
+#: Lines of a header: their word says nothing here, nor does what follows it in the line.
+_HEADER = (
+    *("TITLE", "VERSION", "AUTHOR", "FAMILY", "NAME", "KNOW_HOW_PROTECT", "CODE_VERSION1"),
+    *("RETAIN", "NON_RETAIN", "UNLINKED", "READ_ONLY", "STANDARD", "S7_OPTIMIZED_ACCESS"),
+)
+_SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP")
+_TITLE = re.compile(r"^([ \t]*TITLE[ \t]*=)[^\n]*", re.IGNORECASE | re.MULTILINE)
+_REGION = re.compile(r"\s*[^\n]*")
+#: Blocks and types that are called otherwise.
+_TYPES = {
+    **{f"{name}_TIME": name for name in ("TON", "TOF", "TP")},
+    **{f"{name}_LTIME": name for name in ("TON", "TOF", "TP")},
+    **{f"{name}_INT": name for name in ("CTU", "CTD", "CTUD")},
+}
+#: What may be called on data of these types, as `Timer.TON(...)`.
+_GENERIC = {"IEC_TIMER": ("TON", "TOF", "TP"), "IEC_COUNTER": ("CTU", "CTD", "CTUD")}
+_CALLED = tuple(name for names in _GENERIC.values() for name in names)
+_PREFIXES = {"B": "BYTE", "W": "WORD", "DW": "DWORD", "LW": "LWORD", "L": "DINT"}
+
+
+@dataclass
+class _Token:
+    kind: str
+    text: str
+    start: int
+    new: str | None = None
+
+    @property
+    def word(self) -> str:
+        """Upper case; of a quoted name nothing."""
+        return self.text.upper() if self.kind in ("word", "sign") else ""
+
+
+def plain_name(name: str) -> str:
+    """A name in quotes as one of the standard: the same for the same name, in every file."""
+    plain = re.sub(r"_+", "_", re.sub(r"\W", "_", name)).strip("_") or "Unnamed"
+    if plain[0].isdigit():
+        plain = f"N{plain}"
+    return f"{plain}_1" if plain.upper() in KEYWORDS else plain
+
+
+def called(files: Iterable[Path]) -> dict[str, str]:
+    """What is called on data blocks, as in `"Timer".TON(...)`, by their names in upper case.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+    readers = [_Reader(_text(file), file) for file in files]
+    return {name: word for one in readers for name, word in one.generic_calls(only_global=True)}
+
+
+def read_scl(file: Path, calls: Mapping[str, str] | None = None) -> Project:
+    """Read an external source.
+
+    Args:
+        file: The source.
+        calls: What other files call on data blocks (see `called`).
+
+    Raises:
+        InputError: the file cannot be read, or a block does not end.
+    """
+    reader = _Reader(_text(file), file, calls)
+    return Project(tuple(reader.units()), tuple(reader.notes))
+
+
+def _text(file: Path) -> str:
+    return _TITLE.sub(r"\1", _decoded(file_bytes(file, SOURCE)))
+
+
+def _decoded(content: bytes) -> str:
+    """TIA Portal writes UTF-8, or UTF-16 with a mark; STEP 7 the encoding of Windows."""
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = content.decode("utf-16", errors="replace")
+    else:
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = content.decode("cp1252", errors="replace")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def started(units: Sequence[Unit]) -> Project:
+    """Which of several organization blocks runs: the source does not say what starts them."""
+    blocks = [unit for unit in units if unit.kind == "PROGRAM" and unit.file.suffix.lower() in SCL]
+    main = [unit for unit in blocks if re.fullmatch(r"MAIN|OB_?1|CYCLE\w*", unit.name.upper())]
+    if len(blocks) < 2 or len(main) != 1:
+        return Project()
+    one = main[0]
+    at = one.piece.head[0].at
+    task = Task("", 0, None, ((one.name, one.name),), one.file, at)
+    notes = tuple(
+        f"{unit.file}:{unit.piece.head[0].at}: {unit.name} does not run: what starts it, the "
+        "source does not say"
+        for unit in blocks
+        if unit is not one
+    )
+    return configuration([task]).plus(Project(notes=notes))
+
+
+@dataclass
+class _Data:
+    """Initial values of a data block by the steps of their paths."""
+
+    values: dict[str, _Data | str] = field(default_factory=dict)
+
+    def put(self, path: Sequence[str], value: str) -> None:
+        """Set a value."""
+        first, *rest = path
+        if not rest:
+            self.values[first] = value
+            return
+        inner = self.values.setdefault(first, _Data())
+        if isinstance(inner, _Data):
+            inner.put(rest, value)
+
+    def text(self) -> str:
+        """As an initial value of a structure."""
+        parts = (
+            f"{name} := {value.text() if isinstance(value, _Data) else value}"
+            for name, value in self.values.items()
+        )
+        return f"({', '.join(parts)})"
+
+
+class _Reader:
+    def __init__(self, text: str, file: Path, calls: Mapping[str, str] | None = None) -> None:
+        self._text, self._file, self._calls = text, file, dict(calls or {})
+        self._tokens = [
+            _Token(str(found.lastgroup), found.group(), found.start())
+            for found in _TOKEN.finditer(text)
+        ]
+        self._starts = [0, *(found.end() for found in re.finditer("\n", text))]
+        #: Places of the tokens that are no comments.
+        self._code = [k for k, one in enumerate(self._tokens) if one.kind != "comment"]
+        self.notes: list[str] = []
+
+    def _line(self, token: _Token) -> int:
+        return bisect_right(self._starts, token.start)
+
+    def units(self) -> Iterator[Unit]:
+        """The blocks, one after the other."""
+        self._calls.update(self.generic_calls())
+        place = 0
+        while place < len(self._code):
+            token = self._at(place)
+            if token.word not in _UNITS:
+                if token.kind in ("attribute",) or token.text == ";":
+                    place += 1
+                    continue
+                raise InputError(
+                    f"{token.text!r} is not expected here",
+                    file=self._file,
+                    line=self._line(token),
+                    hint=f"an SCL source begins with {', '.join(_UNITS)}",
+                )
+            end = next(
+                (
+                    k
+                    for k in range(place, len(self._code))
+                    if self._at(k).word == f"END_{token.word}"
+                ),
+                None,
+            )
+            if end is None:
+                raise InputError(
+                    f"this {token.word} has no END_{token.word}",
+                    file=self._file,
+                    line=self._line(token),
+                )
+            yield self._unit(place, end)
+            place = end + 1
+
+    def _at(self, place: int) -> _Token:
+        return self._tokens[self._code[place]]
+
+    def generic_calls(self, *, only_global: bool = False) -> Iterator[tuple[str, str]]:
+        """Of `Timer.TON(...)`: the name of the variable, and what is called."""
+        for place in range(len(self._code) - 3):
+            name, dot, call, left = (self._at(place + k) for k in range(4))
+            if dot.text == "." and left.text == "(" and call.word in _CALLED:
+                dot.new = call.new = ""
+                if name.text.startswith('"') or not only_global:
+                    yield _named(name).upper(), call.word
+
+    # --- one block ------------------------------------------------------------------------
+
+    def _unit(self, start: int, end: int) -> Unit:
+        first, last = self._at(start), self._at(end)
+        word = first.word
+        kind = _UNITS[word]
+        if start + 1 >= end:
+            raise InputError(f"this {word} has no name", file=self._file, line=self._line(first))
+        name = _named(self._at(start + 1))
+        place = self._header(start + 2, end, word)
+        self._translate(place, end)
+        self._at(start + 1).new = name
+        if word == "TYPE":
+            self._type(start, place, end)
+        elif word == "DATA_BLOCK":
+            self._data_block(start, place, end, name)
+        else:
+            self._block(place, end)
+            first.new, last.new = kind, f"END_{kind}"
+        lines = self._lines(self._code[start], self._code[end])
+        return Unit(kind, Piece(name, lines), self._file)
+
+    def _header(self, place: int, end: int, word: str) -> int:
+        """Blank what stands between a name and the variables; where these begin."""
+        if word == "FUNCTION" and self._at(place).text == ":":
+            result = self._at(place + 1)
+            if result.word == "VOID":
+                self._at(place).new = result.new = ""
+            else:
+                self._translate(place, place + 2)
+            place += 2
+        while place < end:
+            token = self._at(place)
+            if token.kind == "attribute":
+                token.new = _blank(token.text)
+                place += 1
+            elif token.word in _HEADER:
+                line = self._line(token)
+                while place < end and self._line(self._at(place)) == line:
+                    self._at(place).new = ""
+                    place += 1
+            else:
+                break
+        return place
+
+    def _block(self, place: int, end: int) -> None:
+        for k in range(place, end):
+            if self._at(k).word == "BEGIN":
+                self._at(k).new = ""
+                break
+
+    def _type(self, start: int, place: int, end: int) -> None:
+        """`TYPE Name STRUCT` has no colon."""
+        if place < end and self._at(place).text != ":":
+            self._at(start + 1).new = f"{self._at(start + 1).new} :"
+
+    def _data_block(self, start: int, place: int, end: int, name: str) -> None:
+        """A global variable: a structure, or of a type or block, with its initial values."""
+        self._at(start).new = "VAR_GLOBAL"
+        self._at(end).new = "END_VAR"
+        begin = next((k for k in range(place, end) if self._at(k).word == "BEGIN"), end)
+        initial = self._initial_values(begin + 1, end)
+        for k in range(begin, end):
+            self._at(k).new = ""
+        value = f" := {initial.text()}" if initial.values else ""
+        parts = [self._at(k) for k in range(place, begin)]
+        words = [one.word for one in parts]
+        self._at(start + 1).new = f"{name} :"
+        if "END_VAR" in words:
+            opened = False
+            for one, word in zip(parts, words, strict=True):
+                if word in _SECTIONS:
+                    one.new = "" if opened else "STRUCT"
+                    opened = True
+                elif word in ("RETAIN", "NON_RETAIN", "DB_SPECIFIC", "END_VAR"):
+                    one.new = ""
+            parts[len(words) - 1 - words[::-1].index("END_VAR")].new = f"END_STRUCT{value};"
+        else:
+            ends = [one for one in parts if one.text != ";" and one.kind != "attribute"]
+            if not ends:
+                raise InputError(
+                    f"the data block {name} has no type",
+                    file=self._file,
+                    line=self._line(self._at(start)),
+                )
+            for one in parts[parts.index(ends[-1]) + 1 :]:
+                one.new = ""
+            if len(ends) == 1:
+                self._generic_type(ends[0], name)
+            ends[-1].new = f"{_now(ends[-1])}{value};"
+
+    def _initial_values(self, place: int, end: int) -> _Data:
+        """`a.b := 5;` of a data block; an element of an array is named, and left out."""
+        found = _Data()
+        statement: list[_Token] = []
+        for k in range(place, end):
+            token = self._at(k)
+            if token.text != ";":
+                statement.append(token)
+                continue
+            texts = [one.text for one in statement]
+            if ":=" in texts:
+                target = statement[: texts.index(":=")]
+                value = " ".join(_now(one) for one in statement[texts.index(":=") + 1 :])
+                if "[" in texts[: len(target)]:
+                    written = "".join(one.text for one in target)
+                    self.notes.append(
+                        f"{self._file}:{self._line(target[0])}: the initial value of {written} "
+                        "is not read"
+                    )
+                elif target:
+                    found.put([_now(one) for one in target if one.text != "."], value)
+            statement = []
+        return found
+
+    # --- tokens ---------------------------------------------------------------------------
+
+    def _translate(self, place: int, end: int) -> None:
+        before = ""
+        for k in range(place, end):
+            token = self._at(k)
+            if token.new is None:
+                self._one(token, k, before, end)
+            before = token.word or token.text
+
+    def _one(self, token: _Token, place: int, before: str, end: int) -> None:
+        after = self._at(place + 1).text if place + 1 < len(self._code) else ""
+        if token.kind == "attribute":
+            token.new = _blank(token.text)
+        elif token.kind in ("quoted", "local"):
+            if token.text.upper() == '"THIS"' and before == "." and after == "[":
+                # A data block that is an array: its elements are those of "THIS".
+                self._at(place - 1).new = token.new = ""
+                return
+            token.new = _named(token)
+        elif token.kind == "literal":
+            prefix, mark, value = token.text.partition("#")
+            if mark and prefix.upper() in _PREFIXES:
+                token.new = f"{_PREFIXES[prefix.upper()]}#{value}"
+        elif token.kind == "compound":
+            self._compound(place, end)
+        elif token.word == "DIV" and before not in ("VAR", ":", ".") and after not in (":", "("):
+            token.new = "/"
+        elif token.word in ("REGION", "END_REGION") and before != ".":
+            self._region(token, place, end)
+        elif token.word == ":" and before == "ELSE":
+            token.new = ""
+        elif before in (":", "OF"):
+            self._generic_type(token, self._declared(place))
+
+    def _generic_type(self, token: _Token, name: str) -> None:
+        """A block or type that is called otherwise, or after what is called on the variable."""
+        if token.word in _TYPES:
+            token.new = _TYPES[token.word]
+        elif token.word in _GENERIC:
+            token.new = self._calls.get(name.upper(), _GENERIC[token.word][0])
+
+    def _declared(self, place: int) -> str:
+        """The variable whose type stands there."""
+        while place > 0 and self._at(place).text != ":":
+            place -= 1
+        while place > 0 and self._at(place - 1).kind == "attribute":
+            place -= 1
+        return _named(self._at(place - 1))
+
+    def _region(self, token: _Token, place: int, end: int) -> None:
+        """Its title is free text, up to the end of the line."""
+        token.new = ""
+        line = self._line(token)
+        for k in range(place + 1, end):
+            other = self._at(k)
+            if self._line(other) != line or (token.word == "END_REGION" and other.text != ";"):
+                break
+            other.new = ""
+
+    def _compound(self, place: int, end: int) -> None:
+        """`a += b;` is `a := a + (b);`."""
+        token = self._at(place)
+        first = place
+        while (
+            first > 0 and self._at(first - 1).kind in ("quoted", "local", "word", "literal")
+        ) or (first > 0 and self._at(first - 1).text in (".", "[", "]", ",")):
+            first -= 1
+            if self._at(first).word in KEYWORDS:
+                first += 1
+                break
+        target = " ".join(_now(self._at(k)) for k in range(first, place))
+        token.new = f":= {target.replace(' . ', '.')} {token.text[0]} ("
+        last = next((k for k in range(place, end) if self._at(k).text == ";"), None)
+        if last is not None:
+            self._at(last).new = ");"
+
+    def _lines(self, first: int, last: int) -> tuple[Line, ...]:
+        """The text of some tokens, each in its line."""
+        start = self._tokens[first].start
+        parts = []
+        behind = start
+        for token in self._tokens[first : last + 1]:
+            parts.append(self._text[behind : token.start])
+            parts.append(_now(token))
+            behind = token.start + len(token.text)
+        at = self._line(self._tokens[first])
+        texts = "".join(parts).split("\n")
+        return tuple(Line(text.rstrip(), at + k) for k, text in enumerate(texts))
+
+
+def _named(token: _Token) -> str:
+    """The name that a token is, without its marks."""
+    text = token.text.removeprefix("#")
+    return plain_name(text.strip('"')) if text.startswith('"') else text
+
+
+def _now(token: _Token) -> str:
+    return token.text if token.new is None else token.new
+
+
+def _blank(text: str) -> str:
+    return re.sub(r"[^\n]", "", text)

@@ -1,0 +1,1 @@
+"""Proof: the checked Structured Text as formulas, and what a solver says of them."""

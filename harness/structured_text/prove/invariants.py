@@ -1,0 +1,176 @@
+"""Invariants of a user's variables, found by trying: all that a scan does not break are kept."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import z3
+
+from structured_text.engines.builtin.storage import is_scalar
+from structured_text.language.project import Project
+from structured_text.language.types import BlockType, ElementaryType, EnumType, Type
+from structured_text.prove import values
+from structured_text.prove.assertions import Copies
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.tree import constants
+
+__all__ = ["Candidate", "candidates", "kept"]
+
+#: Of more BOOL than these the pairs are not tried.
+_PAIRS = 40
+
+#: The scalars of a memory, as terms.
+Look = Callable[[Path], Any]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Something that may hold after every scan: `of` makes it a term of a memory."""
+
+    says: str
+    of: Callable[[Look], Any]
+
+
+@dataclass(frozen=True)
+class _Variable:
+    path: Path
+    type: Type
+    initial: Any
+
+
+def candidates(project: Project, copies: Copies, inputs: set[Path]) -> list[Candidate]:
+    """What is tried of the user's own variables that are no inputs."""
+    own = [
+        one
+        for name, block in project.instances.items()
+        for one in _own((name.upper(),), block, project, copies)
+        if one.path not in inputs
+    ]
+    numbers = sorted(constants(project, copies.originals))
+    return [*_ranges(own, numbers), *_pairs(own)]
+
+
+def _own(path: Path, block: BlockType, project: Project, copies: Copies) -> Iterator[_Variable]:
+    for symbol in project.pous[block.name.upper()].symbols.values():
+        if symbol.section not in ("VAR", "VAR_OUTPUT", "VAR_INPUT") or symbol.address is not None:
+            continue
+        place = (*path, symbol.name.upper())
+        if is_scalar(symbol.type):
+            if not symbol.constant and _countable(symbol.type):
+                yield _Variable(place, symbol.type, symbol.initial)
+        elif isinstance(symbol.type, BlockType):
+            pou = project.pous.get(symbol.type.name.upper())
+            if pou is not None and pou.file in copies.originals:
+                yield from _own(place, symbol.type, project, copies)
+
+
+def _countable(kind: Type) -> bool:
+    return values.bits(kind) > 0 or kind == ElementaryType("BOOL")
+
+
+def _ranges(own: list[_Variable], numbers: list[int]) -> Iterator[Candidate]:
+    for one in own:
+        name, initial = ".".join(map(str, one.path)), one.initial
+        yield Candidate(f"{name} = {initial}", _compared("=", one, initial))
+        if one.type == ElementaryType("BOOL") or isinstance(one.type, EnumType):
+            members = len(one.type.members) if isinstance(one.type, EnumType) else 0
+            for member in range(members):
+                yield Candidate(f"{name} <> {member}", _compared("<>", one, member))
+            continue
+        for number in numbers:
+            if values.wrapped(one.type, number) != number:
+                continue
+            if number >= initial:
+                yield Candidate(f"{name} <= {number}", _compared("<=", one, number))
+            if number <= initial:
+                yield Candidate(f"{name} >= {number}", _compared(">=", one, number))
+
+
+def _compared(op: str, one: _Variable, number: Any) -> Callable[[Look], Any]:
+    return lambda look: _term(values.compare(op, look(one.path), number, one.type))
+
+
+def _pairs(own: list[_Variable]) -> Iterator[Candidate]:
+    """Two BOOL exclude, or follow from, each other; or a BOOL goes with a member."""
+    flags = [one for one in own if one.type == ElementaryType("BOOL")]
+    stages = [one for one in own if isinstance(one.type, EnumType)]
+    if len(flags) > _PAIRS:
+        return
+    for one, other in combinations(flags, 2):
+        for left in (True, False):
+            for right in (True, False):
+                yield Candidate(
+                    f"{one.path} {left} or {other.path} {right}",
+                    _either((one, left), (other, right)),
+                )
+    for flag in flags:
+        for stage in stages:
+            assert isinstance(stage.type, EnumType)
+            for member in range(len(stage.type.members)):
+                for wanted in (True, False):
+                    yield Candidate(
+                        f"{flag.path} {wanted} or {stage.path} <> {member}",
+                        _unless(flag, wanted, stage, member),
+                    )
+
+
+def _either(*flags: tuple[_Variable, bool]) -> Callable[[Look], Any]:
+    return lambda look: z3.Or(
+        *(look(one.path) if wanted else z3.Not(look(one.path)) for one, wanted in flags)
+    )
+
+
+def _unless(flag: _Variable, wanted: bool, stage: _Variable, member: int) -> Callable[[Look], Any]:
+    def of(look: Look) -> Any:
+        is_so = look(flag.path) if wanted else z3.Not(look(flag.path))
+        other = values.compare("<>", look(stage.path), member, stage.type)
+        return z3.Or(is_so, _term(other))
+
+    return of
+
+
+def _term(value: Any) -> Any:
+    return z3.BoolVal(value) if isinstance(value, bool) else value
+
+
+def kept(
+    tried: list[Candidate],
+    start: tuple[Machine, Mapping[Path, Any]],
+    scan: tuple[Machine, Mapping[Path, Any], Mapping[Path, Any]],
+    limit_s: float,
+) -> list[Candidate]:
+    """Those that hold at the start and that no scan breaks, given all of them (Houdini).
+
+    Args:
+        tried: What is tried.
+        start: A machine with the memory of the start.
+        scan: A machine with the memory before a scan from any state, and after it.
+        limit_s: Seconds; none is kept where they do not do.
+    """
+    end = time.monotonic() + limit_s
+    machine, first = start
+    holds = [one for one in tried if z3.is_true(z3.simplify(one.of(_look(machine, first))))]
+    machine, before, after = scan
+    pairs = [(one, one.of(_look(machine, before)), one.of(_look(machine, after))) for one in holds]
+    while pairs:
+        left = end - time.monotonic()
+        solver = z3.SolverFor("QF_AUFBVFP")
+        solver.set("timeout", max(int(left * 1000), 1))
+        solver.add(*machine.assumptions, *(was for _, was, _ in pairs))
+        solver.add(z3.Or(*(z3.Not(now) for _, _, now in pairs)))
+        found = solver.check()
+        if found == z3.unsat:
+            break
+        if found == z3.unknown or left <= 0:
+            return []
+        model = solver.model()
+        pairs = [one for one in pairs if not z3.is_false(model.eval(one[2], model_completion=True))]
+    return [one for one, _, _ in pairs]
+
+
+def _look(machine: Machine, memory: Mapping[Path, Any]) -> Look:
+    return lambda path: machine.term(path, memory)

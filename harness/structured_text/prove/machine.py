@@ -1,0 +1,485 @@
+"""Runs checked Structured Text on terms of the solver: one scan, for every value at once.
+
+Memory is a table of scalars by path (`("MAIN", "Y", 3)`); a long array of scalars is one array
+term. Both branches of an IF are run and joined; a loop is unrolled until its condition cannot hold
+any more. What would stop the engine (an index outside of its array, a division by zero, a
+conversion out of range) is noted as an obligation, with the condition under which it happens.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import z3
+
+from structured_text.engines.builtin.storage import address_slot, is_scalar
+from structured_text.language import tree as t
+from structured_text.language.project import Project
+from structured_text.language.scalars import ELEMENTARY
+from structured_text.language.standard import BLOCKS
+from structured_text.language.types import ArrayType, Type
+from structured_text.prove import standard, values
+from structured_text.prove.expressions import Expressions
+from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated
+from structured_text.prove.memory import Alternatives, Memory, Path, leaves
+from structured_text.prove.overflow import Operation, Span
+from structured_text.prove.values import Value
+
+__all__ = ["Alternatives", "Call", "Machine", "Obligation", "Path", "leaves"]
+
+_BOOL = ELEMENTARY["BOOL"]
+
+#: Rounds of a loop; more are refused.
+_ROUNDS = 4096
+#: After so many rounds the solver is asked only once in so many whether another one is possible:
+#: a round too many changes nothing.
+_ASKED = 16
+
+
+@dataclass(frozen=True)
+class Obligation:
+    """Something that must not happen: its `kind` (index, division ...), where, and when."""
+
+    kind: str
+    file: str
+    line: int
+    when: Bool
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call of a block: its instance, its type, and the condition under which it is reached."""
+
+    instance: Path
+    block: str
+    when: Bool
+
+
+@dataclass
+class _Frame:
+    """A POU under way: where its variables are."""
+
+    pou: t.Pou
+    roots: dict[str, Alternatives] = field(default_factory=dict)
+
+
+class Machine(Memory):
+    """A program's memory as terms, and what runs on it.
+
+    Args:
+        project: The checked sources.
+        summaries: What stands for a call of a function instead of its body: takes the machine and
+            the arguments, gives the result. Each has to be proved of the body on its own. Of a
+            block without VAR_IN_OUT it takes the instance, and gives its variables values. Also of
+            a standard function that no term says.
+
+    Attributes:
+        now: The PLC's time in nanoseconds.
+        obligations: What must not happen, of all that was run.
+        calls: The calls of blocks, of all that was run.
+        operations: Arithmetic that may leave its type, of all that was run.
+    """
+
+    def __init__(
+        self,
+        project: Project,
+        summaries: Mapping[str, Callable[[Machine, list[Value]], Value]] | None = None,
+    ) -> None:
+        super().__init__(project)
+        self.now: Value = 0
+        self.obligations: list[Obligation] = []
+        self.calls: list[Call] = []
+        self.operations: list[Operation] = []
+        self.summaries = dict(summaries or {})
+        self._guards: list[Bool] = []
+        self._frames: list[_Frame] = []
+        self.expressions = Expressions(self)
+        self._at: tuple[str, int] = ("", 0)
+
+    # --- what is under way ---
+
+    @property
+    def frame(self) -> _Frame:
+        """The POU that runs."""
+        return self._frames[-1]
+
+    def oblige(self, kind: str, bad: Bool) -> None:
+        """Note what must not happen here."""
+        when = both(*self._guards, bad)
+        if when is not False:
+            self.obligations.append(Obligation(kind, *self._at, when))
+
+    def computes(self, node: t.Expression, leaves: Callable[[Span], Bool]) -> None:
+        """Note arithmetic, which may leave its type."""
+        pou, guards = self.frame.pou.name, tuple(self._guards)
+        self.operations.append(Operation(node, pou, *self._at, guards, leaves))
+
+    @contextmanager
+    def under(self, condition: Bool) -> Iterator[None]:
+        """What is evaluated meanwhile is evaluated only under a condition."""
+        self._guards.append(condition)
+        yield
+        self._guards.pop()
+
+    def possible(self, condition: Bool) -> bool:
+        """Whether a condition can hold here; True also where the solver cannot tell in time."""
+        if isinstance(condition, bool):
+            return condition
+        self._solver.push()
+        self._solver.add(*[guard for guard in self._guards if guard is not True], condition)
+        result = self._solver.check()
+        self._solver.pop()
+        return bool(result != z3.unsat)
+
+    # --- POUs ---
+
+    def call_block(
+        self,
+        instance: Path,
+        block: str,
+        in_outs: Mapping[str, Path | Alternatives],
+    ) -> None:
+        """Run the body of a block on an instance, with the variables of its VAR_IN_OUT."""
+        self.calls.append(Call(instance, block, both(*self._guards)))
+        if block in BLOCKS:
+            standard.run(self, instance, block)
+            return
+        if block.upper() in self.summaries:
+            self.summaries[block.upper()](self, [instance])
+            return
+        pou = self.project.pous[block.upper()]
+        frame = _Frame(pou)
+        for symbol in pou.symbols.values():
+            name = symbol.name.upper()
+            if symbol.section == "VAR_IN_OUT":
+                places = in_outs[name]
+                frame.roots[name] = places if isinstance(places, list) else [(True, places)]
+            elif symbol.section == "VAR_TEMP":
+                frame.roots[name] = [(True, self._temporary(symbol))]
+        frame.roots[""] = [(True, instance)]
+        self._run(frame)
+
+    def call_function(self, name: str, arguments: list[Value | Alternatives | None]) -> Any:
+        """Run a function; scalars are values, structures and arrays the places they are at."""
+        if name in self.summaries:
+            return self.summaries[name](self, arguments)
+        pou = self.project.pous[name]
+        frame = _Frame(pou)
+        for symbol in (*pou.section("VAR"), *([pou.result] if pou.result else [])):
+            frame.roots[symbol.name.upper()] = [(True, self._temporary(symbol))]
+        for symbol, argument in zip(pou.section("VAR_INPUT"), arguments, strict=True):
+            path = self._temporary(symbol)
+            frame.roots[symbol.name.upper()] = [(True, path)]
+            if is_scalar(symbol.type):
+                if argument is not None:
+                    self._memory[path] = argument
+            elif argument is not None:
+                self.copy([(True, path)], argument, symbol.type)
+        self._run(frame)
+        assert pou.result is not None
+        root = frame.roots[pou.result.name.upper()]
+        return self.load(root, pou.result.type) if is_scalar(pou.result.type) else root
+
+    def _temporary(self, symbol: t.Symbol) -> Path:
+        path = (f"#{len(self._frames)}.{self.fresh(symbol.name.upper())}",)
+        self.create(path, symbol.type, symbol.initial)
+        return path
+
+    def _run(self, frame: _Frame) -> None:
+        if len(self._frames) > 60:
+            raise UnsupportedError("blocks and functions too deep inside each other")
+        self._frames.append(frame)
+        at = self._at
+        self._statements(frame.pou.body)
+        self._frames.pop()
+        self._at = at
+
+    def root(self, symbol: t.Symbol) -> Alternatives:
+        """Where a variable of the POU that runs is."""
+        name = symbol.name.upper()
+        if symbol.section == "VAR_EXTERNAL":
+            name = symbol.source or name
+            symbol = self.project.global_symbols[name]
+            return [(True, ("", address_slot(symbol.address) if symbol.address else name))]
+        if symbol.address is not None:
+            return [(True, ("", address_slot(symbol.address)))]
+        found = self.frame.roots.get(name)
+        if found is not None:
+            return found
+        return [(condition, (*path, name)) for condition, path in self.frame.roots[""]]
+
+    # --- statements: each gives the conditions under which what follows is not reached ---
+
+    def _statements(self, statements: tuple[t.Statement, ...]) -> _Left:
+        left = _Left()
+        for number, statement in enumerate(statements):
+            gone = left.all()
+            if gone is True:
+                break
+            if gone is not False:
+                rest = statements[number:]
+                inner = _Left()
+
+                def follow(rest: tuple[t.Statement, ...] = rest, inner: _Left = inner) -> None:
+                    inner.take(self._statements(rest))
+
+                self._guarded(negated(gone), follow)
+                left.take(inner, negated(gone))
+                break
+            self._at = (self.frame.pou.file, statement.at.line)
+            left.take(self._statement(statement))
+        return left
+
+    def _guarded(self, condition: Bool, body: Callable[[], None]) -> None:
+        """Run something whose effect holds only under a condition."""
+        self._branches([(condition, body)])
+
+    def _branches(self, branches: list[tuple[Bool, Callable[[], None]]]) -> None:
+        """Run each from the same memory, then join: the first whose condition holds counts."""
+        before = self._memory
+        results: list[tuple[Bool, dict[Path, Value]]] = []
+        none: Bool = True
+        for condition, body in branches:
+            here = both(none, condition)
+            if here is False:
+                continue
+            self._memory = dict(before) if here is not True else before
+            self._guards.append(here)
+            body()
+            self._guards.pop()
+            results.append((here, self._memory))
+            none = both(none, negated(condition))
+            if here is True:
+                return
+            if none is False:
+                break
+        self._memory = self._joined(before, results, covered=none is False)
+
+    def _joined(
+        self,
+        before: dict[Path, Value],
+        results: list[tuple[Bool, dict[Path, Value]]],
+        covered: bool,
+    ) -> dict[Path, Value]:
+        if not results:
+            return before
+        if covered and len(results) == 1:
+            return results[0][1]
+        changed: set[Path] = set()
+        for _, memory in results:
+            changed.update(path for path, value in memory.items() if before.get(path) is not value)
+        joined = dict(before)
+        for path in changed:
+            if path not in before:
+                continue  # a temporary of a function: nobody reads it again
+            *first, (_, last) = results
+            value = last[path] if covered else before[path]
+            for condition, memory in reversed(first if covered else results):
+                value = self._chosen(condition, memory[path], value, self._types[path])
+            joined[path] = value
+        return joined
+
+    def _chosen(self, condition: Bool, yes: Value, no: Value, kind: Type) -> Value:
+        if isinstance(kind, ArrayType):
+            return yes if yes is no else z3.If(condition, yes, no)
+        return values.choose(condition, yes, no, kind)
+
+    def _statement(self, node: t.Statement) -> _Left:
+        left = _Left()
+        if isinstance(node, t.Assign):
+            self.assign(node)
+        elif isinstance(node, t.CallBlock):
+            self._call(node)
+        elif isinstance(node, (t.If, t.Case)):
+            left = self._if(node)
+        elif isinstance(node, (t.For, t.While, t.Repeat)):
+            left = self._loop(node)
+        elif isinstance(node, t.Exit):
+            left.exits = True
+        else:
+            left.returns = True
+        return left
+
+    def assign(self, node: t.Assign) -> None:
+        """Run an assignment."""
+        kind = node.target.type
+        if not is_scalar(kind):
+            value = self.expressions.places(node.value)
+            self.copy(self.expressions.places(node.target), value, kind)
+            return
+        self.expressions.assign(node.target, self.expressions.exact(node.value))
+
+    def _call(self, node: t.CallBlock) -> None:
+        pins = {pin.name: pin for pin in node.block.variables}
+        instances = self.expressions.places(node.instance)
+        for pin, expression in node.inputs:
+            target = [(c, (*path, pin.upper())) for c, path in instances]
+            if is_scalar(pins[pin].type):
+                self.store(target, pins[pin].type, self.expressions.exact(expression))
+            else:
+                self.copy(target, self.expressions.places(expression), pins[pin].type)
+        written_back: list[Callable[[], None]] = []
+        in_outs = {name.upper(): self._connected(v, written_back) for name, v in node.in_outs}
+        if len(instances) == 1:
+            self.call_block(instances[0][1], node.block.name, in_outs)
+        else:
+            self._branches(
+                [
+                    (condition, partial(self.call_block, path, node.block.name, in_outs))
+                    for condition, path in instances
+                ]
+            )
+        for write in written_back:
+            write()
+        for pin, variable in node.outputs:
+            source = [(c, (*path, pin.upper())) for c, path in instances]
+            if is_scalar(pins[pin].type):
+                self.expressions.assign(variable, self.load(source, pins[pin].type))
+            else:
+                self.copy(self.expressions.places(variable), source, pins[pin].type)
+
+    def _connected(self, node: t.Variable, written_back: list[Callable[[], None]]) -> Alternatives:
+        """Where a VAR_IN_OUT is; of an element of a long array a copy, to be written back."""
+        found = self.expressions.long_element(node)
+        if found is None:
+            return self.expressions.places(node)
+        path = (f"#{len(self._frames)}.{self.fresh('element')}",)
+        self._types[path] = node.type
+        self._memory[path] = self.element(*found)
+        written_back.append(lambda: self.set_element(*found, self._memory[path]))
+        return [(True, path)]
+
+    def _if(self, node: t.If | t.Case) -> _Left:
+        left = _Left()
+        if isinstance(node, t.If):
+            tests = [partial(self.expressions.exact, item[0]) for item in node.branches]
+        else:
+            selector = self.expressions.exact(node.selector)
+            kind = node.selector.type
+            tests = [partial(_labelled_any, selector, item[0], kind) for item in node.branches]
+        branches: list[tuple[Bool, Callable[[], None]]] = []
+        none: Bool = True
+        bodies = [body for _, body in node.branches]
+        # A condition is evaluated on the memory before all branches: in Structured Text it has no
+        # effect; what it obliges to holds only where no branch before was right.
+        for ask, body in zip(tests, bodies, strict=True):
+            with self.under(none):
+                test = ask()
+            self._add_branch(branches, test, body, left, none)
+            none = both(none, negated(test))
+            if none is False:
+                break
+        if none is not False and node.otherwise:
+            self._add_branch(branches, True, node.otherwise, left, none)
+        self._branches(branches)
+        return left
+
+    def _add_branch(
+        self,
+        branches: list[tuple[Bool, Callable[[], None]]],
+        test: Bool,
+        body: tuple[t.Statement, ...],
+        left: _Left,
+        none: Bool,
+    ) -> None:
+        def run() -> None:
+            left.take(self._statements(body), both(none, test))
+
+        branches.append((test, run))
+
+    def _loop(self, node: t.For | t.While | t.Repeat) -> _Left:
+        """Each round runs under the condition that the loop has not ended before."""
+        left = _Left()
+        ends = _Ends(self, node)
+        depth = len(self._guards)
+        before: list[dict[Path, Value]] = []
+
+        def enter(condition: Bool) -> bool:
+            """Go on under a condition; whether it can hold."""
+            asked = count < _ASKED or count % _ASKED == 0
+            if condition is False or (asked and not self.possible(condition)):
+                return False
+            if condition is not True:
+                before.append(self._memory)
+                self._memory = dict(self._memory)
+                self._guards.append(condition)
+            return True
+
+        for count in range(_ROUNDS + 1):
+            if count == _ROUNDS:
+                raise UnsupportedError(f"a loop of more than {_ROUNDS} rounds")
+            if not enter(ends.first()):
+                break
+            inner = self._statements(node.body)
+            left.returns = either(left.returns, both(*self._guards[depth:], inner.returns))
+            if not enter(negated(inner.all())) or not enter(ends.last()):
+                break
+        for memory in reversed(before):
+            condition = self._guards.pop()
+            self._memory = self._joined(memory, [(condition, self._memory)], covered=False)
+        return left
+
+
+class _Ends:
+    """When a loop goes on: before a round, and after it."""
+
+    def __init__(self, machine: Machine, node: t.For | t.While | t.Repeat) -> None:
+        self._node = node
+        self._machine = machine
+        self._end: Value = None
+        if isinstance(node, t.For):
+            self._end = machine.expressions.exact(node.end)
+            start = t.Assign(node.counter, node.start, node.at)
+            self._step = t.Binary("+", node.counter, node.step, node.counter.type)
+            machine.assign(start)
+
+    def first(self) -> Bool:
+        node = self._node
+        if isinstance(node, t.While):
+            return self._machine.expressions.exact(node.condition)
+        if isinstance(node, t.Repeat):
+            return True
+        step = self._machine.expressions.exact(node.step)
+        counter = self._machine.expressions.exact(node.counter)
+        kind = node.counter.type
+        up, down = (values.compare(op, counter, self._end, kind) for op in ("<=", ">="))
+        return values.choose(values.compare(">", step, 0, kind), up, down, _BOOL)
+
+    def last(self) -> Bool:
+        node = self._node
+        if isinstance(node, t.Repeat):
+            return negated(self._machine.expressions.exact(node.condition))
+        if isinstance(node, t.For):
+            self._machine.assign(t.Assign(node.counter, self._step, node.at))
+        return True
+
+
+@dataclass
+class _Left:
+    """Under which condition a POU (RETURN) or a loop (EXIT) has been left."""
+
+    returns: Bool = False
+    exits: Bool = False
+
+    def all(self) -> Bool:
+        return either(self.returns, self.exits)
+
+    def take(self, other: _Left, under: Bool = True) -> None:
+        self.returns = either(self.returns, both(under, other.returns))
+        self.exits = either(self.exits, both(under, other.exits))
+
+
+def _labelled_any(selector: Value, labels: Iterable[tuple[int, int]], kind: Type) -> Bool:
+    return either(*(_labelled(selector, low, high, kind) for low, high in labels))
+
+
+def _labelled(selector: Value, low: int, high: int, kind: Type) -> Bool:
+    if low == high:
+        return values.compare("=", selector, low, kind)
+    return both(
+        values.compare(">=", selector, low, kind), values.compare("<=", selector, high, kind)
+    )

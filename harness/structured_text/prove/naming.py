@@ -1,0 +1,96 @@
+"""A state that the solver has found, in the words of the program: names as declared, literals."""
+
+from __future__ import annotations
+
+import struct
+from itertools import product
+from typing import Any
+
+import z3
+
+from structured_text.language.displayed import value_text
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
+from structured_text.language.values import scalar_to_python
+from structured_text.prove.machine import Path
+from structured_text.prove.memory import Memory
+from structured_text.prove.search import value_of
+from structured_text.prove.surroundings import Surroundings
+
+__all__ = ["Names"]
+
+_REALS = {"REAL": "f", "LREAL": "d"}
+
+
+class Names:
+    """Names and values of what the solver speaks of.
+
+    Args:
+        memory: Where its variables were made.
+        around: The surroundings of the program.
+    """
+
+    def __init__(self, memory: Memory, around: Surroundings) -> None:
+        self._memory = memory
+        instances = {name.upper(): name for name in around.project.instances}
+        self._roots: dict[Path, tuple[str, Type]] = {}
+        for path, symbol in around.roots():
+            owner = instances.get(str(path[0]), "")
+            text = f"{owner}.{symbol.name}" if owner else symbol.name
+            self._roots[path] = text, symbol.type
+        self._inputs = {one.name: one.type for one in around.inputs}
+        self._around = around
+
+    def told(self, model: Any, variable: Any) -> str:
+        """Return `Main.Stage = CELL_IDLE` for a variable of the solver.
+
+        Empty for what is no variable of the program: the clock, and what a timer has inside.
+        """
+        name = variable.decl().name()
+        place = self._memory.places.get(name)
+        if place is not None:
+            found = self.declared(place)
+            return f"{found[0]} = {_value(model, variable, found[1])}" if found else ""
+        whole, _, number = name.rpartition(".")
+        if number.isdigit() and whole in self._inputs:
+            return f"{whole} = {_value(model, variable, self._inputs[whole])}"
+        kind, _, rest = name.partition(".")
+        if kind == "connected":
+            status = self._around.linked.get(int(rest.partition(".")[0]))
+            found = self.declared(status) if status is not None else None
+            text = found[0] if found else "the connection"
+            return f"{text} = {_value(model, variable, ElementaryType('BOOL'))}"
+        if kind == "area":
+            value = _value(model, variable, ElementaryType("BYTE"))
+            return f"{self._around.byte_name(number)} = {value}"
+        return ""
+
+    def declared(self, place: Path) -> tuple[str, Type] | None:
+        """Return the path of a variable as a user writes it, and its type; None for no variable."""
+        if place[:2] not in self._roots:
+            return None
+        text, kind = self._roots[place[:2]]
+        for step in place[2:]:
+            if isinstance(kind, ArrayType):
+                indices = list(product(*(range(low, high + 1) for low, high in kind.bounds)))
+                text, kind = f"{text}[{','.join(map(str, indices[int(step)]))}]", kind.element
+                continue
+            inner: dict[str, tuple[str, Type]] = {}
+            if isinstance(kind, StructType):
+                inner = {name.upper(): (name, part) for name, part in kind.fields}
+            elif isinstance(kind, BlockType):
+                inner = {one.name.upper(): (one.name, one.type) for one in kind.variables}
+            if step not in inner:
+                return None
+            name, kind = inner[step]
+            text = f"{text}.{name}"
+        return text, kind
+
+
+def _value(model: Any, term: Any, kind: Type) -> str:
+    if isinstance(kind, ElementaryType) and kind.name in _REALS and z3.is_bv(term):
+        raw = model.eval(term, model_completion=True).as_long()
+        (number,) = struct.unpack(_REALS[kind.name], raw.to_bytes(term.size() // 8, "little"))
+        return value_text(kind, number)
+    if isinstance(kind, ArrayType):
+        return "..."
+    return value_text(kind, scalar_to_python(kind, value_of(model, term, kind)))

@@ -1,0 +1,174 @@
+"""When arithmetic leaves its type: what PLCs then do differs, and is seldom meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import z3
+
+from structured_text.language import tree as t
+from structured_text.language.scalars import ANY_BIT, ANY_DATE, INT_RANGE, MOMENTS, SIGNED
+from structured_text.language.types import ElementaryType, Type
+from structured_text.prove import values
+from structured_text.prove.logic import Bool, both, either, is_known
+from structured_text.prove.values import Value
+
+__all__ = [
+    "NANOSECONDS",
+    "Operation",
+    "Span",
+    "arithmetic",
+    "conversion",
+    "negation",
+    "outside",
+    "resized",
+]
+
+
+Span = tuple[int, int]
+#: What a TIME of 64 bits holds.
+NANOSECONDS: Span = (-(1 << 63), (1 << 63) - 1)
+
+
+@dataclass(frozen=True)
+class Operation:
+    """Arithmetic that was run, with where it stands.
+
+    Attributes:
+        node: The operation.
+        pou: The POU that it stands in.
+        file: Its file.
+        line: The line where its statement begins.
+        reached: The conditions under which it is run.
+        leaves: Whether the result leaves its type, given what a TIME holds; made only where it is
+            asked for.
+    """
+
+    node: t.Expression
+    pou: str
+    file: str
+    line: int
+    reached: tuple[Bool, ...]
+    leaves: Callable[[Span], Bool]
+
+    def when(self, time: Span = NANOSECONDS) -> Bool:
+        """The condition under which it is run and leaves its type."""
+        leaves = self.leaves(time)
+        return False if leaves is False else both(*self.reached, leaves)
+
+
+def _name(kind: Type) -> str:
+    return kind.name if isinstance(kind, ElementaryType) else ""
+
+
+def _is_signed(kind: Type) -> bool:
+    return _name(kind) in (*SIGNED, *MOMENTS)
+
+
+def _span(kind: Type, time: Span = NANOSECONDS) -> Span | None:
+    """The lowest and the highest number of a type; None of one that is not counted in."""
+    if _name(kind) in ANY_DATE:
+        return NANOSECONDS
+    return time if values.is_duration(kind) else INT_RANGE.get(_name(kind))
+
+
+def resized(value: Value, kind: Type, width: int) -> Value:
+    """An integer brought to another width: sign or zeros in front, or cut."""
+    if is_known(value) or value.size() == width:
+        return value
+    if value.size() > width:
+        return z3.Extract(width - 1, 0, value)
+    extend = z3.SignExt if _is_signed(kind) else z3.ZeroExt
+    return extend(width - value.size(), value)
+
+
+def _outside(value: Value, low: int, high: int, kind: Type) -> Bool:
+    """A value of a type is below or above what the type itself need not be able to hold."""
+    if is_known(value):
+        return not low <= value <= high
+    least, most = (0, (1 << value.size()) - 1)
+    if _is_signed(kind):
+        least, most = -(1 << value.size() - 1), (1 << value.size() - 1) - 1
+    return either(
+        values.compare("<", value, low, kind) if low > least else False,
+        values.compare(">", value, high, kind) if high < most else False,
+    )
+
+
+def outside(value: Value, kind: Type, time: Span) -> Bool:
+    """Whether a value that was computed with room does not fit its type."""
+    limits = _span(kind, time)
+    return False if limits is None else _outside(value, *limits, kind)
+
+
+def arithmetic(op: str, left: Value, right: Value, kind: Type, time: Span) -> Bool:
+    """Whether a sum, difference, product, quotient or remainder leaves the type.
+
+    Both operands have the width of the type. The remainder of the lowest number by -1 counts,
+    too: many processors divide to find it.
+    """
+    limits = _span(kind, time)
+    if limits is None:
+        return False
+    low, high = limits
+    if op in ("/", "MOD"):
+        if not _is_signed(kind):
+            return False
+        return both(values.compare("=", left, low, kind), values.compare("=", right, -1, kind))
+    if is_known(left) and is_known(right):
+        exact = {"+": left + right, "-": left - right, "*": left * right}[op]
+        return not low <= exact <= high
+    if op in "+*" and is_known(left):
+        left, right = right, left
+    if is_known(right):
+        return _with_known(op, left, right, low, high, kind)
+    if op == "*":
+        return _product(left, right, low, high, kind)
+    width = values.bits(kind) + 2
+    a, b = (resized(values.scalar(kind, one), kind, width) for one in (left, right))
+    exact = a + b if op == "+" else a - b
+    return z3.Or(exact < low, exact > high)
+
+
+def _with_known(op: str, left: Value, number: int, low: int, high: int, kind: Type) -> Bool:
+    """Whether a value plus, minus or times a number leaves the range: one comparison or two."""
+    if op in "+-":
+        by = number if op == "+" else -number
+        return _outside(left, low - by if by < 0 else low, high - by if by > 0 else high, kind)
+    if number == 0:
+        return False
+    first, last = (low, high) if number > 0 else (high, low)
+    return _outside(left, -(-first // number), last // number, kind)
+
+
+def _product(left: Value, right: Value, low: int, high: int, kind: Type) -> Bool:
+    signed = _is_signed(kind)
+    inside = [z3.BVMulNoOverflow(left, right, signed)]
+    if signed:
+        inside.append(z3.BVMulNoUnderflow(left, right))
+    fits = z3.And(*inside)
+    return either(z3.Not(fits), _outside(left * right, low, high, kind))
+
+
+def negation(value: Value, kind: Type, time: Span) -> Bool:
+    """Whether -value, or the value without its sign, leaves the type."""
+    return arithmetic("-", 0, value, kind, time)
+
+
+def conversion(value: Value, source: Type, target: Type) -> Bool:
+    """Whether a number of one type is none of the other, or bits are lost.
+
+    A bit string of the same width takes the pattern of a number, and gives it, as it is.
+    """
+    bits = [one for one in (source, target) if _name(one) in ANY_BIT]
+    limits = INT_RANGE.get(_name(target))
+    if limits is None or _span(source) is None:
+        return False
+    low, high = limits
+    if bits:
+        width = values.bits(target)
+        if width >= values.bits(source):
+            return False
+        low, high = -(1 << width - 1) if _is_signed(source) else 0, (1 << width) - 1
+    return _outside(value, low, high, source)

@@ -1,0 +1,227 @@
+"""What is to be proved of a user's program, and when each of it is broken in a scan."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import prod
+from typing import Any
+
+from structured_text.language.project import Project
+from structured_text.language.standard import BLOCKS
+from structured_text.language.types import ArrayType, BlockType, Type
+from structured_text.prove.assertions import STOPS, Copies
+from structured_text.prove.logic import Bool, both, either, negated
+from structured_text.prove.machine import Obligation, Path
+from structured_text.prove.program import ProgramMachine
+from structured_text.prove.tree import calls_of, root_of, statements, targets, text_of
+
+__all__ = ["ONCE", "STEADY", "Key", "Library", "Watch", "inner_written", "title"]
+
+#: What a property is about: its kind, and a file and line where it has a place.
+Key = tuple[str, str, int]
+
+ONCE: Key = ("once", "", 0)
+STEADY: Key = ("steady", "", 0)
+
+_TITLES = {
+    "once": "no block of the library is called twice in a scan",
+    "steady": "no block of the library is left out while it is Busy",
+    "index": "the index is inside of the array",
+    "division": "nothing is divided by 0",
+    "conversion": "the value fits what it is converted to",
+    "argument": "the function takes its arguments",
+    "shift": "nothing is shifted by a number below 0",
+    "text": "lengths and positions in texts are legal",
+    "time": "no duration leaves its range",
+    "overflow": "arithmetic stays in its type",
+}
+
+
+def title(key: Key, copies: Copies) -> str:
+    """A property for people."""
+    for one in copies.assertions:
+        if key[0] == "assert" and (one.file, one.line) == key[1:]:
+            return one.text
+    return _TITLES[key[0]]
+
+
+@dataclass(frozen=True)
+class Library:
+    """What a library demands of the programs that call it, and what is known of its functions.
+
+    Attributes:
+        areas: Blocks that begin (`read`) and end (`write`) the scan of its user, by upper-case
+            names: each is called once in a scan, and no busy block is left out of a scan that ends.
+        reference: A structure into which nobody but the library writes; empty: there is none.
+        milliseconds: A function that counts the milliseconds of a duration in a long loop.
+        counts: What that function gives, for people.
+        calls: What a call of the library may do, for people.
+    """
+
+    areas: Mapping[str, str] = field(default_factory=dict)
+    reference: str = ""
+    milliseconds: str = ""
+    counts: str = ""
+    calls: str = "A call of the library's blocks may do anything to what it is given."
+
+
+@dataclass(frozen=True)
+class Watch:
+    """Says, scan by scan, when each property is broken.
+
+    Args:
+        project: The checked copies, with the library.
+        copies: The user's files.
+        library: What the library demands.
+    """
+
+    project: Project
+    copies: Copies
+    library: Library = field(default_factory=Library)
+
+    @cached_property
+    def _asserted(self) -> set[tuple[str, int]]:
+        return {(one.file, one.line) for one in self.copies.assertions}
+
+    @cached_property
+    def _busy(self) -> list[Path]:
+        """The pins Busy of the library's blocks that the user's own code calls."""
+        return [
+            (*path, "BUSY")
+            for name, block in self.project.instances.items()
+            for path in self._instances((name.upper(),), block)
+        ]
+
+    def _instances(self, path: Path, block: BlockType) -> Iterator[Path]:
+        pou = self.project.pous[block.name.upper()]
+        roots = [root_of(one.instance) for one in calls_of(pou.body)]
+        for symbol in pou.symbols.values():
+            if symbol.section != "VAR" or symbol not in roots:
+                continue
+            for place, kind in _blocks((*path, symbol.name.upper()), symbol.type):
+                if kind.name in BLOCKS:
+                    continue
+                if self.project.pous[kind.name.upper()].file in self.copies.originals:
+                    yield from self._instances(place, kind)
+                elif any(pin.name.upper() == "BUSY" for pin in kind.variables):
+                    yield place
+
+    def broken(self, machine: ProgramMachine, before: Mapping[Path, Any]) -> dict[Key, Bool]:
+        """Of the scan that has just run, from this memory on."""
+        found: dict[Key, Bool] = dict.fromkeys(self.always, False)
+        found |= {ONCE: self._twice(machine), STEADY: self._left_out(machine, before)}
+        for one in machine.obligations:
+            if one.file in self.copies.originals:
+                key = self._key(one)
+                found[key] = either(found.get(key, False), one.when)
+        return found
+
+    def wraps(self, machine: ProgramMachine) -> dict[Key, tuple[str, Bool]]:
+        """Arithmetic of the user's own, line by line: its text, and when it leaves its type."""
+        found: dict[Key, tuple[str, Bool]] = {}
+        for one in machine.operations:
+            when = one.when() if one.file in self.copies.originals else False
+            if when is not False:
+                key: Key = ("overflow", one.file, one.line)
+                told, before = found.get(key, ("", False))
+                text = text_of(one.node)
+                known = told.split("; ") if told else []
+                both_told = told if text in known else "; ".join([*known, text])
+                found[key] = both_told, either(before, when)
+        return found
+
+    @property
+    def always(self) -> list[Key]:
+        """What every program is asked for, and its assertions."""
+        return [ONCE, STEADY, *(("assert", *place) for place in sorted(self._asserted))]
+
+    def alone(self, key: Key, when: Bool, machine: ProgramMachine) -> Bool:
+        """Broken while nothing else of this scan stops the program."""
+        others = [one.when for one in machine.obligations if self._key(one) != key]
+        return both(when, *map(negated, others))
+
+    def stops(self, machine: ProgramMachine) -> list[Bool]:
+        """When an engine would not get to the end of the scan that has just run."""
+        return [one.when for one in machine.obligations if one.when is not True]
+
+    def _key(self, one: Obligation) -> Key:
+        asserted = one.kind == STOPS and (one.file, one.line) in self._asserted
+        return ("assert" if asserted else one.kind, one.file, one.line)
+
+    def _left_out(self, machine: ProgramMachine, before: Mapping[Path, Any]) -> Bool:
+        """Busy, and not called in a scan in which an area is written."""
+        called: dict[Path, Bool] = {}
+        writes: Bool = False
+        for call in machine.own:
+            pin = (*call.instance, "BUSY")
+            called[pin] = either(called.get(pin, False), call.when)
+            if self.library.areas.get(call.block.upper()) == "write":
+                writes = either(writes, call.when)
+        return either(
+            *(both(writes, before[pin], negated(called.get(pin, False))) for pin in self._busy)
+        )
+
+    def _twice(self, machine: ProgramMachine) -> Bool:
+        times: dict[Path, list[Bool]] = {}
+        for call in machine.own:
+            busy = (*call.instance, "BUSY") in machine
+            if busy or call.block.upper() in self.library.areas:
+                times.setdefault(call.instance, []).append(call.when)
+        return either(
+            *(
+                both(one, other)
+                for calls in times.values()
+                for number, one in enumerate(calls)
+                for other in calls[:number]
+            )
+        )
+
+
+def _blocks(path: Path, kind: Type) -> Iterator[tuple[Path, BlockType]]:
+    """The instances that a variable holds."""
+    if isinstance(kind, BlockType):
+        yield path, kind
+    elif isinstance(kind, ArrayType) and isinstance(kind.element, (ArrayType, BlockType)):
+        count = prod(high - low + 1 for low, high in kind.bounds)
+        for place in range(count):
+            yield from _blocks((*path, place), kind.element)
+
+
+def inner_written(
+    project: Project, copies: Copies, reference: str
+) -> Iterator[tuple[str, int, str]]:
+    """Yield where the program's own code writes into a structure that is the library's alone.
+
+    Args:
+        project: The checked copies, with the library.
+        copies: The user's files.
+        reference: The type of that structure.
+
+    Yields:
+        File, line and what is written.
+    """
+    for pou in project.pous.values():
+        if pou.file not in copies.originals:
+            continue
+        for one in statements(pou.body):
+            for variable in targets(one):
+                if (found := _into_reference(variable, reference, one)) is not None:
+                    yield pou.file, one.at.line, found
+
+
+def _into_reference(variable: Any, reference: str, statement: Any) -> str | None:
+    """The reference that an access writes into; passing one on whole as VAR_IN_OUT is no write."""
+    kind = getattr(variable.type, "name", "")
+    passed = any(variable is given for _, given in getattr(statement, "in_outs", ()))
+    node = variable
+    while node is not None:
+        if getattr(node.type, "name", "").upper() == reference.upper():
+            whole = node is variable
+            if whole and passed and isinstance(statement.block, BlockType):
+                return None
+            symbol = root_of(variable)
+            return symbol.name if symbol is not None else kind
+        node = getattr(node, "base", None)
+    return None

@@ -1,0 +1,346 @@
+"""REAL and LREAL as terms of the solver.
+
+A stored REAL is its IEEE 754 pattern of 32 bits, on which comparisons, signs and powers of two are
+exact and cheap; all else is the solver's floating point. As in the engines, an untyped literal
+keeps double precision in REAL arithmetic until the result is stored or passed (`wide`).
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import struct
+from ctypes import c_float
+from dataclasses import dataclass
+from typing import Any
+
+import z3
+
+from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated, truth
+
+__all__ = [
+    "Real",
+    "absolute",
+    "anything",
+    "arithmetic",
+    "choose",
+    "compare",
+    "constant",
+    "cut",
+    "fits",
+    "from_integer",
+    "in_range",
+    "negative",
+    "root",
+    "settled",
+    "to_integer",
+    "widened",
+]
+
+_SIGN, _MAGNITUDE, _INFINITE = 1 << 31, (1 << 31) - 1, 0x7F80_0000
+
+
+@dataclass(frozen=True)
+class Real:
+    """A number.
+
+    Attributes:
+        value: A Python float where it is known; of a REAL its pattern, a bit-vector of 32 bits;
+            of an LREAL and of what is wide a double-precision term.
+        double: It is an LREAL, or a REAL that is not rounded yet.
+        halved: +1 or -1: the value is a pattern, and to be doubled or halved.
+    """
+
+    value: Any
+    double: bool = False
+    halved: int = 0
+
+    @property
+    def known(self) -> bool:
+        """Whether it is a Python number."""
+        return isinstance(self.value, float)
+
+
+def constant(value: float, kind: str, *, wide: bool = False) -> Real:
+    """A literal."""
+    if kind == "REAL" and not wide:
+        return Real(c_float(value).value)
+    return Real(value, double=True)
+
+
+def anything(name: str, kind: str) -> Real:
+    """Any number, infinities and NaN among them."""
+    if kind == "REAL":
+        return Real(z3.BitVec(name, 32))
+    return Real(z3.FP(name, z3.Float64()), double=True)
+
+
+def _pattern(number: Real) -> Any:
+    """The bits of a REAL that is not wide."""
+    if number.known:
+        return int(struct.unpack("<I", struct.pack("<f", c_float(number.value).value))[0])
+    return number.value
+
+
+def _bits(number: Real) -> Any:
+    pattern = _pattern(number)
+    return z3.BitVecVal(pattern, 32) if isinstance(pattern, int) else pattern
+
+
+def _single(number: Real) -> Any:
+    return z3.fpBVToFP(_bits(number), z3.Float32())
+
+
+def _double(number: Real) -> Any:
+    if number.known:
+        return z3.FPVal(number.value, z3.Float64())
+    if number.halved:
+        factor = z3.FPVal(2.0**number.halved, z3.Float64())
+        return z3.fpMul(
+            z3.RNE(),
+            z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(number.value, z3.Float32()), z3.Float64()),
+            factor,
+        )
+    if number.double:
+        return number.value
+    return z3.fpFPToFP(z3.RNE(), _single(number), z3.Float64())
+
+
+def _narrow(term: Any) -> Real:
+    return Real(z3.fpToIEEEBV(term))
+
+
+def settled(number: Real, kind: str) -> Real:
+    """The number as it is stored: a REAL rounded to single precision."""
+    if kind == "LREAL" or not number.double:
+        return number
+    if number.known:
+        return Real(c_float(number.value).value)
+    if number.halved:
+        return Real(_twice(number.value) if number.halved > 0 else _half(number.value))
+    return _narrow(z3.fpFPToFP(z3.RNE(), number.value, z3.Float32()))
+
+
+def _twice(pattern: Any) -> Any:
+    sign, size = pattern & _SIGN, pattern & _MAGNITUDE
+    return sign | z3.If(
+        z3.UGE(size, _INFINITE),
+        size,
+        z3.If(
+            z3.UGE(size, 0x7F00_0000),
+            z3.BitVecVal(_INFINITE, 32),
+            z3.If(z3.ULT(size, 0x80_0000), size << 1, size + 0x80_0000),
+        ),
+    )
+
+
+def _half(pattern: Any) -> Any:
+    sign, size = pattern & _SIGN, pattern & _MAGNITUDE
+    down = z3.LShR(size, 1)
+    return sign | z3.If(
+        z3.UGE(size, _INFINITE),
+        size,
+        z3.If(z3.ULT(size, 0x100_0000), down + (size & down & 1), size - 0x80_0000),
+    )
+
+
+def choose(condition: Any, yes: Real, no: Real) -> Real:
+    """`yes` where the condition holds, else `no`."""
+    if (
+        yes.known
+        and no.known
+        and yes.double == no.double
+        and struct.pack("<d", yes.value) == struct.pack("<d", no.value)
+    ):
+        return yes
+    if yes.double or no.double:
+        return Real(z3.If(condition, _double(yes), _double(no)), double=True)
+    left, right = _bits(yes), _bits(no)
+    return yes if left.eq(right) else Real(z3.If(condition, left, right))
+
+
+def _is_nan(number: Real) -> Bool:
+    if number.known:
+        return math.isnan(number.value)
+    return z3.UGT(number.value & _MAGNITUDE, _INFINITE)
+
+
+def _key(number: Real) -> Any:
+    """Bits that are in unsigned order as the numbers are, both zeros the same."""
+    pattern = _pattern(number)
+    if isinstance(pattern, int):
+        pattern = 0 if pattern == _SIGN else pattern
+        return z3.BitVecVal(pattern ^ (0xFFFF_FFFF if pattern & _SIGN else _SIGN), 32)
+    zero = pattern & _MAGNITUDE == 0
+    negative = z3.Extract(31, 31, pattern) == 1
+    return z3.If(zero, z3.BitVecVal(_SIGN, 32), z3.If(negative, ~pattern, pattern ^ _SIGN))
+
+
+_PYTHON = {
+    "=": lambda a, b: a == b,
+    "<>": lambda a, b: a != b,
+    "<": lambda a, b: a < b,
+    ">": lambda a, b: a > b,
+    "<=": lambda a, b: a <= b,
+    ">=": lambda a, b: a >= b,
+}
+_ORDER = {"=": lambda a, b: a == b, "<": z3.ULT, ">": z3.UGT, "<=": z3.ULE, ">=": z3.UGE}
+_DOUBLE = {"=": z3.fpEQ, "<": z3.fpLT, ">": z3.fpGT, "<=": z3.fpLEQ, ">=": z3.fpGEQ}
+_MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "=": "=", "<>": "<>"}
+
+
+def compare(op: str, left: Real, right: Real) -> Bool:
+    """A comparison, in which NaN is unequal to everything."""
+    if left.known and right.known:
+        return bool(_PYTHON[op](left.value, right.value))
+    if op == "<>":
+        return negated(compare("=", left, right))
+    if left.known:
+        return compare(_MIRRORED[op], right, left)
+    if right.known and not left.double:
+        return _against(op, left, right.value)
+    if not left.double and not right.double:
+        order = truth(_ORDER[op](_key(left), _key(right)))
+        return both(order, negated(either(_is_nan(left), _is_nan(right))))
+    return truth(_DOUBLE[op](_double(left), _double(right)))
+
+
+def _against(op: str, number: Real, limit: float) -> Bool:
+    """A REAL against a double: it lies between two neighbours of single precision."""
+    if math.isnan(limit):
+        return False
+    below = c_float(limit).value
+    if below > limit:
+        below = _neighbour(below, up=False)
+    exact = below == limit
+    above = limit if exact else _neighbour(below, up=True)
+    if op == "=" and not exact:
+        return False
+    near = {"<": above, ">=": above, ">": below, "<=": below, "=": limit}[op]
+    return both(truth(_ORDER[op](_key(number), _key(Real(near)))), negated(_is_nan(number)))
+
+
+def _neighbour(value: float, *, up: bool) -> float:
+    pattern = struct.unpack("<i", struct.pack("<f", value))[0]
+    if value == 0:
+        return math.ldexp(1.0 if up else -1.0, -149)
+    step = 1 if up == (value > 0) else -1
+    return float(struct.unpack("<f", struct.pack("<i", pattern + step))[0])
+
+
+_ARITHMETIC = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+
+def arithmetic(op: str, left: Real, right: Real, kind: str) -> Real:
+    """+ - * / in the precision that the engines use.
+
+    Raises:
+        UnsupportedError: a power.
+    """
+    if op not in ("+", "-", "*", "/"):
+        raise UnsupportedError(f"{op} of REAL")
+    double = kind == "LREAL" or left.double or right.double
+    if left.known and right.known and (op != "/" or right.value != 0):
+        value = _ARITHMETIC[op](left.value, right.value)
+        return Real(value if double else c_float(value).value, double)
+    power = right.known and right.value == 2.0 and op in "*/"
+    if double and power and not (left.double or left.known):
+        return Real(left.value, double=True, halved=1 if op == "*" else -1)
+    calls = {"+": z3.fpAdd, "-": z3.fpSub, "*": z3.fpMul, "/": z3.fpDiv}
+    if double:
+        term = calls[op](z3.RNE(), _double(left), _double(right))
+        return Real(term, double=True)
+    return _narrow(calls[op](z3.RNE(), _single(left), _single(right)))
+
+
+def negative(number: Real) -> Real:
+    """-x."""
+    if number.known:
+        return Real(-number.value, number.double)
+    if number.double:
+        return Real(z3.fpNeg(_double(number)), double=True)
+    return Real(number.value ^ _SIGN)
+
+
+def absolute(number: Real) -> Real:
+    """ABS."""
+    if number.known:
+        return Real(abs(number.value), number.double)
+    if number.double:
+        return Real(z3.fpAbs(_double(number)), double=True)
+    return Real(number.value & _MAGNITUDE)
+
+
+def from_integer(value: Any, kind: str, *, signed: bool) -> Real:
+    """A number from an integer, rounded to the nearest."""
+    if isinstance(value, int):
+        return constant(float(value), kind)
+    sort = z3.Float32() if kind == "REAL" else z3.Float64()
+    convert = z3.fpSignedToFP if signed else z3.fpUnsignedToFP
+    if kind == "REAL" and value.size() > 53:
+        # As in the built-in engine, where it is a double first.
+        return _narrow(z3.fpFPToFP(z3.RNE(), convert(z3.RNE(), value, z3.Float64()), sort))
+    term = convert(z3.RNE(), value, sort)
+    return _narrow(term) if kind == "REAL" else Real(term, double=True)
+
+
+def in_range(number: Real, low: int, high: int) -> Bool:
+    """Whether the nearest whole number lies within these limits."""
+    if number.known:
+        return math.isfinite(number.value) and low <= round(number.value) <= high
+    rounded = z3.fpRoundToIntegral(z3.RNE(), _double(number))
+    return z3.And(z3.fpGEQ(rounded, _float(low)), z3.fpLT(rounded, _float(high + 1)))
+
+
+def _float(value: int) -> Any:
+    return z3.FPVal(float(value), z3.Float64())
+
+
+def to_integer(number: Real, width: int, *, signed: bool) -> Any:
+    """The nearest whole number, halves to even; below 0 it is 0 in an unsigned type."""
+    if number.known:
+        whole = math.isfinite(number.value) and (signed or number.value >= 0)
+        value = round(number.value) if whole else 0
+        low = -(1 << width - 1) if signed else 0
+        return (value - low) % (1 << width) + low
+    if signed:
+        return z3.fpToSBV(z3.RNE(), _double(number), z3.BitVecSort(width))
+    zero = z3.BitVecVal(0, width)
+    term = z3.fpToUBV(z3.RNE(), _double(number), z3.BitVecSort(width))
+    return z3.If(z3.fpLT(_double(number), _float(0)), zero, term)
+
+
+def fits(number: Real, width: int, *, signed: bool) -> Bool:
+    """Whether the number, cut towards zero, is one of this many bits."""
+    low, high = (-(1 << width - 1), 1 << width - 1) if signed else (0, 1 << width)
+    if number.known:
+        return math.isfinite(number.value) and low <= math.trunc(number.value) < high
+    whole = z3.fpRoundToIntegral(z3.RTZ(), _double(number))
+    return z3.And(z3.fpGEQ(whole, _float(low)), z3.fpLT(whole, _float(high)))
+
+
+def cut(number: Real, width: int, *, signed: bool) -> Any:
+    """The whole number towards zero, where it `fits`."""
+    if number.known:
+        value = math.trunc(number.value) if math.isfinite(number.value) else 0
+        low = -(1 << width - 1) if signed else 0
+        return (value - low) % (1 << width) + low
+    convert = z3.fpToSBV if signed else z3.fpToUBV
+    return convert(z3.RTZ(), _double(number), z3.BitVecSort(width))
+
+
+def root(number: Real, kind: str) -> Real:
+    """SQRT: rounding the double result once more gives that of single precision."""
+    if kind == "LREAL":
+        return Real(z3.fpSqrt(z3.RNE(), _double(number)), double=True)
+    return _narrow(z3.fpSqrt(z3.RNE(), _single(number)))
+
+
+def widened(number: Real) -> Real:
+    """REAL_TO_LREAL."""
+    return Real(number.value if number.known else _double(number), double=True)

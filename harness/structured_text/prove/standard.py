@@ -1,0 +1,199 @@
+"""The standard function blocks on terms: the second writing of `engines.builtin.blocks`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from structured_text.language.scalars import ELEMENTARY
+from structured_text.language.standard import BLOCKS
+from structured_text.language.types import Type
+from structured_text.prove import values
+from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated
+from structured_text.prove.values import Value
+
+__all__ = ["memory", "run"]
+
+_BOOL, _TIME, _PHASE = ELEMENTARY["BOOL"], ELEMENTARY["TIME"], ELEMENTARY["USINT"]
+_TIMER = (("before", "BOOL"), ("phase", "USINT"), ("start", "TIME"))
+_MEMORY: dict[str, tuple[tuple[str, str], ...]] = {
+    **dict.fromkeys(("R_TRIG", "F_TRIG"), (("seen", "BOOL"),)),
+    **dict.fromkeys(("TON", "TOF", "TP"), _TIMER),
+    "CTU": (("up", "BOOL"),),
+    "CTD": (("down", "BOOL"),),
+    "CTUD": (("up", "BOOL"), ("down", "BOOL")),
+}
+
+
+def _kind(name: str) -> str:
+    return name if name.endswith("_TRIG") else name.removeprefix("L").partition("_")[0]
+
+
+def memory(name: str) -> tuple[tuple[str, str], ...]:
+    """Names and elementary types of all that an instance keeps, its pins first."""
+    pins = [(pin.name, getattr(pin.type, "name", "")) for pin in BLOCKS[name].variables]
+    return (*pins, *_MEMORY.get(_kind(name), ()))
+
+
+class _Machine(Protocol):
+    """Memory and time of a `machine.Machine`."""
+
+    now: Value
+
+    def __getitem__(self, path: tuple[Any, ...]) -> Value: ...
+
+    def __setitem__(self, path: tuple[Any, ...], value: Value) -> None: ...
+
+
+class _Instance:
+    """An instance whose pins and memory are read and written by name."""
+
+    def __init__(self, machine: _Machine, path: tuple[Any, ...], name: str) -> None:
+        self._machine = machine
+        self._path = path
+        self._types: dict[str, Type] = {slot: ELEMENTARY[kind] for slot, kind in memory(name)}
+
+    @property
+    def now(self) -> Value:
+        return self._machine.now
+
+    def __getitem__(self, slot: str) -> Value:
+        path = (*self._path, slot)
+        return self._machine[path]
+
+    def set(self, when: Bool, **slots: Value) -> None:
+        """Give slots these values under a condition."""
+        for slot, value in slots.items():
+            path = (*self._path, slot)
+            before = self._machine[path]
+            self._machine[path] = values.choose(when, value, before, self._types[slot])
+
+    def kind(self, slot: str) -> Type:
+        return self._types[slot]
+
+    def is_phase(self, phase: int) -> Bool:
+        return values.compare("=", self["phase"], phase, _PHASE)
+
+    def elapsed(self) -> Value:
+        return values.combine("-", self.now, self["start"], _TIME)
+
+
+def run(machine: _Machine, path: tuple[Any, ...], name: str) -> None:
+    """Run one call.
+
+    Raises:
+        UnsupportedError: a counter of a type that is not translated.
+    """
+    body = _BODIES.get(_kind(name))
+    if body is None:
+        raise UnsupportedError(f"the standard block {name}")
+    body(_Instance(machine, path, name))
+
+
+def _r_trig(s: Any) -> None:
+    clk = s["CLK"]
+    s.set(True, Q=both(clk, negated(s["seen"])), seen=clk)
+
+
+def _f_trig(s: Any) -> None:
+    low = negated(s["CLK"])
+    s.set(True, Q=both(low, negated(s["seen"])), seen=low)
+
+
+def _sr(s: Any) -> None:
+    s.set(True, Q1=either(s["S1"], both(negated(s["R"]), s["Q1"])))
+
+
+def _rs(s: Any) -> None:
+    s.set(True, Q1=both(negated(s["R1"]), either(s["S"], s["Q1"])))
+
+
+def _times(s: Any, running: Bool, **at_end: Value) -> None:
+    """A timer that runs: ET, and its end once ET has reached PT."""
+    elapsed = s.elapsed()
+    over = both(running, values.compare(">=", elapsed, s["PT"], _TIME))
+    s.set(running, ET=elapsed)
+    s.set(over, phase=2, ET=s["PT"], **at_end)
+
+
+def _ton(s: Any) -> None:
+    on = s["IN"]
+    running = both(on, s.is_phase(1))
+    begins = both(on, s.is_phase(0), negated(s["before"]))
+    _times(s, running, Q=True)
+    s.set(begins, phase=1, Q=False, start=s.now)
+    s.set(negated(on), ET=0, phase=0, Q=False)
+    s.set(True, before=on)
+
+
+def _tof(s: Any) -> None:
+    on = s["IN"]
+    running = both(negated(on), s.is_phase(1))
+    begins = both(negated(on), s.is_phase(0), s["before"])
+    _times(s, running)
+    s.set(begins, phase=1, start=s.now)
+    s.set(on, ET=0, phase=0)
+    s.set(True, Q=either(on, s.is_phase(1)), before=on)
+
+
+def _tp(s: Any) -> None:
+    on = s["IN"]
+    running = s.is_phase(1)
+    begins = both(s.is_phase(0), on, negated(s["before"]))
+    _times(s, running, Q=False)
+    s.set(begins, phase=1, Q=True, start=s.now)
+    s.set(both(s.is_phase(2), negated(on)), ET=0, phase=0)
+    s.set(True, before=on)
+
+
+def _step(s: Any, when: Bool, by: int) -> None:
+    kind = s.kind("CV")
+    s.set(when, CV=values.combine("+" if by > 0 else "-", s["CV"], 1, kind))
+
+
+def _below(s: Any) -> Bool:
+    return values.compare("<", s["CV"], s["PV"], s.kind("CV"))
+
+
+def _above(s: Any) -> Bool:
+    return values.compare(">", s["CV"], 0, s.kind("CV"))
+
+
+def _ctu(s: Any) -> None:
+    edge = both(s["CU"], negated(s["up"]), negated(s["R"]), _below(s))
+    _step(s, edge, 1)
+    s.set(s["R"], CV=0)
+    s.set(True, up=s["CU"], Q=negated(_below(s)))
+
+
+def _ctd(s: Any) -> None:
+    edge = both(s["CD"], negated(s["down"]), negated(s["LD"]), _above(s))
+    _step(s, edge, -1)
+    s.set(s["LD"], CV=s["PV"])
+    s.set(True, down=s["CD"], Q=negated(_above(s)))
+
+
+def _ctud(s: Any) -> None:
+    up, down = both(s["CU"], negated(s["up"])), both(s["CD"], negated(s["down"]))
+    counts = negated(either(s["R"], s["LD"]))
+    more = both(counts, up, negated(down), _below(s))
+    less = both(counts, down, negated(up), _above(s))
+    _step(s, more, 1)
+    _step(s, less, -1)
+    s.set(both(s["LD"], negated(s["R"])), CV=s["PV"])
+    s.set(s["R"], CV=0)
+    s.set(True, up=s["CU"], down=s["CD"], QU=negated(_below(s)), QD=negated(_above(s)))
+
+
+_BODIES: dict[str, Callable[[Any], None]] = {
+    "R_TRIG": _r_trig,
+    "F_TRIG": _f_trig,
+    "SR": _sr,
+    "RS": _rs,
+    "TON": _ton,
+    "TOF": _tof,
+    "TP": _tp,
+    "CTU": _ctu,
+    "CTD": _ctd,
+    "CTUD": _ctud,
+}

@@ -1,0 +1,186 @@
+"""A whole program on terms: where it starts, what its surroundings may do to it, and its scans."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import z3
+
+from structured_text.engines.builtin.storage import address_slot, is_scalar, stored
+from structured_text.language import tree as t
+from structured_text.language.paths import resolve
+from structured_text.language.project import Project
+from structured_text.language.scalars import ANY_DURATION, WIDTH
+from structured_text.language.types import BlockType, ElementaryType, EnumType, Type
+from structured_text.prove import values
+from structured_text.prove.machine import Machine, Path
+from structured_text.prove.program import ProgramMachine
+from structured_text.prove.tree import written
+
+__all__ = ["Given", "Input", "Surroundings", "path_of"]
+
+
+@dataclass(frozen=True)
+class Input:
+    """A variable that the surroundings may set before each scan: its name is its path in a cell."""
+
+    name: str
+    path: Path
+    type: Type
+    initial: Any = None
+
+    @property
+    def searched(self) -> bool:
+        """A stimulus can set it to any value that the solver chooses."""
+        if isinstance(self.type, EnumType):
+            return True
+        name = self.type.name if isinstance(self.type, ElementaryType) else ""
+        return name == "BOOL" or name in ANY_DURATION or name in WIDTH
+
+
+@dataclass(frozen=True)
+class Given:
+    """What the surroundings do before a scan, as terms: bytes and status of each device, inputs."""
+
+    areas: dict[int, tuple[list[Any], Any]]
+    inputs: dict[str, Any]
+
+
+class Surroundings:
+    """The program of a project with all that may happen to it from outside.
+
+    This one is a program without a process image: its inputs are set, and nothing else happens.
+    What is derived from it sets more in `give_areas`, and says in `held` what that is.
+
+    Args:
+        project: The sources, with the programs that run.
+
+    Attributes:
+        inputs: Variables that no program writes: those of the panel, of the scanner, of others.
+        linked: Places of the status of each device's connection, by the number of the device.
+    """
+
+    def __init__(self, project: Project) -> None:
+        self.project = project
+        self.linked: dict[int, Path] = {}
+        self.writes = {
+            name: written(pou)
+            for name, pou in project.pous.items()
+            if pou.kind in ("PROGRAM", "FUNCTION_BLOCK")
+        }
+        held = set(self.held())
+        self.inputs = [one for one in self._inputs() if one.path not in held]
+
+    def held(self) -> Iterator[Path]:
+        """Yield the places that are no inputs, since `give_areas` sets them."""
+        return iter(())
+
+    def give_areas(self, machine: Machine, number: int) -> dict[int, tuple[list[Any], Any]]:
+        """Put into the process image what comes from each device before a scan.
+
+        Returns:
+            By the number of the device its bytes, and whether it is connected, as terms; their
+            names begin with `area.` and `connected.`, followed by its number.
+        """
+        del machine, number
+        return {}
+
+    def byte_name(self, number: str) -> str:
+        """Return how people call a byte of an area."""
+        return f"byte {number}"
+
+    def _inputs(self) -> Iterator[Input]:
+        everywhere = set().union(*self.writes.values())
+        for instance, block in self.project.instances.items():
+            pou = self.project.pous[block.name.upper()]
+            for symbol in pou.symbols.values():
+                own = symbol.section in ("VAR", "VAR_INPUT") and not symbol.constant
+                key = symbol.name.upper()
+                if not own or key in self.writes[pou.name.upper()]:
+                    continue
+                if symbol.address is not None and symbol.address.upper() in everywhere:
+                    continue
+                if not isinstance(symbol.type, BlockType):
+                    name = f"{instance}.{symbol.name}"
+                    yield Input(name, path_of(self.project, name)[0], symbol.type, symbol.initial)
+        for symbol in self.project.global_symbols.values():
+            key = symbol.address.upper() if symbol.address else symbol.name.upper()
+            if not symbol.constant and key not in everywhere and is_scalar(symbol.type):
+                place, _ = path_of(self.project, symbol.name)
+                yield Input(symbol.name, place, symbol.type, symbol.initial)
+
+    # --- memory ---
+
+    def start(self, machine: Machine) -> None:
+        """Everything with its initial value."""
+        for path, symbol in self.roots():
+            machine.create(path, symbol.type, symbol.initial)
+
+    def anything(self, machine: Machine) -> None:
+        """Any state: all that can change may be anything."""
+        for path, symbol in self.roots():
+            if symbol.constant:
+                machine.create(path, symbol.type, symbol.initial)
+            else:
+                machine.havoc(path, symbol.type)
+
+    def roots(self) -> Iterator[tuple[Path, t.Symbol]]:
+        """Yield the variables of the programs, global and located ones, each with its place."""
+        for symbol in self.project.global_symbols.values():
+            slot = address_slot(symbol.address) if symbol.address else symbol.name.upper()
+            yield ("", slot), symbol
+        for pou in self.project.pous.values():
+            for symbol in pou.symbols.values():
+                if symbol.address is not None:
+                    yield ("", address_slot(symbol.address)), symbol
+        for instance, block in self.project.instances.items():
+            for symbol in stored(self.project.pous[block.name.upper()].symbols.values()):
+                yield (instance.upper(), symbol.name.upper()), symbol
+
+    # --- scans ---
+
+    def give(self, machine: Machine, number: int, *, everything: bool = False) -> Given:
+        """Let the surroundings do what they may before a scan.
+
+        Inputs that no stimulus can set to what the solver chooses (REAL, STRING, arrays) stay as
+        they are, or are anything where `everything` is to be thought of.
+        """
+        areas = self.give_areas(machine, number)
+        inputs: dict[str, Any] = {}
+        for one in self.inputs:
+            if one.searched:
+                value = values.anything(one.type, f"{one.name}.{number}")
+                if values.is_duration(one.type) and not everything:  # as a file writes it
+                    whole = z3.BitVec(f"{one.name}.{number}", 32)
+                    value = z3.ZeroExt(values.TIME_BITS - 32, whole) * 1_000_000
+                inputs[one.name] = value
+                legal = values.legal(one.type, inputs[one.name])
+                machine.assume(legal)
+                machine[one.path] = inputs[one.name]
+            elif everything:
+                machine.havoc(one.path, one.type)
+        return Given(areas, inputs)
+
+    def scan(self, machine: ProgramMachine, number: int) -> None:
+        """Run the scan with this number; what a machine has noted is then of this scan."""
+        machine.calls.clear()
+        machine.own.clear()
+        machine.obligations.clear()
+        machine.operations.clear()
+        for run in self.project.schedule:
+            if number % run.every == 0:
+                kind = self.project.instances[run.instance]
+                machine.call_block((run.instance.upper(),), kind.name, {})
+
+
+def path_of(project: Project, name: str) -> tuple[Path, Type]:
+    """Where a machine has what a cell calls `Main.Stage`."""
+    found = resolve(project, name)
+    if found.address is not None:
+        inside = (step.upper() if isinstance(step, str) else step for step in found.inside)
+        return ("", address_slot(found.address), *inside), found.type
+    steps = tuple(step.upper() if isinstance(step, str) else step for step in found.steps)
+    root = ("", found.root.upper()) if found.is_global else (found.root.upper(),)
+    return (*root, *steps), found.type

@@ -1,0 +1,449 @@
+"""Proves what can be proved of a user's program, and looks for runs that break the rest."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Protocol
+
+import z3
+
+from structured_text.errors import InputError
+from structured_text.language.constructs import TRANSLATED, refuse
+from structured_text.language.load import load, too_deep
+from structured_text.language.project import Project
+from structured_text.projects.sources import SourceFiles
+from structured_text.prove.assertions import Copies, with_assertions
+from structured_text.prove.invariants import Candidate, candidates, kept
+from structured_text.prove.logic import Bool, UnsupportedError
+from structured_text.prove.machine import Path as Place
+from structured_text.prove.naming import Names
+from structured_text.prove.program import ProgramMachine
+from structured_text.prove.properties import Key, Library, Watch, inner_written, title
+from structured_text.prove.search import Run, Search, SearchEndedError
+from structured_text.prove.solve import PROVED, REFUTED, UNKNOWN
+from structured_text.prove.surroundings import Surroundings
+from structured_text.prove.values import TIME_BITS
+
+__all__ = ["NOTED", "Bench", "Replayed", "Result", "Settings", "prove"]
+
+#: It may be so, which is no fault by itself.
+NOTED = "noted"
+
+#: Scans this long come soon to what takes a robot's time [us].
+_LONG_US = 300_000
+#: Scans of each search.
+_SCANS = 400
+#: Scans of the first search, by which what shows soon is shown at the period asked for.
+_FIRST = 6
+_SHOWN = 8
+#: What stops no engine: no run can show it, so that it is proved or unknown.
+_STOPS_NOTHING = ("conversion", "time", "overflow")
+
+_INPUTS = "Nothing but the inputs is set from outside of the program."
+_CLOCK = "The clock never runs backwards and counts less than 2^62 ns; a TIME has 64 bits."
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to prove.
+
+    Attributes:
+        scan_us: Period of the scans of a run that is searched for.
+        limit_s: Seconds for each property.
+        out: Where stimulus files and charts go.
+        overflow: Arithmetic that may leave its type is a property like the others.
+        tell: Is told how far it is.
+    """
+
+    scan_us: int = 10_000
+    limit_s: float = 60.0
+    out: Path = Path("out/prove")
+    overflow: bool = False
+    tell: Callable[[str], None] = lambda _: None
+
+
+@dataclass(frozen=True)
+class Result:
+    """What has become of a property.
+
+    Attributes:
+        name: Its kind and place.
+        says: What is claimed.
+        at: File and line, if it has a place.
+        status: `proved`, `refuted` or `unknown`; `noted` of arithmetic that may leave its type,
+            where that is not asked for.
+        seconds: How long it took.
+        assumes: What is taken for granted.
+        stimulus: The run that breaks it.
+        command: What replays that run.
+        note: Why it is unknown, with the state that a failed step starts from; or what is broken.
+    """
+
+    name: str
+    says: str
+    at: str = ""
+    status: str = UNKNOWN
+    seconds: float = 0.0
+    assumes: tuple[str, ...] = ()
+    stimulus: str = ""
+    command: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What came of a run on the built-in engine.
+
+    Attributes:
+        scans: How many scans ran to their end.
+        error: What stopped the program, if something did.
+        differences: Where a variable has not the value that the run says; empty where they agree.
+        findings: The rules that were broken, in words.
+    """
+
+    scans: int
+    error: InputError | None
+    differences: tuple[str, ...]
+    findings: tuple[str, ...]
+
+
+class Bench(Protocol):
+    """What surrounds the programs that are proved, and runs them."""
+
+    @property
+    def name(self) -> str:
+        """The command, for messages."""
+
+    @property
+    def library(self) -> Library:
+        """What the library demands, and what is known of it."""
+
+    def surroundings(self, project: Project) -> Surroundings:
+        """Return what surrounds a program (InputError: it cannot be run here)."""
+
+    def blame(self, error: InputError) -> InputError:
+        """Return an error in the sources as people are told of it."""
+
+    def replay(
+        self,
+        run: Run,
+        around: Surroundings,
+        files: Sequence[Path],
+        stimulus: Path,
+        *,
+        about: str,
+        chart: Path,
+    ) -> Replayed:
+        """Write the stimulus file of a run, and run it on the built-in engine.
+
+        Args:
+            run: The run.
+            around: The surroundings of the program that it is of.
+            files: The program's files.
+            stimulus: Where the stimulus file goes.
+            about: Comment at the beginning of that file.
+            chart: Where the timing chart (SVG) of the run goes.
+
+        Raises:
+            InputError: a file cannot be written, or is there already and none of a search.
+        """
+
+    def command(self, run: Run, around: Surroundings, stimulus: Path) -> str:
+        """Return the command that shows a run to people."""
+
+
+def prove(sources: SourceFiles, settings: Settings, bench: Bench) -> tuple[list[Result], list[str]]:
+    """Prove a program's properties; also gives the names of its inputs.
+
+    Raises:
+        InputError: an error in the sources, or a program that cannot be run.
+    """
+    own, library = sources.users
+    with TemporaryDirectory() as folder:
+        copies = with_assertions(own, Path(folder))
+        try:
+            project = load([*copies.files, *library])
+            refuse(project.uses, bench.name, TRANSLATED)
+        except InputError as error:
+            raise _told_of_original(bench.blame(error), copies) from None
+        try:
+            work = _Work(bench, copies, project, settings)
+            return work.results(), [one.name for one in work.around.inputs]
+        except RecursionError:
+            raise too_deep(sources.all) from None
+
+
+def _told_of_original(error: InputError, copies: Copies) -> InputError:
+    asserted = any((one.file, one.line) == (error.file, error.line) for one in copies.assertions)
+    return InputError(
+        f"in the assertion: {error.message}" if asserted else error.message,
+        file=copies.original(error.file) or None,
+        line=error.line,
+        column=None if asserted else error.column,
+        hint=error.hint,
+    )
+
+
+@dataclass
+class _Step:
+    """A scan from any state: when each property is broken in it, and the state it starts from."""
+
+    machine: ProgramMachine
+    before: Mapping[Place, Any]
+    after: Mapping[Place, Any]
+    broken: dict[Key, Bool]
+
+
+@dataclass
+class _Work:
+    """One program under proof."""
+
+    bench: Bench
+    copies: Copies
+    project: Project
+    settings: Settings
+    open: dict[Key, Result] = field(default_factory=dict)
+    done: dict[Key, Result] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.around = self.bench.surroundings(self.project)
+        self.watch = Watch(self.project, self.copies, self.bench.library)
+        own = set(self.copies.originals)
+        self.library = frozenset(
+            pou.file for pou in self.project.pous.values() if pou.file not in own
+        )
+        self._spent: dict[Key, float] = {}
+        self._operations: dict[Key, str] = {}
+        self._searches: dict[int, Search] = {}
+
+    def results(self) -> list[Result]:
+        inner = [self._inner(self.bench.library.reference)] if self.bench.library.reference else []
+        for key in self.watch.always:
+            self.open[key] = self._named(key)
+        several = any(run.every > 1 for run in self.project.schedule)
+        if several:
+            self._note("programs of several intervals are only searched for runs that break it")
+        else:
+            self._try(lambda: self._induction(outline=True))
+        if not self.settings.overflow:
+            self._only_note()
+        short, long = self.settings.scan_us, max(self.settings.scan_us, _LONG_US)
+        self._try(lambda: self._search(short, _FIRST, 0.3))
+        if not several:
+            self._try(lambda: self._induction(outline=False))
+        self._try(lambda: self._search(long, _SCANS, 0.7))
+        self._try(lambda: self._search(short, _SCANS, 1))
+        every = {**self.done, **self.open}
+        return [*inner, *(every[key] for key in sorted(every))]
+
+    def _only_note(self) -> None:
+        """What is left of arithmetic is told, and not looked into any further."""
+        for key in [key for key in self.open if key[0] == "overflow"]:
+            seconds = self._spent.get(key, 0.0)
+            self.done[key] = replace(self.open.pop(key), status=NOTED, seconds=seconds)
+
+    def _try(self, way: Callable[[], None]) -> None:
+        """One way to decide what is open yet."""
+        try:
+            if self.open:
+                way()
+        except UnsupportedError as error:
+            self._note(f"not decided: {error}")
+
+    # --- what the source says ---
+
+    def _inner(self, reference: str) -> Result:
+        found = sorted(set(inner_written(self.project, self.copies, reference)))
+        result = Result("inner", f"nothing is written into an {reference}", status=PROVED)
+        if not found:
+            return result
+        places = [f"{self.copies.original(f)}:{line}: {name}" for f, line, name in found]
+        note = "written: " + "; ".join(places[:_SHOWN])
+        return replace(result, status=REFUTED, at=places[0].rpartition(":")[0], note=note)
+
+    # --- induction ---
+
+    def _induction(self, *, outline: bool) -> None:
+        how = "the program alone" if outline else "the program with the library"
+        self.settings.tell(f"one scan from any state: {how}")
+        step = self._any_scan(outline=outline)
+        for key in step.broken:
+            if key not in self.done and key not in self.open:
+                self.open[key] = self._named(key)
+        start = self._machine(outline=outline)
+        self.around.start(start)
+        tried = candidates(self.project, self.copies, {one.path for one in self.around.inputs})
+        needed = any(
+            self.open[key] and step.broken.get(key, False) is not False for key in self.open
+        )
+        limit = self.settings.limit_s / 4
+        held: list[Candidate] = []
+        if needed:
+            memories = (step.machine, step.before, step.after)
+            held = kept(tried, (start, start.snapshot()), memories, limit)
+        for key in list(self.open):
+            self._decide(key, step, held, outline=outline)
+
+    def _machine(self, *, outline: bool) -> ProgramMachine:
+        milliseconds = self.bench.library.milliseconds
+        return ProgramMachine(
+            self.project, self.library, exact=False, outline=outline, milliseconds=milliseconds
+        )
+
+    def _any_scan(self, *, outline: bool) -> _Step:
+        machine = self._machine(outline=outline)
+        machine.until = time.monotonic() + self.settings.limit_s / 2
+        machine.now = z3.BitVec("now", TIME_BITS)
+        machine.assume(z3.And(machine.now >= 0, machine.now < 1 << 62))
+        self.around.anything(machine)
+        before = machine.snapshot()
+        self.around.give(machine, 0, everything=True)
+        # A number that every program runs in: what runs more rarely runs in it, too.
+        self.around.scan(machine, 0)
+        wraps = self.watch.wraps(machine)
+        self._operations |= {key: text for key, (text, _) in wraps.items()}
+        broken = self.watch.broken(machine, before)
+        broken |= {key: when for key, (_, when) in wraps.items()}
+        return _Step(machine, before, machine.snapshot(), broken)
+
+    def _decide(self, key: Key, step: _Step, held: list[Candidate], *, outline: bool) -> None:
+        broken, begin = step.broken.get(key, False), time.monotonic()
+        of_library = self.bench.library.calls if outline else self.bench.library.counts
+        assumes = (_INPUTS, _CLOCK, of_library) if of_library else (_INPUTS, _CLOCK)
+        result = replace(self.open[key], assumes=assumes)
+        if broken is False:
+            self._proved(key, result)
+            return
+        solver = z3.SolverFor("QF_AUFBVFP")
+        solver.set("timeout", max(int((self.settings.limit_s - self._spent.get(key, 0)) * 1000), 1))
+        solver.add(*step.machine.assumptions)
+        solver.add(*(one.of(lambda p: step.machine.term(p, step.before)) for one in held))
+        solver.add(broken)
+        found = solver.check()
+        self._spent[key] = self._spent.get(key, 0.0) + time.monotonic() - begin
+        if found == z3.unsat:
+            self._proved(key, result)
+        elif found == z3.sat:
+            state = _state(solver.model(), broken, Names(step.machine, self.around))
+            note = f"one scan breaks it from a state that no run may come to: {state}"
+            self.open[key] = replace(self.open[key], note=note)
+        elif not self.open[key].note:
+            self.open[key] = replace(self.open[key], note="not decided within the limit")
+
+    def _proved(self, key: Key, result: Result) -> None:
+        del self.open[key]
+        self.done[key] = replace(result, status=PROVED, seconds=self._spent.get(key, 0.0), note="")
+
+    def _named(self, key: Key) -> Result:
+        kind, file, line = key
+        at = f"{self.copies.original(file)}:{line}" if file else ""
+        says = title(key, self.copies)
+        if key in self._operations:
+            says += f": {self._operations[key]}"
+        return Result(f"{kind} {Path(file).name}:{line}" if file else kind, says, at)
+
+    def _note(self, text: str) -> None:
+        for key, one in self.open.items():
+            self.open[key] = replace(one, note=one.note or text)
+
+    # --- search ---
+
+    def _search(self, scan_us: int, scans: int, share: float) -> None:
+        """Look for runs of so many scans, in a share of the time that is left."""
+        end = time.monotonic() + share * max(map(self._left, self.open))
+        going = self._searches.pop(scan_us, None)
+        milliseconds = self.bench.library.milliseconds
+        going = going or Search(self.project, scan_us, self.around, self.library, milliseconds)
+        going.machine.until = end
+        self._deeper(going, scans, end)
+        self._searches[scan_us] = going
+
+    def _left(self, key: Key) -> float:
+        return self.settings.limit_s - self._spent.get(key, 0.0)
+
+    def _sought(self) -> list[Key]:
+        """What a run can show to be broken."""
+        return [key for key in self.open if key[0] not in _STOPS_NOTHING]
+
+    def _deeper(self, going: Search, scans: int, end: float) -> None:
+        while going.scans < scans and time.monotonic() < end and self._sought():
+            begin = time.monotonic()
+            before = going.machine.snapshot()
+            number = going.scans
+            names = ", ".join(self.open[key].name for key in self._sought()[:3])
+            self.settings.tell(
+                f"runs of {number + 1} scans of {going.scan_us / 1000:g} ms: {names}"
+            )
+            going.scan()
+            found = self.watch.broken(going.machine, before)
+            for key in self._sought():
+                broken = found.get(key, False)
+                if broken is False or time.monotonic() > end:
+                    continue
+                first = self.watch.alone(key, broken, going.machine)
+                try:
+                    run = going.find(first, min(self._left(key), end - time.monotonic()))
+                except SearchEndedError:
+                    continue
+                if run is not None:
+                    self._found(key, run)
+            going.names += [z3.Not(one) for one in self.watch.stops(going.machine)]
+            for key in self.open:
+                self._spent[key] = self._spent.get(key, 0.0) + time.monotonic() - begin
+
+    def _found(self, key: Key, run: Run) -> None:
+        """A run breaks it: it does where the built-in engine says so, too."""
+        result = self.open[key]
+        name = result.name.replace(" ", "-").replace(":", "-")
+        stimulus, chart = self.settings.out / f"{name}.toml", self.settings.out / f"{name}.svg"
+        about = f"{result.says}: broken in the last scan" + (f" ({result.at})" if result.at else "")
+        files = self.copies.files
+        came = self.bench.replay(run, self.around, files, stimulus, about=about, chart=chart)
+        if not self._shows(key, came, len(run.steps)):
+            why = "; ".join(came.differences[:_SHOWN]) or "nothing of it shows"
+            note = f"THE TRANSLATION IS WRONG, please report it: {stimulus} breaks nothing: {why}"
+            del self.open[key]
+            self.done[key] = replace(result, note=note, stimulus=str(stimulus))
+        else:
+            del self.open[key]
+            self.done[key] = replace(
+                result,
+                status=REFUTED,
+                seconds=self._spent.get(key, 0.0),
+                stimulus=str(stimulus),
+                command=self.bench.command(run, self.around, stimulus),
+                note=f"after {len(run.steps)} scans of {run.scan_us / 1000:g} ms",
+            )
+
+    def _shows(self, key: Key, came: Replayed, scans: int) -> bool:
+        kind, file, line = key
+        if kind in ("once", "steady"):
+            said = "times in one scan" if kind == "once" else "though it is busy"
+            return any(said in one for one in came.findings)
+        return came.error is not None and (came.error.file, came.error.line) == (file, line)
+
+
+def _state(model: Any, broken: Bool, names: Names) -> str:
+    """The values that matter: those that the condition is about."""
+    found: dict[str, None] = {}
+    waiting, seen = [] if isinstance(broken, bool) else [broken], set()
+    while waiting and len(found) < _SHOWN:
+        one = waiting.pop(0)
+        if one.get_id() in seen:
+            continue
+        seen.add(one.get_id())
+        if one.num_args():
+            waiting += one.children()
+        elif _is_value(one) and (text := names.told(model, one)):
+            found[text] = None
+    return ", ".join(found) or "any"
+
+
+def _is_value(term: Any) -> bool:
+    """Is it a variable of the solver, and no array?"""
+    named = z3.is_const(term) and term.decl().kind() == z3.Z3_OP_UNINTERPRETED
+    return named and not z3.is_array(term)

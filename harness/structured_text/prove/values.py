@@ -1,0 +1,270 @@
+"""Values of a program as terms of the solver: machine arithmetic, exactly as the engines have it.
+
+A value is a Python number as long as it is known, and a term of z3 as soon as it is not: BOOL is
+`bool` or a Boolean term, integers, bit strings and enumerations are `int` or bit-vectors of their
+width, TIME and dates `int` or bit-vectors of `TIME_BITS` in nanoseconds, REAL and LREAL as
+`reals.Real`, STRING as `texts.Text`.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import z3
+
+from structured_text.language.scalars import (
+    ANY_DATE,
+    ANY_DURATION,
+    ANY_REAL,
+    INT_RANGE,
+    MOMENTS,
+    SIGNED,
+    WIDTH,
+    Scalar,
+    string_length,
+)
+from structured_text.language.types import ElementaryType, EnumType, Type
+from structured_text.prove import reals, texts
+from structured_text.prove.logic import (
+    Bool,
+    UnsupportedError,
+    both,
+    either,
+    equal,
+    is_known,
+    negated,
+    truth,
+)
+
+__all__ = [
+    "ENUM_BITS",
+    "TIME_BITS",
+    "Value",
+    "anything",
+    "bits",
+    "choose",
+    "combine",
+    "compare",
+    "concrete",
+    "constant",
+    "is_duration",
+    "legal",
+    "negate",
+    "scalar",
+    "wrapped",
+]
+
+Value = Any
+
+#: A TIME literal has 64 bits; what the sums of a scan may add finds room in the others.
+TIME_BITS = 72
+ENUM_BITS = 16
+
+
+def bits(kind: Type) -> int:
+    """Width of the bit-vector of a type that is a number; 0 for any other."""
+    if isinstance(kind, EnumType):
+        return ENUM_BITS
+    name = _name(kind)
+    return TIME_BITS if name in MOMENTS else WIDTH.get(name, 0)
+
+
+def _name(kind: Type) -> str:
+    return kind.name if isinstance(kind, ElementaryType) else ""
+
+
+def is_duration(kind: Type) -> bool:
+    """Whether it is TIME or LTIME."""
+    return _name(kind) in ANY_DURATION
+
+
+def _signed(kind: Type) -> bool:
+    name = _name(kind)
+    return name in SIGNED or name in MOMENTS
+
+
+def _is_text(kind: Type) -> bool:
+    """Whether it is a STRING or CHAR.
+
+    Raises:
+        UnsupportedError: it is a WSTRING or WCHAR.
+    """
+    name = _name(kind)
+    if name in ("WSTRING", "WCHAR"):
+        raise UnsupportedError(f"a {name}")
+    return name in ("STRING", "CHAR")
+
+
+def constant(kind: Type, value: Scalar) -> Value:
+    """The value that a literal or an initial value gives."""
+    if _name(kind) in ANY_REAL:
+        return reals.constant(float(value), _name(kind))
+    if _is_text(kind):
+        return texts.constant(str(value))
+    return bool(value) if _name(kind) == "BOOL" else int(value)
+
+
+def anything(kind: Type, name: str) -> Value:
+    """Any value of a scalar type, as a new variable of the solver."""
+    if _name(kind) == "BOOL":
+        return z3.Bool(name)
+    if _name(kind) in ANY_REAL:
+        return reals.anything(name, _name(kind))
+    if _is_text(kind):
+        assert isinstance(kind, ElementaryType)
+        return texts.anything(name, string_length(kind), exact=kind.name == "CHAR")
+    return z3.BitVec(name, bits(kind))
+
+
+def legal(kind: Type, value: Value) -> Bool:
+    """What holds of every value of the type: members of an enumeration, durations of 64 bits."""
+    if is_known(value):
+        return True
+    if isinstance(kind, EnumType):
+        return truth(z3.ULT(value, len(kind.members)))
+    if bits(kind) == TIME_BITS:
+        low = 0 if _name(kind) in ANY_DATE else -(1 << 63)
+        return truth(z3.And(value >= low, value < 1 << 63))
+    return texts.legal(value) if _is_text(kind) else True
+
+
+def scalar(kind: Type, value: Value) -> z3.ExprRef:
+    """The value as a term, also where it is known."""
+    if isinstance(value, (reals.Real, texts.Text)):
+        raise TypeError("a REAL or STRING is no single term")
+    if not is_known(value):
+        return value
+    if _name(kind) == "BOOL":
+        return z3.BoolVal(bool(value))
+    return z3.BitVecVal(int(value), bits(kind))
+
+
+def wrapped(kind: Type, value: int) -> int:
+    """A number brought into the range of an integer type, as the PLC's registers do."""
+    name = _name(kind)
+    if name not in INT_RANGE:
+        return value
+    low, _ = INT_RANGE[name]
+    return (value - low) % (1 << WIDTH[name]) + low
+
+
+def choose(condition: Bool, yes: Value, no: Value, kind: Type) -> Value:
+    """`yes` where the condition holds, else `no`."""
+    if condition is True or yes is no:
+        return yes
+    if condition is False:
+        return no
+    if isinstance(yes, reals.Real):
+        return reals.choose(condition, yes, no)
+    if isinstance(yes, texts.Text):
+        return texts.choose(condition, yes, no)
+    if is_known(yes) and is_known(no) and yes == no:
+        return yes
+    if _name(kind) == "BOOL":
+        return _choose_bool(condition, yes, no)
+    left, right = scalar(kind, yes), scalar(kind, no)
+    return left if left.eq(right) else z3.If(condition, left, right)
+
+
+def _choose_bool(condition: Any, yes: Bool, no: Bool) -> Bool:
+    if yes is True:
+        return condition if no is False else z3.Or(condition, no)
+    if yes is False:
+        return z3.Not(condition) if no is True else z3.And(z3.Not(condition), no)
+    if no is True:
+        return z3.Or(z3.Not(condition), yes)
+    if no is False:
+        return z3.And(condition, yes)
+    return yes if yes.eq(no) else z3.If(condition, yes, no)
+
+
+_PYTHON: dict[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "AND": operator.and_,
+    "OR": operator.or_,
+    "XOR": operator.xor,
+    "=": operator.eq,
+    "<>": operator.ne,
+    "<": operator.lt,
+    ">": operator.gt,
+    "<=": operator.le,
+    ">=": operator.ge,
+}
+_UNSIGNED: dict[str, Callable[[Any, Any], Any]] = {
+    "<": z3.ULT,
+    ">": z3.UGT,
+    "<=": z3.ULE,
+    ">=": z3.UGE,
+}
+
+
+def compare(op: str, left: Value, right: Value, kind: Type) -> Bool:
+    """A comparison of two values of one type: = <> < > <= >=."""
+    if isinstance(left, reals.Real):
+        return reals.compare(op, left, right)
+    if isinstance(left, texts.Text):
+        return texts.compare(op, left, right)
+    if is_known(left) and is_known(right):
+        return bool(_PYTHON[op](left, right))
+    if _name(kind) == "BOOL" and op not in ("=", "<>"):
+        less, more = (left, right) if op in ("<", "<=") else (right, left)
+        return both(negated(less), more) if op in ("<", ">") else either(negated(less), more)
+    if op in ("=", "<>"):
+        same = equal(scalar(kind, left), scalar(kind, right))
+        return same if op == "=" else negated(same)
+    call = _PYTHON[op] if _signed(kind) else _UNSIGNED[op]
+    return truth(call(scalar(kind, left), scalar(kind, right)))
+
+
+def combine(op: str, left: Value, right: Value, kind: Type) -> Value:
+    """Sums, differences, products, quotients, remainders and bitwise operations of integers.
+
+    A quotient by 0 is what z3 makes of it: who calls this sees to it that there is none.
+    """
+    if is_known(left) and is_known(right):
+        return _known(op, left, right, kind)
+    if op in ("AND", "OR", "XOR") and _name(kind) != "BOOL":
+        for one, other in ((left, right), (right, left)):
+            if is_known(one) and op in ("OR", "XOR") and one == 0:
+                return other
+            if is_known(one) and op == "AND" and one in (0, (1 << bits(kind)) - 1):
+                return one if one == 0 else other
+    elif op in ("+", "-") and is_known(right) and right == 0:
+        return left
+    a, b = scalar(kind, left), scalar(kind, right)
+    if op in ("/", "MOD"):
+        if op == "/":
+            return a / b if _signed(kind) else z3.UDiv(a, b)
+        rest = z3.SRem(a, b) if _signed(kind) else z3.URem(a, b)
+        return z3.If(b == 0, z3.BitVecVal(0, bits(kind)), rest)
+    return {"AND": operator.and_, "OR": operator.or_, "XOR": operator.xor}.get(op, _PYTHON[op])(
+        a, b
+    )
+
+
+def _known(op: str, left: int, right: int, kind: Type) -> int:
+    if op == "MOD":
+        rest = abs(left) % abs(right) if right else 0
+        return -rest if left < 0 else rest
+    if op == "/":
+        if right == 0:
+            return 0
+        quotient = abs(left) // abs(right)
+        return wrapped(kind, quotient if (left < 0) == (right < 0) else -quotient)
+    return wrapped(kind, _PYTHON[op](left, right))
+
+
+def negate(value: Value, kind: Type) -> Value:
+    """-value of an integer or TIME."""
+    return wrapped(kind, -value) if is_known(value) else -value
+
+
+def concrete(value: Value) -> bool:
+    """Whether the value is known without the solver."""
+    if isinstance(value, reals.Real):
+        return value.known
+    return texts.known(value) if isinstance(value, texts.Text) else is_known(value)
