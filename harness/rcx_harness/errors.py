@@ -10,7 +10,7 @@ from pathlib import Path
 __all__ = ["InputError", "OutputError", "legible", "refused"]
 
 #: All control characters but tab and end of line.
-_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 def legible(text: str) -> str:
