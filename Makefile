@@ -45,7 +45,7 @@ test: $(READY)
 	@$(BIN)/python -m pytest -n $(PROCESSES) --dist worksteal -q -m "not exhaustive" $(MORE)
 
 test-all: $(READY)
-	@echo "make test-all takes about ten minutes on two quiet cores"
+	@echo "make test-all takes about a quarter of an hour on two cores"
 	@$(BIN)/python -m pytest -n $(PROCESSES) --dist worksteal -q $(MORE)
 
 fuzz: $(READY)

@@ -11,7 +11,7 @@ from pathlib import Path
 __all__ = ["InputError", "OutputError", "did_you_mean", "legible", "refused"]
 
 #: All control characters but tab and end of line.
-_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 def legible(text: str) -> str:

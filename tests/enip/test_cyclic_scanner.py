@@ -62,6 +62,20 @@ def test_a_scanner_takes_assembly_100_and_is_connected_then(scanner: Device) -> 
     assert scanner.owner() is OwnerState.RUN
 
 
+def test_a_scanner_that_is_connected_has_the_data_and_their_time(
+    scanner: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another process may read between any two of these writes."""
+    seen: list[tuple[OwnerState, int, bytes]] = []
+
+    def set_owner(images: SharedImages, state: OwnerState, _: ConnectionParameters | None) -> None:
+        seen.append((state, images.arrived_us, images.to_master.read()))
+
+    monkeypatch.setattr(SharedImages, "set_owner", set_owner)
+    scanner.exchange.receive(from_robot(1), ROBOT, 7_000)
+    assert seen == [(OwnerState.RUN, 7_000, IMAGE)]
+
+
 def test_a_scanner_watches_the_robots_interval_not_its_own(images: SharedImages) -> None:
     """16 times 2 ms; it sends every 100 ms itself."""
     scanner = Device(images, Role.ORIGINATOR)

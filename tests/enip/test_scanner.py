@@ -16,7 +16,7 @@ import pytest
 
 from rcx_harness.enip.codec.forward_open import OpenRequest, decode_open_reply
 from rcx_harness.enip.cyclic.connections import ConnectionKind, EndReason, OwnerState
-from rcx_harness.enip.cyclic.shared import SharedImages
+from rcx_harness.enip.cyclic.shared import SharedImages, now_us
 from rcx_harness.enip.errors import CipError, EnipError, ProcessDiedError
 from rcx_harness.enip.options import AdapterOptions
 from rcx_harness.enip.originator.client import Client
@@ -132,12 +132,14 @@ def test_data_is_set_before_the_word_that_it_runs_and_read_after_what_is_told_of
         def arriving(of: SharedImages) -> OwnerState:
             """A packet comes while the state is looked at."""
             of.to_master.write(TO_MASTER)
+            of.arrive(now_us(), None)
             return OwnerState.RUN
 
         monkeypatch.setattr(SharedImages, "owner", property(arriving))
         assert images.to_master.read() == bytes(48)
         received = scanner.read()
         assert (received.connected, received.image) == (True, TO_MASTER)
+        assert received.age_us is not None
 
 
 def test_before_the_first_packet_there_is_nothing(adapter: Adapter) -> None:

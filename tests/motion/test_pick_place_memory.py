@@ -352,11 +352,13 @@ def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(out
 def test_a_start_with_an_illegal_gripper_does_not_hide_who_switches_the_hand(wrong: int) -> None:
     """It opens and closes again: nobody knows what it holds. Source: docs/errors.md, 16#805E."""
     bench = _begun(3, "refused")
+    outputs: dict[str, Any] = {"Gripper.CloseOutput": wrong}
     if wrong:
-        assert bench.work(**{"Gripper.CloseOutput": wrong}) == "8044"
+        assert bench.work(**outputs) == "8044"
+    outputs["Gripper.CloseOutput"] = 0
     bench.foreign = True
     for value in (0, 1):
         bench.send(0x301, 0, 0x1020, value)
         bench.scan(8)
     assert bench.told[-2:] == ["DO(20) OFF", "DO(20) ON"]
-    assert bench.work(**{"Gripper.CloseOutput": 0}) == "805E"
+    assert bench.work(**outputs) == "805E"

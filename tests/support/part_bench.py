@@ -6,6 +6,7 @@ The controller executes a command two scans after its code has come, and answers
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from plc_bench import ROOT, PlcBench
@@ -21,7 +22,15 @@ _CLOSES, _OPENS = 20, 21
 #: What is done to a command, by the scan of its execution: see `PartBench.fault`.
 Fault = str
 
-_PROGRAMS: dict[str, tuple[PlcBench, Any]] = {}
+
+@cache
+def _powered_up(engine: str) -> tuple[PlcBench, tuple[Any, int, bytes]]:
+    """Return the program at a robot that is ready, and its state then."""
+    plc = PlcBench(program=ROOT / "tests/data/library/TwoBlocks.st", engine=engine, contract=False)
+    plc.power_up()
+    plc.outputs(SO02=True)
+    plc.scan(3)
+    return plc, (plc.program.snapshot(), plc.now_us, bytes(plc.so))
 
 
 class PartBench:
@@ -43,15 +52,7 @@ class PartBench:
     """
 
     def __init__(self, engine: str = "builtin", *, outputs: int = 1, sensor: bool = False) -> None:
-        if engine not in _PROGRAMS:
-            plc = PlcBench(
-                program=ROOT / "tests/data/library/TwoBlocks.st", engine=engine, contract=False
-            )
-            plc.power_up()
-            plc.outputs(SO02=True)
-            plc.scan(3)
-            _PROGRAMS[engine] = plc, (plc.program.snapshot(), plc.now_us, bytes(plc.so))
-        self.plc, (state, now_us, so) = _PROGRAMS[engine]
+        self.plc, (state, now_us, so) = _powered_up(engine)
         self.plc.now_us = now_us
         self.plc.program.restore(state)
         self.plc.so[:] = so

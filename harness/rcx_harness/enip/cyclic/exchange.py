@@ -364,11 +364,15 @@ class Exchange:
             return True
         if arrival.missing:
             self._images.count(Word.MISSING, arrival.missing)
-        if self._is_watched(connection.parameters):
-            self._publish(connection.parameters, arrival, now_us)
-        # Last, too: a scanner's reader believes the data once something has arrived.
+        # A reader in another process looks in the reverse order: the state, the time, the data.
+        # So who sees the state RUN also sees when a packet came, and its data.
+        watched = self._is_watched(connection.parameters)
+        if watched and arrival.data is not None:
+            self._sink.write(arrival.data)
         last_us, connection.arrived_us = connection.arrived_us, now_us
         self._images.arrive(now_us, None if last_us is None else now_us - last_us)
+        if watched:
+            self._publish(connection.parameters, arrival, now_us)
         return True
 
     def poll(self, now_us: int, send: Send) -> int | None:
@@ -409,9 +413,6 @@ class Exchange:
             self._images.count(Word.SKIPPED, skipped)
 
     def _publish(self, parameters: ConnectionParameters, arrival: Arrival, now_us: int) -> None:
-        # The data first: who sees the state RUN also sees the data.
-        if arrival.data is not None:
-            self._sink.write(arrival.data)
         state = OwnerState.RUN if arrival.run else OwnerState.IDLE
         if self._images.owner is not state:
             self._images.set_owner(state, parameters)

@@ -311,9 +311,11 @@ class Scanner(Closing):
 
     def read(self) -> Received:
         """What has been received so far, and whether packets still come."""
-        # The image last: it is not older than what is said of it.
-        arrived_us = self.shared.arrived_us
+        # In the reverse order of what the cyclic process writes. The state is read first: after
+        # it, the time and the image of a packet are there. The image is read last: it is not
+        # older than its time.
         connected = self._control.alive and self.shared.owner is OwnerState.RUN
+        arrived_us = self.shared.arrived_us
         image = self.shared.to_master.read()
         age_us = max(0, now_us() - arrived_us) if arrived_us else None
         return Received(image, age_us, connected)
