@@ -54,7 +54,8 @@ def _texts(folder: Path) -> dict[str, bytes]:
 def _full() -> Iterator[None]:
     """Limit each file to 600 bytes, which is what a full disk does to a writer.
 
-    Python would cut its files of compiled code, too, and not notice it. So it writes none.
+    Python would cut its files of compiled code, too, and not notice it. So it writes none. The
+    limit ends within the test, since pytest writes its own output right after it.
     """
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     with pytest.MonkeyPatch.context() as python:
@@ -66,23 +67,17 @@ def _full() -> Iterator[None]:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-@pytest.fixture
-def full_disk() -> Iterator[None]:
-    """Write to a full disk for the length of a test."""
-    with _full():
-        yield
-
-
 @pytest.mark.parametrize("arguments", [["export", "st"], ["export", "plcopen"], ["eds"]])
 def test_a_full_disk_leaves_the_old_file_as_it_was(
-    plc: Path, arguments: list[str], full_disk: None, capsys: Captured
+    plc: Path, arguments: list[str], capsys: Captured
 ) -> None:
     out = plc / "out" / "cell"
     out.parent.mkdir()
     out.write_bytes(b"the old one")
     program = ["--needed", "--program", "Mine.st", "-o", str(out)]
     more = [str(out)] if arguments == ["eds"] else program
-    assert main([*arguments, *more, "--force"]) == 2
+    with _full():
+        assert main([*arguments, *more, "--force"]) == 2
     assert f"{out}: cannot be written: File too large" in capsys.readouterr().err
     assert _texts(out.parent) == {"cell": b"the old one"}
 
