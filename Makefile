@@ -5,8 +5,8 @@
 # make bench  measure speed beside targets, out/bench.json: ONLY=handshake,cyclic RPI=10ms FOR=60s
 #             ONLY=language: what is accepted of the libraries (folders, projects) in RCX_LIBRARIES
 # make lint   check format, types, the portability of the ST, and that generated files are current
-# make docs   write the generated pages and the README's output blocks anew; docs/view.png needs chromium
-# make verification   run every check below whose sources have changed; write docs/verification.md
+# make docs   write the generated pages and the README's output blocks anew; docs/how-to/view.png needs chromium
+# make verification   run every check below whose sources have changed; write docs/explanation/verification.md
 #   contract, coverage, mutants, explore, campaign, metamorphic: one check; MORE="..." goes to it
 # make site   write the pages as a web site with the playground, out/site; it needs npm
 #   site-test: and run its tests in chromium

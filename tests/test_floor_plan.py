@@ -89,7 +89,7 @@ def rooms(graph: Graph, house: str) -> Graph:
 
 
 def test_a_package_has_the_rooms_of_its_plan_and_at_most_14(rooms: Graph, house: str) -> None:
-    """Source: docs/architecture.md, the rooms."""
+    """Source: docs/explanation/architecture.md, the rooms."""
     assert set(rooms) == {room for line in PLANS[house] for room in line}
     assert len(rooms) <= _MOST_ROOMS
 
@@ -99,7 +99,7 @@ def test_a_room_imports_only_rooms_further_down_on_at_most_9_floors(
 ) -> None:
     """So robot and enip do not know each other.
 
-    Source: docs/architecture.md, the arrows.
+    Source: docs/explanation/architecture.md, the arrows.
     """
     rank = {room: number for number, line in enumerate(PLANS[house]) for room in line}
     upward = [
@@ -114,7 +114,7 @@ def test_a_room_imports_only_rooms_further_down_on_at_most_9_floors(
 
 @pytest.mark.parametrize("package", HOUSES)
 def test_no_module_imports_itself_by_way_of_others(graph: Graph, package: str) -> None:
-    """Source: docs/architecture.md, the arrows."""
+    """Source: docs/explanation/architecture.md, the arrows."""
     own = {name: others for name, others in graph.items() if name.split(".")[0] == package}
     assert " -> ".join(find_cycle(own)) == ""
 
@@ -122,7 +122,7 @@ def test_no_module_imports_itself_by_way_of_others(graph: Graph, package: str) -
 def test_a_package_never_imports_one_above_it(graph: Graph) -> None:
     """The toolkit knows nothing of the robot, and what users install nothing of our tools.
 
-    Source: docs/architecture.md, the packages.
+    Source: docs/explanation/architecture.md, the packages.
     """
     rank = {house: number for number, house in enumerate(HOUSES)}
     assert [
@@ -134,7 +134,7 @@ def test_a_package_never_imports_one_above_it(graph: Graph) -> None:
 
 
 def test_the_engines_and_enip_are_not_known_to_the_robot(graph: Graph) -> None:
-    """Source: docs/architecture.md, the arrows."""
+    """Source: docs/explanation/architecture.md, the arrows."""
     found = {
         f"{name} -> {other}"
         for name, others in graph.items()
@@ -146,7 +146,7 @@ def test_the_engines_and_enip_are_not_known_to_the_robot(graph: Graph) -> None:
 
 
 def test_the_toolkit_has_no_name_of_the_robot_or_its_library(repository: Path) -> None:
-    """Source: docs/architecture.md, the packages."""
+    """Source: docs/explanation/architecture.md, the packages."""
     home = repository / "harness" / "structured_text"
     files = [file for file in home.rglob("*") if file.is_file() and file.suffix != ".pyc"]
     found = {
@@ -158,7 +158,7 @@ def test_the_toolkit_has_no_name_of_the_robot_or_its_library(repository: Path) -
 
 
 def test_only_enip_names_cpppo(repository: Path) -> None:
-    """Source: docs/architecture.md, the rooms."""
+    """Source: docs/explanation/architecture.md, the rooms."""
     found = {
         ".".join(name.split(".")[:2])
         for name, file in shipped(repository).items()

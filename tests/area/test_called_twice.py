@@ -132,7 +132,7 @@ def test_of_an_illegal_area_that_is_read_again_the_illegal_offset_is_told(
 ) -> None:
     """What is to be mended first: the offset. What cannot be read is not connected.
 
-    Source: docs/errors.md.
+    Source: docs/reference/errors.md.
     """
     plc = _bench(tmp_path, twin, m=-1)
     plc["ReadTwice"] = True
@@ -157,7 +157,7 @@ def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(
 ) -> None:
     """The blocks are told that the connection is lost, not that they were not called.
 
-    Source: docs/errors.md, 16#8001 and 16#8013.
+    Source: docs/reference/errors.md, 16#8001 and 16#8013.
     """
     plc = _bench(tmp_path, twin)
     plc["First.Execute"] = True

@@ -112,7 +112,7 @@ def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_
 ) -> None:
     """It goes out with the next FB_WriteArea; the block says where it was called.
 
-    Source: manual chapter 5, 2: SI(00) and SI(06) OFF stop; docs/errors.md, 16#8017.
+    Source: manual chapter 5, 2: SI(00) and SI(06) OFF stop; docs/reference/errors.md, 16#8017.
     """
     plc = _up(words)
     _move(plc, place)
@@ -183,7 +183,7 @@ def test_a_release_that_is_moved_before_its_input_is_on_puts_the_hold_back(
 def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words: str) -> None:
     """Whoever asked for it, and also where a FB_WriteArea in between had an illegal area.
 
-    Source: docs/scan-model.md, where a block is called.
+    Source: docs/explanation/scan-model.md, where a block is called.
     """
     plc = _up(words)
     _move(plc, place)
@@ -198,7 +198,7 @@ def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words
 
 
 def test_a_block_that_is_called_before_the_first_reading_of_all_is_refused() -> None:
-    """Nothing of the controller is known then. Source: docs/errors.md, 16#8017."""
+    """Nothing of the controller is known then. Source: docs/reference/errors.md, 16#8017."""
     plc = _first()
     _move(plc, "Early")
     plc["Moving.Execute"] = True
@@ -243,7 +243,7 @@ def test_an_output_of_positions_whose_block_moves_is_ended_by_the_status_reset(p
 
 @pytest.mark.parametrize("order", ["There", "Early"])
 def test_a_block_that_changes_its_place_from_scan_to_scan_sends_at_most_once(order: str) -> None:
-    """One Execute, one command at most, whatever the order. Source: docs/errors.md, 16#8017."""
+    """One Execute, one command at most, whatever the order. Source: errors.md, 16#8017."""
     plc = _up()
     places = ["There", "Late", "Early"]
     codes, before = 0, 0
@@ -261,7 +261,7 @@ def test_a_block_that_changes_its_place_from_scan_to_scan_sends_at_most_once(ord
 
 @pytest.mark.parametrize("place", PLACES)
 def test_a_panel_out_of_place_starts_nothing_says_so_and_still_stops(place: str) -> None:
-    """Source: head of FB_Operator: Stop always acts; docs/errors.md, 16#8017."""
+    """Source: head of FB_Operator: Stop always acts; docs/reference/errors.md, 16#8017."""
     plc = _up()
     plc.outputs(SO02=False)
     plc.scan(4)
@@ -285,7 +285,7 @@ def test_a_panel_out_of_place_starts_nothing_says_so_and_still_stops(place: str)
 
 @pytest.mark.parametrize("place", PLACES)
 def test_a_work_cycle_out_of_place_is_a_fault(place: str) -> None:
-    """Run is an Execute: it does not come from there. Source: docs/errors.md, 16#8017."""
+    """Run is an Execute: it does not come from there. Source: docs/reference/errors.md, 16#8017."""
     plc = _up()
     plc.scan(2)
     _move(plc, place)
@@ -352,7 +352,8 @@ def test_a_relative_movement_goes_its_way_once_or_not_at_all(
 ) -> None:
     """Whether the controller shows 0x0100 or not; place 3 is between the areas of another robot.
 
-    Source: remote command guide 1.2: the status 0x0100 may be skipped; docs/errors.md, 16#8017.
+    Source: remote command guide 1.2: the status 0x0100 may be skipped; docs/reference/errors.md,
+    16#8017.
     """
     cell = moved(engine, skip, 1)
     for place in (1, 2, 3):

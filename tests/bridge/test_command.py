@@ -226,8 +226,8 @@ def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter)
 
 
 def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
-    """docs/bridge.md is written by hand; its table must not fall behind."""
-    page = (repository / "docs/bridge.md").read_text(encoding="utf-8")
+    """docs/how-to/bridge.md is written by hand; its table must not fall behind."""
+    page = (repository / "docs/how-to/bridge.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `(--[a-z]+)` \|.*\|([^|]*)\|$", page, re.MULTILINE))
     expected = {}
     for name, parameter in inspect.signature(cli_bridge.bridge).parameters.items():

@@ -134,7 +134,7 @@ def _orders() -> list[Sequence[str]]:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", ["builtin", "matiec"])
 def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) -> None:
-    """Source: docs/testing.md: `cell` is new for every test."""
+    """Source: docs/how-to/testing.md: `cell` is new for every test."""
     if engine != "builtin" and (missing := why_not(engine)):
         pytest.skip(missing)
     first = {act: _run(project, act, engine) for act in _ACTS}
@@ -148,7 +148,7 @@ def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) ->
 
 @pytest.mark.exhaustive
 def test_a_run_after_others_is_that_of_a_process_of_its_own(project: Path) -> None:
-    """Source: docs/testing.md: `cell` is new for every test."""
+    """Source: docs/how-to/testing.md: `cell` is new for every test."""
     for act in ("_has_other_points", "_loses_its_power", "_starts"):
         found = _run(project, act, "builtin")
     assert repr(found) == _alone(project, act, "builtin")

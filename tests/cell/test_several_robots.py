@@ -120,7 +120,7 @@ def test_a_broken_rule_says_which_controller_and_which_rule_it_is_of(tmp_path: P
 def test_on_loss_is_each_controllers_own(on_loss: str, lost: int) -> None:
     """The inputs of the lost one stay or are zero; those of the other go on.
 
-    Source: docs/testing.md, `rcx_on_loss`.
+    Source: docs/how-to/testing.md, `rcx_on_loss`.
     """
     with _cell(on_loss=on_loss) as cell:
         cell.run("100ms")

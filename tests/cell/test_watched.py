@@ -243,7 +243,7 @@ def test_alone_it_makes_columns_after_all(watched: Build) -> None:
 def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str) -> None:
     """A regular expression would try every way to share the name out between the stars.
 
-    Source: docs/limits.md, variables that are watched.
+    Source: docs/reference/limits.md, variables that are watched.
     """
     with pytest.raises(InputError, match="no variable is like"):
         watched(pattern)
@@ -267,7 +267,7 @@ def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str
 def test_a_star_is_any_characters_and_a_question_mark_is_one(
     pattern: str, name: str, fits: bool
 ) -> None:
-    """Source: docs/trace.md, --watch."""
+    """Source: docs/reference/trace.md, --watch."""
     assert is_like(pattern, name) == fits
 
 
@@ -276,7 +276,7 @@ def test_so_many_variables_are_watched_and_no_more(
 ) -> None:
     """The program has six elements in Items and Grid.
 
-    Source: docs/limits.md, variables that are watched.
+    Source: docs/reference/limits.md, variables that are watched.
     """
     for module in ("structured_text.language.displayed", "rcx_harness.cell.watched"):
         monkeypatch.setattr(f"{module}.MOST_WATCHED", 3)

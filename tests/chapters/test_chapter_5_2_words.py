@@ -116,7 +116,7 @@ def test_sow0_and_sow1_are_dedicated_to_the_status_and_response_of_remote_comman
     cell["Data[2]"] = 7  # a point that is not defined
     cell["Command.Execute"] = True
     cell.cell.run_until(lambda: cell["Command.Error"] is True, within="1s")
-    # 6.204 by its name: assumed, docs/fidelity.md, alarm-names
+    # 6.204 by its name: assumed, docs/explanation/fidelity.md, alarm-names
     assert (cell["Command.AlarmGroup"], cell["Command.AlarmCategory"]) == (6, 204)
 
 

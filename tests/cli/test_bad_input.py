@@ -182,7 +182,7 @@ def test_explore_does_not_write_over_a_file_of_the_users(here: Path, capsys: Cap
 
 
 def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Captured) -> None:
-    """Source: docs/judge.md, --json FILE."""
+    """Source: docs/how-to/judge.md, --json FILE."""
     assert main(["judge", "t.jsonl", "--json", "it.json"]) == 0
     assert capsys.readouterr().out.endswith("no violations\nwritten: it.json\n")
     written = Path("it.json").read_text()

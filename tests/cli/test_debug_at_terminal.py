@@ -28,7 +28,7 @@ def test_at_a_terminal_it_says_what_it_waits_for_and_what_to_do(
 ) -> None:
     """Standard output stays empty: it is the client's.
 
-    Source: docs/debug.md.
+    Source: docs/how-to/debug.md.
     """
     keyboard, terminal = pty.openpty()
     try:
@@ -46,7 +46,7 @@ def test_at_a_terminal_it_says_what_it_waits_for_and_what_to_do(
 def test_behind_a_pipe_it_says_nothing(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
     """Some clients show everything on standard error as an error.
 
-    Source: docs/debug.md.
+    Source: docs/how-to/debug.md.
     """
     reading, writing = os.pipe()
     os.close(writing)

@@ -112,7 +112,7 @@ def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_
 
 
 def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
-    """Source: docs/timing.md: what a process of rcx serve imports stays in memory, for each one."""
+    """Source: timing.md: what a process of rcx serve imports stays in memory, for each one."""
     parent = _loaded(*(f"rcx_harness.cli.{one}" for one in ("start", "app", "serve")))
     found = _loaded("rcx_harness.serve.station_process")
     of_programs = ("language.load", "engines.load", "engines.builtin", "export")

@@ -196,7 +196,7 @@ def test_illegal_pins_end_in_an_error_and_send_nothing(
 ) -> None:
     """Just beyond each limit and far beyond it; the next legal edge works.
 
-    Source: docs/errors.md, 16#8040 to 16#8047.
+    Source: docs/reference/errors.md, 16#8040 to 16#8047.
     """
     for pins, error in reading.refused(chance):
         plc.set({**pins, "Execute": True})

@@ -59,7 +59,7 @@ def test_the_code_stands_in_the_file_of_a_block_that_has_a_test(command: Command
 
 @every_command
 def test_the_table_of_commands_has_a_row_with_block_test_and_section(command: Command) -> None:
-    page = (ROOT / "docs/commands.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/reference/commands.md").read_text(encoding="utf-8")
     rows = dict(_ROWS.findall(page))
     row = rows[command.shown.removeprefix("0x")]
     for name in _blocks(command):

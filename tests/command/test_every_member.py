@@ -264,7 +264,8 @@ def test_every_member_of_every_type_was_sent_or_shown() -> None:
 def test_a_command_without_an_end_fails_after_the_time_limit_of_its_kind(block: Pins) -> None:
     """60 s where the robot moves, else 5 s, unless Timeout says otherwise.
 
-    Source: design of the library: time limits are those of docs/blocks.md; the manual has none.
+    Source: design of the library: time limits are those of docs/reference/blocks.md; the manual
+    has none.
     """
     bench = _bench(block)
     _start(block, bench, block.given())

@@ -24,7 +24,7 @@ def plc() -> PlcBench:
 def test_a_timeout_of_one_millisecond_is_a_limit(plc: PlcBench, block: str) -> None:
     """T#0s alone is no limit.
 
-    Source: docs/errors.md, 16#8015.
+    Source: docs/reference/errors.md, 16#8015.
     """
     plc.answer(0x0200)
     plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#1ms", True
@@ -44,7 +44,7 @@ def test_the_channel_shows_the_code_of_the_command(plc: PlcBench, block: str, co
 def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout(
     plc: PlcBench, block: str
 ) -> None:
-    """Source: docs/errors.md, 16#8012."""
+    """Source: docs/reference/errors.md, 16#8012."""
     plc["First.Code"], plc["First.Timeout"] = 0x0501, "T#50ms"
     plc["First.Execute"] = True
     plc.scan_until(lambda: plc["First.ErrorID"] == 0x8011)
@@ -58,7 +58,7 @@ def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout(
 def test_a_controller_that_does_not_become_ready_is_waited_for_until_timeout(
     plc: PlcBench, block: str
 ) -> None:
-    """Source: docs/errors.md, 16#8015; remote command guide 1.2, code 0x0000."""
+    """Source: docs/reference/errors.md, 16#8015; remote command guide 1.2, code 0x0000."""
     plc.answer(0x0200)
     plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#100ms", True
     plc.scan(9)

@@ -3,7 +3,7 @@
 One program has all blocks; they are tried one after another. matiec has some of them, since its
 compiler takes long.
 
-Source: docs/errors.md, 16#8017; docs/scan-model.md, where a block is called.
+Source: docs/reference/errors.md, 16#8017; docs/explanation/scan-model.md, where a block is called.
 """
 
 from __future__ import annotations
@@ -187,7 +187,7 @@ def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out
 ) -> None:
     """And not one that it asks for later: Execute stays TRUE. Another one works meanwhile.
 
-    Source: docs/errors.md, 16#8017.
+    Source: docs/reference/errors.md, 16#8017.
     """
 
     def judge(plc: Places, block: str) -> None:
@@ -218,7 +218,8 @@ def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_m
 ) -> None:
     """What is out is held to its end, and then the next one has its turn.
 
-    Source: docs/errors.md, 16#8017; guide chapter 2: code and data stand until the status is seen.
+    Source: docs/reference/errors.md, 16#8017; guide chapter 2: code and data stand until the
+    status is seen.
     """
 
     def judge(plc: Places, block: str) -> None:
@@ -249,7 +250,7 @@ def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_m
 def test_a_block_that_is_put_back_into_its_place_works_with_a_new_edge_and_only_once(
     engine: str,
 ) -> None:
-    """Source: docs/errors.md, 16#8017, remedy."""
+    """Source: docs/reference/errors.md, 16#8017, remedy."""
 
     def judge(plc: Places, block: str) -> None:
         for place in PLACES:

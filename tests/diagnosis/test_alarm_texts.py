@@ -93,7 +93,7 @@ def test_each_alarm_that_the_manual_names_has_its_text(
 @_IN_BOTH
 @pytest.mark.parametrize("row", _ERRORS, ids=lambda row: f"{row['id']:04X}")
 def test_each_error_id_has_its_text(plc: Program, language: str, row: dict[str, str]) -> None:
-    """Source: docs/errors.md."""
+    """Source: docs/reference/errors.md."""
     known, lines = _shown(plc, "ErrorText", ErrorID=row["id"], Language=language)
     assert known
     _is_told(lines, row, _LANGUAGES[language])
@@ -120,7 +120,7 @@ def test_an_alarm_that_the_manual_does_not_name_has_no_text(plc: Program, langua
 
 @_IN_BOTH
 def test_a_number_that_is_no_error_id_has_no_text(plc: Program, language: str) -> None:
-    """Source: docs/errors.md."""
+    """Source: docs/reference/errors.md."""
     listed = {row["id"] for row in _ERRORS}
     plc.write("Main.Language", language)
     for error in (*range(0x8000, 0x8100), *range(0x80), *range(0x8100, 0x8180), 0xFFFF):
@@ -239,7 +239,7 @@ def test_bytes_beyond_ascii_are_escapes_and_what_would_belong_to_them_too(
 
 def test_the_table_for_panels_has_every_alarm_error_command_and_signal() -> None:
     """The status reset is no command that a panel can see."""
-    text = (ROOT / "docs/texts.csv").read_text(encoding="utf-8-sig")
+    text = (ROOT / "docs/reference/texts.csv").read_text(encoding="utf-8-sig")
     rows = list(csv.DictReader(io.StringIO(text)))
     counts: dict[str, int] = {}
     for row in rows:

@@ -111,7 +111,7 @@ def test_a_continuous_output_that_the_plc_ends_is_no_fault(recorder: Recorder) -
 def test_a_command_without_an_end_has_the_error_id_that_its_block_has(
     recorder: Recorder, change: dict[str, Any], result: int
 ) -> None:
-    """Source: docs/errors.md, 16#8014, 16#8002 and 16#8001."""
+    """Source: docs/reference/errors.md, 16#8014, 16#8002 and 16#8001."""
     recorder.command(0x0000, **change)
     ends = [row for row in recorder.rows() if row[0] == "LOG_COMMAND"]
     assert ends == [("LOG_COMMAND", 0x1001, result)]
@@ -249,7 +249,7 @@ def test_time_is_counted_in_milliseconds_since_the_first_call(recorder: Recorder
 
 
 def test_each_new_error_of_a_block_is_kept_and_is_a_fault(recorder: Recorder) -> None:
-    """Source: docs/errors.md."""
+    """Source: docs/reference/errors.md."""
     for error in (0x8010, 0x8010, 0, 0, 0x8010, 0x8003, 0):
         recorder["BlockError"] = error
         recorder.scan()
@@ -264,7 +264,7 @@ def test_each_new_error_of_a_block_is_kept_and_is_a_fault(recorder: Recorder) ->
 
 @pytest.mark.parametrize("block", ["FB_CommandRecorder", "FB_ChannelStatus", "FB_DedicatedBits"])
 def test_the_blocks_only_look(block: str) -> None:
-    """Source: docs/diagnosis.md."""
+    """Source: docs/how-to/diagnosis.md."""
     alone = Alone(block, {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = True
     alone["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN"

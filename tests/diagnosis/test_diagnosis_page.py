@@ -1,4 +1,4 @@
-"""docs/diagnosis.md: its program compiles and runs, and its panel is what the blocks showed."""
+"""diagnosis.md: its program compiles and runs, and its panel is what the blocks showed."""
 
 from __future__ import annotations
 

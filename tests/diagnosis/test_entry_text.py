@@ -46,7 +46,7 @@ def _told(kind: str, number: int, result: int, alarm: tuple[int, int] = (0, 0)) 
 def test_an_entry_has_a_subject_and_a_fault_its_text(
     entry: tuple[str, int, int], subject: str, name: str
 ) -> None:
-    """Source: docs/diagnosis.md, docs/errors.md; manual chapter 5, 2."""
+    """Source: docs/how-to/diagnosis.md, docs/reference/errors.md; manual chapter 5, 2."""
     block = _told(*entry)
     assert block["Block.Subject"] == subject
     assert block["Block.Text.Name"] == name

@@ -62,7 +62,7 @@ def _kinds(folder: Path) -> list[str]:
 def test_the_same_sources_are_checked_and_written_once(
     program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/timing.md: a cache for the second run."""
+    """Source: docs/explanation/timing.md: a cache for the second run."""
     assert _sum(program) == 12
     assert _kinds(kept) == [".code", ".project"]
     _forget(monkeypatch)

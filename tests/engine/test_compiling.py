@@ -73,7 +73,7 @@ def test_trees_are_built_without_the_search(
     step: str,
     whole: Callable[[Path], object],
 ) -> None:
-    """Source: docs/timing.md: the library compiles within 2 s."""
+    """Source: docs/explanation/timing.md: the library compiles within 2 s."""
     file = tmp_path / "Main.st"
     file.write_text("PROGRAM Main VAR X : INT; END_VAR X := 1; END_PROGRAM", encoding="utf-8")
     place = import_module(module)

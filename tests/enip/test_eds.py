@@ -248,8 +248,8 @@ def test_what_is_there_is_written_over_with_force_only(tmp_path: Path, capsys: C
 def test_the_commands_of_the_page_can_be_typed_one_after_the_other(
     repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/network.md, EDS file."""
-    lines = (repository / "docs/network.md").read_text(encoding="utf-8").splitlines()
+    """Source: docs/how-to/network.md, EDS file."""
+    lines = (repository / "docs/how-to/network.md").read_text(encoding="utf-8").splitlines()
     commands = [line.partition("#")[0].split()[1:] for line in lines if line.startswith("rcx eds ")]
     monkeypatch.chdir(tmp_path)
     assert [main(command) for command in commands] == [0, 0]

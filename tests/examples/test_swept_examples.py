@@ -47,7 +47,7 @@ def _sweep(name: str, out: Path, program: Path, faults: tuple[str, ...], every: 
 def test_the_example_comes_back_from_every_fault(
     name: str, every: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/campaign.md; what is demanded: tests/data/sweeps."""
+    """Source: docs/how-to/campaign.md; what is demanded: tests/data/sweeps."""
     program = ROOT / "plc/examples" / name
     assert _sweep(name, tmp_path / "out", program, _FAULTS, every) == 0
     assert "the cell recovers from all of them" in capsys.readouterr().out

@@ -106,7 +106,7 @@ def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
 ) -> None:
     """Two blocks that end in one scan: the number of one of them, never one made of both.
 
-    Source: docs/errors.md.
+    Source: docs/reference/errors.md.
     """
     known = {int(row["id"]) for row in load_toml(folder() / "errors.toml")["error"]}
     with _started(name) as cell:

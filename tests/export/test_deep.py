@@ -24,7 +24,7 @@ def _program(folder: Path, expression: str) -> Path:
 def test_calls_deep_inside_each_other_are_exported(target: str, depth: int, tmp_path: Path) -> None:
     """Python's usual stack does not hold so many of them.
 
-    Source: docs/limits.md, programs: 10,000 in each other.
+    Source: docs/reference/limits.md, programs: 10,000 in each other.
     """
     file = _program(tmp_path, "ABS(" * depth + "y" + ")" * depth)
     output = export(target, program=[file], only_needed=True)
@@ -34,7 +34,7 @@ def test_calls_deep_inside_each_other_are_exported(target: str, depth: int, tmp_
 def test_what_no_stack_holds_is_told_with_its_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/limits.md, programs."""
+    """Source: docs/reference/limits.md, programs."""
 
     def too_small(work: object) -> None:
         raise RecursionError
@@ -51,7 +51,7 @@ def test_what_no_stack_holds_is_told_with_its_line(
 def test_a_proof_of_expressions_too_deep_for_it_names_their_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/limits.md, programs."""
+    """Source: docs/reference/limits.md, programs."""
     pytest.importorskip("z3")
     file = _program(tmp_path, " + ".join(["y"] * 2_000))
     assert main(["prove", str(file), "--out", str(tmp_path)]) == 2

@@ -15,7 +15,7 @@ from structured_text.export.expressions import init_text
 from structured_text.export.parts import Sources
 from structured_text.language import syntax as s
 
-#: What a public project types into the tables of KV STUDIO 12 (KV-X520); see docs/export.md.
+#: What a public project types into the tables of KV STUDIO 12 (KV-X520); see docs/how-to/export.md.
 _TYPES = {*("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "LREAL", "TIME", "STRING[80]")}
 #: What the types of IEC 61131-3 are in its tables.
 _CALLED = {
@@ -94,7 +94,7 @@ def test_every_variable_is_in_its_table_with_direction_type_default_and_comment(
 
 
 def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, str]) -> None:
-    """Source: docs/export.md, `keyence`; the structures and blocks are files of the folder."""
+    """Source: export.md, `keyence`; the structures and blocks are files of the folder."""
     made = {Path(path).stem.split(".")[0] for path in files} | {"TON", "R_TRIG"}
     for path in {path.rpartition("/")[0] + "/" + Path(path).stem.split(".")[0] for path in files}:
         for name, row in _rows(files, path).items() if path != "types/enumerations" else ():
@@ -105,7 +105,7 @@ def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, s
 def test_words_and_bytes_are_uint_and_names_of_devices_are_changed(
     files: Mapping[str, str],
 ) -> None:
-    """Source: docs/export.md, `keyence`."""
+    """Source: docs/how-to/export.md, `keyence`."""
     assert "SHL(UINT#16#01, Digit) AND UINT#16#00FF" in files["core/FC_RcxBitMask.st"]
     assert "Rest := (NOT Mask AND UINT#16#00FF);" in files["core/FC_RcxByteWithBit.st"]
     assert "(SHR(Value, 8) AND UINT#16#00FF);" in files["core/FC_RcxByteOfWord.st"]

@@ -282,8 +282,8 @@ _TAGS = {
 
 
 def test_the_calls_in_the_docs_are_right(cell: Path, tmp_path: Path) -> None:
-    """docs/export.md: arguments in their order, pins by their names; GSV and CPS aside."""
-    page = (ROOT / "docs/export.md").read_text(encoding="utf-8")
+    """docs/how-to/export.md: arguments in their order, pins by their names; GSV and CPS aside."""
+    page = (ROOT / "docs/how-to/export.md").read_text(encoding="utf-8")
     shown = page.partition("```\nRCX_FirstScan(")[2].partition("```")[0]
     lines = [line.partition("//")[0].rstrip() for line in f"RCX_FirstScan({shown}".splitlines()]
     kept = [line for line in lines if not line.startswith(("GSV(", "CPS("))]

@@ -43,7 +43,7 @@ FUNCTION_BLOCK FB_Status (* FB_Status is mine, FB_ServoOn and fb_servoon are the
   VAR_OUTPUT
     Sum : INT;
   END_VAR
-  Sum := FC_RcxWord + 1; (* docs/blocks/FB_ServoOn.md *)
+  Sum := FC_RcxWord + 1; (* docs/reference/blocks/FB_ServoOn.md *)
 END_FUNCTION_BLOCK
 PROGRAM Main
   VAR
@@ -171,7 +171,7 @@ def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None
     text = file.read_text()
     mine = text[text.index("FUNCTION_BLOCK FB_Status") : text.index("END_PROGRAM")]
     assert "(* FB_Status is mine, Yam_FB_ServoOn and fb_servoon are theirs *)" in mine
-    assert "docs/blocks/FB_ServoOn.md" in mine
+    assert "docs/reference/blocks/FB_ServoOn.md" in mine
     assert "Servo    : Yam_fb_servoon;" in mine
     assert "Kind     : MINE := HAND_RIGHT;" in mine
     assert "Hand     : Yam_RCX_HAND_SYSTEM := Yam_RCX_HAND_SYSTEM#Yam_HAND_LEFT;" in mine

@@ -72,7 +72,7 @@ def test_an_example_runs_from_what_a_tool_gets_of_it(
 ) -> None:
     """Read as `rcx run` reads it, without the library: the bytes on the wire are those recorded.
 
-    Source: docs/export.md.
+    Source: docs/how-to/export.md.
     """
     example = examples()[name]
     files = _files(target, example, tmp_path)
@@ -84,7 +84,7 @@ def test_an_example_runs_from_what_a_tool_gets_of_it(
 def test_what_is_written_is_the_same_every_time(target: str) -> None:
     """Identifiers of TwinCAT and dates of L5X, too.
 
-    Source: docs/export.md: made again, a file has not changed.
+    Source: docs/how-to/export.md: made again, a file has not changed.
     """
     assert TARGETS[target].write(sample()) == written(target)
 
@@ -115,7 +115,7 @@ _IN_WORDS = {one: f"{one}Words" for one in ("FB_ReadArea", "FB_WriteArea")}
 def test_what_of_the_sample_is_not_carried_is_named(target: str) -> None:
     """A task is made in the tool; blocks with an array of BYTE have others for words.
 
-    Source: docs/export.md.
+    Source: docs/how-to/export.md.
     """
     why = {one.what.split()[1]: one.why for one in written(target).missing}
     lost = set(why)

@@ -532,7 +532,7 @@ def test_enable_in_every_second_scan_takes_nobodys_place() -> None:
 def test_one_that_is_called_twice_in_a_scan_says_so(engine: str) -> None:
     """Else its Timeout would pass at double speed, and it would lose its place each time.
 
-    Source: docs/errors.md, 16#8016; head: called once in every scan
+    Source: docs/reference/errors.md, 16#8016; head: called once in every scan
     """
     table = _table(engine)
     table["Twice3"] = True

@@ -344,7 +344,7 @@ def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
 
 @pytest.mark.parametrize("hold", [True, False])
 def test_a_call_that_is_left_out_before_a_command_lets_none_out(hold: bool) -> None:
-    """Nor does it go on by itself where Hold falls afterwards. Source: docs/scan-model.md."""
+    """Nor does it go on by itself where Hold falls afterwards. Source: scan-model.md."""
     plc = bench(*rows_to(1, 2), Hold=hold)
     start(plc)
     plc["CallTable"] = False
@@ -392,7 +392,7 @@ def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan() -> None:
 
 
 def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None:
-    """Source: docs/fidelity.md, program-mode: remote commands work in both modes."""
+    """Source: docs/explanation/fidelity.md, program-mode: remote commands work in both modes."""
     plc = bench(*rows_to(1, 2, 3))
     plc.outputs(SO10=False)
     plc.scan()
@@ -434,7 +434,8 @@ def test_a_start_that_is_refused_leaves_it_open_whether_a_relative_row_is_done(
 ) -> None:
     """An illegal row, or a stop: the row after that is still the one that may be done.
 
-    Source: docs/errors.md, 16#8055; guide 4.2.2: a relative movement adds to where the robot stands
+    Source: docs/reference/errors.md, 16#8055; guide 4.2.2: a relative movement adds to where the
+    robot stands
     """
     plc = _doubtful()
     plc["StopOk"] = bool(pins)

@@ -354,7 +354,7 @@ def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
 
 @pytest.mark.parametrize("step", ["read", "change"])
 def test_an_answer_that_does_not_come_ends_it_at_timeout(step: str) -> None:
-    """Sampled at the start. Source: docs/errors.md, 16#8011."""
+    """Sampled at the start. Source: docs/reference/errors.md, 16#8011."""
     pins: dict[str, Any] = {"Timeout": "T#100ms"}
     plc = _plc(Enable=True, **pins) if step == "read" else _begun(**pins)
     plc["SpeedOverride.Timeout"] = "T#0s" if step == "change" else "T#100ms"
@@ -384,7 +384,7 @@ def test_the_speed_is_not_known_where_the_end_of_a_step_is_not(lost: str) -> Non
 
 
 def test_the_speed_stays_known_where_the_step_did_not_go_out() -> None:
-    """Source: docs/errors.md, 16#8012: an earlier command has no end."""
+    """Source: docs/reference/errors.md, 16#8012: an earlier command has no end."""
     plc = _moving(Percent=80)
     plc["Connected"] = False
     plc.scan()
@@ -474,7 +474,7 @@ def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
 def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
     """The step may have gone out and been taken, and nothing shows it any more.
 
-    Source: docs/scan-model.md, one scan
+    Source: docs/explanation/scan-model.md, one scan
     """
     bench = PartBench(engine)
     bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True

@@ -72,7 +72,7 @@ class _Pallet:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_x_counts_first_then_y_then_z(tmp_path: Path, engine: str) -> None:
-    """Source: guide 4.3.3; docs/fidelity.md, the order of the work positions."""
+    """Source: guide 4.3.3; docs/explanation/fidelity.md, the order of the work positions."""
     pallet = _Pallet(tmp_path, (3, 2, 2), engine)
     seen = []
     for k in range(1, 13):

@@ -432,7 +432,7 @@ def test_timeout_is_that_of_every_command(stage: str, silent: str) -> None:
 
 @pytest.mark.parametrize("how", ["skipped", "twice"])
 def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
-    """Source: docs/scan-model.md, one scan."""
+    """Source: docs/explanation/scan-model.md, one scan."""
     plc = _bench()
     plc.until("PTP 20 at 50")
     plc["Call" if how == "skipped" else "Twice"] = how != "skipped"
@@ -448,7 +448,7 @@ def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
 
 @pytest.mark.parametrize("how", ["skipped", "twice"])
 def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> None:
-    """Where none is under way that would see it itself. Source: docs/scan-model.md, one scan."""
+    """Where none is under way that would see it itself. Source: scan-model.md, one scan."""
     plc = _bench(**_SENSOR)
     plc["Twice"] = how == "twice"
     plc.start()

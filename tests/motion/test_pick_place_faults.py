@@ -106,7 +106,7 @@ def test_a_command_that_waits_for_its_turn_is_withdrawn(
 ) -> None:
     """It would go out after the stop, or after its release.
 
-    Source: docs/scan-model.md; manual chapter 5, 3.1 and 3.3
+    Source: docs/explanation/scan-model.md; manual chapter 5, 3.1 and 3.3
     """
     plc = _bench(Gripper__PartInput=21)
     plc.follows = {21: 20}
@@ -138,7 +138,7 @@ def test_a_command_that_waits_for_its_turn_is_withdrawn(
 def test_a_second_call_in_the_scan_of_the_error_lets_no_command_out(
     again: int, restart: bool
 ) -> None:
-    """Nor one in the next scan, nor a new edge there. Source: docs/scan-model.md, one scan."""
+    """Nor one in the next scan, nor a new edge there. Source: scan-model.md, one scan."""
     plc = _bench()
     plc.silent = "date"
     plc.until("DO(20) OFF")
@@ -209,7 +209,7 @@ def test_a_close_that_did_not_go_out_is_not_made_up_for_elsewhere(engine: str) -
 def test_a_part_that_falls_before_the_release_went_out_is_lost(name: str, value: bool) -> None:
     """Only from then on it may be gone: that is where it belongs.
 
-    Source: docs/errors.md, 16#8059
+    Source: docs/reference/errors.md, 16#8059
     """
     plc = _bench(Gripper__PartInput=21)
     plc.follows = {21: 20}
@@ -249,7 +249,7 @@ def test_after_a_release_that_went_out_the_hand_may_be_empty(part: bool) -> None
 
 
 def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
-    """Source: docs/fidelity.md, program-mode: remote commands work in both modes."""
+    """Source: docs/explanation/fidelity.md, program-mode: remote commands work in both modes."""
     plc = _bench()
     plc.outputs(SO10=False)
     plc.scan()
@@ -264,7 +264,7 @@ def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
     """It would run with pins of the start before, beside the command that still waits.
 
-    Source: docs/errors.md, 16#8016
+    Source: docs/reference/errors.md, 16#8016
     """
     plc = _bench()
     plc.silent = "date"

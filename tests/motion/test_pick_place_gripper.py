@@ -73,7 +73,7 @@ def test_after_an_error_both_outputs_are_read() -> None:
 
 
 def test_fingers_that_do_not_open_at_the_target_are_opened_there_again() -> None:
-    """What is in the hand was gripped at the source. Source: docs/errors.md, 16#805A."""
+    """What is in the hand was gripped at the source. Source: docs/reference/errors.md, 16#805A."""
     plc = _bench(Gripper__OpenedInput=43, Gripper__MaxWait="T#100ms")
     plc.inputs_on = {43}
     plc.until("PTP 20")

@@ -111,7 +111,7 @@ def test_whatever_happens_at_whatever_command(what: str) -> None:
 def test_a_close_is_not_forgotten_because_the_next_call_is_missing(engine: str, how: str) -> None:
     """The part is carried to the target, from wherever the robot was brought.
 
-    Source: docs/scan-model.md, one scan; guide 4.5.1, I/O port reference
+    Source: docs/explanation/scan-model.md, one scan; guide 4.5.1, I/O port reference
     """
     bench = _begun(2, how, engine)
     assert bench.held
@@ -153,7 +153,7 @@ def test_a_close_that_was_refused_is_none(engine: str) -> None:
 def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
     """The part has fallen: Holds says so, and the next start fetches another one.
 
-    Source: docs/fidelity.md: outputs are OFF after power-on
+    Source: docs/explanation/fidelity.md: outputs are OFF after power-on
     """
     bench = _begun(3, "power cycle")
     assert bench.end == ("Error", 0x8001, False)
@@ -163,7 +163,7 @@ def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
 
 
 def test_a_power_cycle_after_the_end_has_not_been_told_yet() -> None:
-    """Somebody looks for the part first: it may lie anywhere. Source: docs/errors.md, 16#8059."""
+    """Somebody looks for the part first: it may lie anywhere. Source: errors.md, 16#8059."""
     bench = _begun(3, "refused")
     assert bench.end == ("Error", 0x8020, True)
     bench.power_cycle()
@@ -173,7 +173,7 @@ def test_a_power_cycle_after_the_end_has_not_been_told_yet() -> None:
 
 
 def test_a_power_cycle_at_the_target_puts_the_part_down_there() -> None:
-    """No second part comes to it. Source: docs/fidelity.md: outputs are OFF after power-on."""
+    """No second part comes to it. Source: fidelity.md: outputs are OFF after power-on."""
     bench = PartBench()
     bench["Pick.Gripper.PartInput"] = 30
     bench["Pick.Execute"] = True
@@ -229,7 +229,7 @@ def test_what_is_not_known_stays_so_until_somebody_has_looked() -> None:
 def test_fingers_that_did_not_close_at_the_source_may_close_elsewhere() -> None:
     """Their input comes after the robot was moved: nobody knows what they hold.
 
-    Source: docs/errors.md, 16#805A
+    Source: docs/reference/errors.md, 16#805A
     """
     bench = PartBench()
     bench["Pick.Gripper.ClosedInput"] = 43
@@ -252,7 +252,7 @@ def test_where_the_target_was_reached_the_part_is_put_down_there_again() -> None
 def test_a_power_cycle_that_begins_in_a_scan_without_a_call_has_not_been_told() -> None:
     """The work ends as not called in every scan; the part has fallen wherever the robot was.
 
-    Source: docs/errors.md, 16#8013 and 16#8059
+    Source: docs/reference/errors.md, 16#8013 and 16#8059
     """
     bench = PartBench()
     bench["Pick.Execute"] = True
@@ -269,7 +269,7 @@ def test_a_power_cycle_that_begins_in_a_scan_without_a_call_has_not_been_told() 
 
 
 def test_a_power_cycle_after_an_error_at_the_target_puts_no_part_down_there() -> None:
-    """The robot may have been moved since. Source: head of FB_RcxPickMemory; docs/errors.md."""
+    """The robot may have been moved since. Source: head of FB_RcxPickMemory; errors.md."""
     bench = PartBench()
     bench["Pick.Gripper.PartInput"] = 30
     bench["Pick.Execute"] = True
@@ -308,7 +308,7 @@ def test_of_two_outputs_a_hand_that_is_closed_goes_on_with_its_part() -> None:
 def test_where_fingers_closed_late_a_sensor_says_whether_there_is_a_part(power: bool) -> None:
     """Also where both outputs are OFF afterwards: of two the hand stays as it is.
 
-    Source: docs/errors.md, 16#805A and 16#805E: or wire PartInput
+    Source: docs/reference/errors.md, 16#805A and 16#805E: or wire PartInput
     """
     bench = PartBench(outputs=2, sensor=True)
     bench["Pick.Gripper.ClosedInput"] = 43
@@ -325,7 +325,7 @@ def test_where_fingers_closed_late_a_sensor_says_whether_there_is_a_part(power: 
 def test_a_hand_that_another_block_closes_after_a_release(sensor: bool) -> None:
     """The release was refused, the close changes nothing: a sensor knows, else nobody does.
 
-    Source: docs/errors.md, 16#805E
+    Source: docs/reference/errors.md, 16#805E
     """
     bench = _begun(4, "refused", sensor=sensor)
     bench.send(0x301, 0, 0x1020, 1)
@@ -350,7 +350,7 @@ def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(out
 
 @pytest.mark.parametrize("wrong", [0, 28])
 def test_a_start_with_an_illegal_gripper_does_not_hide_who_switches_the_hand(wrong: int) -> None:
-    """It opens and closes again: nobody knows what it holds. Source: docs/errors.md, 16#805E."""
+    """It opens and closes again: nobody knows what it holds. Source: errors.md, 16#805E."""
     bench = _begun(3, "refused")
     outputs: dict[str, Any] = {"Gripper.CloseOutput": wrong}
     if wrong:

@@ -140,7 +140,7 @@ def test_blocks_that_read_and_set_the_speed_work_beside_it() -> None:
 
 
 def test_a_movement_that_was_there_before_is_waited_for() -> None:
-    """First come, first served: nothing of it has gone out. Source: docs/scan-model.md."""
+    """First come, first served: nothing of it has gone out. Source: scan-model.md."""
     bench = PartBench()
     bench.send(*_MOVES)
     bench.scan(3)
@@ -151,7 +151,7 @@ def test_a_movement_that_was_there_before_is_waited_for() -> None:
 def test_a_movement_is_waited_for_however_long_it_takes() -> None:
     """Nothing of the work has gone out: its first command comes behind it.
 
-    Source: docs/scan-model.md, two blocks on one robot
+    Source: docs/explanation/scan-model.md, two blocks on one robot
     """
     bench = PartBench()
     bench.send(*_MOVES)
@@ -166,7 +166,7 @@ def test_a_movement_is_waited_for_however_long_it_takes() -> None:
 
 
 def test_a_switch_of_the_hand_that_ends_in_the_scan_of_the_start_is_no_harm() -> None:
-    """It is over before the work sends anything. Source: docs/scan-model.md, two blocks."""
+    """It is over before the work sends anything. Source: scan-model.md, two blocks."""
     bench = PartBench()
     bench.foreign = True
     bench.send(0x301, 0, 0x1020, 0)
@@ -254,7 +254,7 @@ def test_outputs_of_the_hand_are_known_however_they_are_written() -> None:
 def test_a_second_block_of_several_commands_is_refused() -> None:
     """The first one goes on; the second may follow in the scan of its end.
 
-    Source: docs/scan-model.md, two blocks on one robot
+    Source: docs/explanation/scan-model.md, two blocks on one robot
     """
     bench = PartBench()
     for count in (1, 3):
@@ -302,7 +302,7 @@ def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() 
 def test_of_a_start_that_is_refused_hand_empty_does_not_count() -> None:
     """The other block works, and its part is in the hand.
 
-    Source: docs/scan-model.md, two blocks on one robot
+    Source: docs/explanation/scan-model.md, two blocks on one robot
     """
     bench = PartBench()
     _sent(bench, 4)
@@ -328,7 +328,7 @@ def test_a_table_may_move_the_robot_with_a_part_in_the_hand() -> None:
 
 @pytest.mark.parametrize("number", [-1, 5, 17])
 def test_a_table_for_a_robot_that_there_is_not_is_refused_and_takes_none(number: int) -> None:
-    """Source: guide 3.1, robot designation: 1 to 4; docs/errors.md, 16#8040."""
+    """Source: guide 3.1, robot designation: 1 to 4; docs/reference/errors.md, 16#8040."""
     bench = PartBench()
     bench["Moves[1].Kind"], bench["Table.Rows"] = "MOVE_PTP", 1
     assert bench.work("Table", RobotNumber=number) == "8040"
@@ -337,7 +337,7 @@ def test_a_table_for_a_robot_that_there_is_not_is_refused_and_takes_none(number:
 
 
 def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
-    """After one scan. Source: docs/scan-model.md, two turns."""
+    """After one scan. Source: docs/explanation/scan-model.md, two turns."""
     bench = PartBench()
     _sent(bench, 2)
     bench["Call"] = False

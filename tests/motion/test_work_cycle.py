@@ -92,7 +92,7 @@ def test_run_stays_away_as_long_as_the_work_shows_its_end() -> None:
 
 
 def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
-    """It goes on with a new Start only. Source: head of FB_WorkCycle; docs/errors.md, 16#8006."""
+    """It goes on with a new Start only. Source: head of FB_WorkCycle; errors.md, 16#8006."""
     plc = _running("Cycle")
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.outputs(SO10=False)

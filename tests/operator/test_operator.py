@@ -333,7 +333,7 @@ def test_while_a_key_is_at_work_the_others_are_refused_but_stop() -> None:
 
 @pytest.mark.parametrize("key", ["ServoOn", "Start"])
 def test_a_key_that_is_at_work_is_refused_once_more(key: str) -> None:
-    """Source: docs/errors.md, 16#8072."""
+    """Source: docs/reference/errors.md, 16#8072."""
     plc = OperatorBench()
     plc.outputs(SO02=key != "ServoOn")
     plc.set(Automatic=key == "Start")

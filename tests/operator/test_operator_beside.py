@@ -42,7 +42,7 @@ def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
 ) -> None:
     """Nor is the movement of another block that follows it.
 
-    Source: docs/scan-model.md, a block that is skipped; head of FB_Operator, HmiOk
+    Source: docs/explanation/scan-model.md, a block that is skipped; head of FB_Operator, HmiOk
     """
     plc = _stepwise()
     plc.hold = _KEYS[key]
@@ -61,7 +61,7 @@ def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
 def test_of_a_step_that_comes_too_late_only_that_is_told() -> None:
     """Not that the speed is set by another block, as soon as the press does not count any more.
 
-    Source: docs/errors.md, 16#8076 and 16#805D
+    Source: docs/reference/errors.md, 16#8076 and 16#805D
     """
     told = set()
     for scans in range(95, 99):

@@ -489,7 +489,7 @@ def test_a_step_does_not_line_up_behind_another_command() -> None:
 
 @pytest.mark.parametrize("key", ["ServoOn", "ProgramReset", "StepLine", "Teach"])
 def test_while_an_axis_is_jogged_another_key_is_refused_and_the_jog_goes_on(key: str) -> None:
-    """Source: docs/errors.md, 16#8072."""
+    """Source: docs/reference/errors.md, 16#8072."""
     plc = OperatorBench()
     _jogging(plc)
     assert plc.can(key) == [False]

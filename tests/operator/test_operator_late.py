@@ -542,7 +542,7 @@ def _reset_behind() -> OperatorBench:
 
 
 def test_a_reset_that_waits_is_withdrawn_and_who_has_his_turn_goes_on() -> None:
-    """He waits for the controller as long as Timeout says. Source: docs/errors.md, 16#8076."""
+    """He waits for the controller as long as Timeout says. Source: errors.md, 16#8076."""
     plc = _reset_behind()
     plc.scan(250)
     assert plc.message == 0x8076
@@ -571,7 +571,7 @@ def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
 
 
 def test_an_emergency_stop_while_the_alarm_is_reset_is_what_is_told() -> None:
-    """Not that the alarm stays. Source: docs/errors.md, 16#8003 and 16#800A."""
+    """Not that the alarm stays. Source: docs/reference/errors.md, 16#8003 and 16#800A."""
     plc = OperatorBench()
     plc.outputs(SO02=False, SO03=True)
     plc.scan(20)

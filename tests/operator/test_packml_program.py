@@ -1,4 +1,4 @@
-"""docs/operator/PackMlCell.st: a robot program behind PackML, on the virtual controller."""
+"""docs/how-to/operator/PackMlCell.st: a robot program behind PackML, on the virtual controller."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from plc_bench import ROOT
 from rcx_harness.cell import Cell
 from rcx_harness.robot.ports import port
 
-_PROGRAM = ROOT / "docs/operator/PackMlCell.st"
-_ROBOT = ROOT / "docs/operator/robot.toml"
+_PROGRAM = ROOT / "docs/how-to/operator/PackMlCell.st"
+_ROBOT = ROOT / "docs/how-to/operator/robot.toml"
 
 
 class _Line:
@@ -60,7 +60,7 @@ def line() -> Iterator[_Line]:
 
 
 def test_the_page_shows_this_program() -> None:
-    page = (ROOT / "docs/operator/packml.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/how-to/operator/packml.md").read_text(encoding="utf-8")
     assert _PROGRAM.name in page
     assert _ROBOT.name in page
 
@@ -68,7 +68,7 @@ def test_the_page_shows_this_program() -> None:
 def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_between(
     line: _Line,
 ) -> None:
-    """Source: the transitions of docs/operator/packml.md; manual chapter 5, 3."""
+    """Source: the transitions of docs/how-to/operator/packml.md; manual chapter 5, 3."""
     for command, end in (
         ("CLEAR", "STOPPED"),
         ("RESET", "IDLE"),
@@ -99,7 +99,7 @@ def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_betwee
 def test_a_second_run_is_complete_only_at_its_own_end(line: _Line, link: str) -> None:
     """SO(20) is still ON from the first one as it starts, also where the link was lost meanwhile.
 
-    Source: docs/operator/packml.md.
+    Source: docs/how-to/operator/packml.md.
     """
     _to_execute(line)
     line.until("COMPLETE")
@@ -139,7 +139,8 @@ def test_a_program_that_is_stopped_from_elsewhere_is_held_and_goes_on_to_its_end
 ) -> None:
     """An Unhold that comes too early leads back to Held.
 
-    Source: manual chapter 1, 5.1; chapter 5, 2 and 3.2, SO(10), SO(13); docs/operator/packml.md.
+    Source: manual chapter 1, 5.1; chapter 5, 2 and 3.2, SO(10), SO(13);
+    docs/how-to/operator/packml.md.
     """
     robot = tmp_path / "robot.toml"
     board = 'parallel_io = "valid"\n' if event == "parallel_stop" else ""
@@ -172,7 +173,7 @@ def test_a_program_that_is_stopped_from_elsewhere_is_held_and_goes_on_to_its_end
 
 
 def test_a_program_that_ends_before_its_last_line_is_not_complete(line: _Line) -> None:
-    """Source: docs/operator/packml.md: only SO(20) tells."""
+    """Source: docs/how-to/operator/packml.md: only SO(20) tells."""
     _to_execute(line)
     for _ in range(20):
         line.scan()
@@ -190,7 +191,7 @@ def test_a_hold_near_the_end_does_not_run_the_program_again(
 ) -> None:
     """Wherever it falls, what has been done is not repeated.
 
-    Source: docs/operator/packml.md.
+    Source: docs/how-to/operator/packml.md.
     """
     _to_execute(line)
     end = line.cell.now_us

@@ -27,7 +27,7 @@ def test_a_link_to_a_file_and_one_to_its_folder_lead_to_the_same_place(tmp_path:
 
 
 def test_a_record_speaks_of_the_files_below_its_folder_wherever_they_lie(tmp_path: Path) -> None:
-    """Source: docs/export.md: a folder that was exported is known again by its record."""
+    """Source: docs/how-to/export.md: a folder that was exported is known again by its record."""
     deep = tmp_path / "made" / "lib" / "A.st"
     deep.parent.mkdir(parents=True)
     deep.touch()

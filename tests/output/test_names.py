@@ -26,7 +26,7 @@ def test_a_run_in_a_folder_whose_name_is_no_text_writes_all_its_files(
 ) -> None:
     """A backup of a machine that used Shift_JIS, seen from one that uses UTF-8.
 
-    Source: docs/limits.md, files.
+    Source: docs/reference/limits.md, files.
     """
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\x83e\x83X"))
     folder.mkdir()

@@ -100,7 +100,7 @@ _STARTS = re.compile(
 
 
 def test_nobody_else_starts_processes(repository: Path) -> None:
-    """Source: docs/architecture.md: one place that starts programs of others."""
+    """Source: docs/explanation/architecture.md: one place that starts programs of others."""
     starting = {
         name
         for name, file in shipped(repository).items()

@@ -29,7 +29,7 @@ def test_a_pipe_a_device_a_socket_and_a_folder_are_refused_before_they_are_opene
 ) -> None:
     """Opening a pipe waits for whoever writes; a device may have no end.
 
-    Source: docs/limits.md, files.
+    Source: docs/reference/limits.md, files.
     """
     place = tmp_path / "socket"
     with socket.socket(socket.AF_UNIX) as one:
@@ -74,7 +74,7 @@ def test_every_command_refuses_a_pipe_where_it_takes_a_file(
 ) -> None:
     """A test that reads the pipe would never end.
 
-    Source: docs/limits.md, files.
+    Source: docs/reference/limits.md, files.
     """
     monkeypatch.chdir(tmp_path)
     areas = "VAR InputArea, OutputArea : ARRAY [0..511] OF BYTE; END_VAR"
@@ -87,7 +87,7 @@ def test_every_command_refuses_a_pipe_where_it_takes_a_file(
 def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     """It is as large as the limit says, and not a byte more.
 
-    Source: docs/limits.md, files.
+    Source: docs/reference/limits.md, files.
     """
     file = tmp_path / "large.st"
     with file.open("wb") as stream:
@@ -102,7 +102,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
 
 
 def test_a_text_that_is_not_utf_8_has_the_line_of_the_byte(tmp_path: Path) -> None:
-    """Source: docs/limits.md: robot files and stimuli are UTF-8."""
+    """Source: docs/reference/limits.md: robot files and stimuli are UTF-8."""
     file = tmp_path / "robot.toml"
     file.write_bytes(b"size = 48\r\n# f\xe4ngt\r\n")
     with pytest.raises(InputError, match=r"robot\.toml:2: byte 14 is not UTF-8; save the file"):
@@ -112,8 +112,10 @@ def test_a_text_that_is_not_utf_8_has_the_line_of_the_byte(tmp_path: Path) -> No
 
 
 def test_the_page_of_limits_says_what_they_are() -> None:
-    """Source: docs/limits.md."""
-    page = Path(__file__).parents[2].joinpath("docs/limits.md").read_text(encoding="utf-8")
+    """Source: docs/reference/limits.md."""
+    page = (
+        Path(__file__).parents[2].joinpath("docs/reference/limits.md").read_text(encoding="utf-8")
+    )
     numbers = {
         getattr(limits, name)
         for name in limits.__all__

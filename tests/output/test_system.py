@@ -26,7 +26,7 @@ SYSTEM, GUARD = "structured_text.output.system", "structured_text.output.guard"
 
 @pytest.mark.exhaustive
 def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
-    """Source: docs/architecture.md, the rooms."""
+    """Source: docs/explanation/architecture.md, the rooms."""
     found = {
         name: used(file.read_text(encoding="utf-8")) for name, file in shipped(repository).items()
     }
@@ -37,7 +37,7 @@ def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
-    """Source: docs/architecture.md, the rooms."""
+    """Source: docs/explanation/architecture.md, the rooms."""
     asks = {
         name
         for name, file in shipped(repository).items()

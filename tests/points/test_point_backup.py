@@ -146,7 +146,7 @@ def test_a_pallet_whose_first_point_is_0_is_defined(plc: PointsBench) -> None:
 def test_what_is_not_there_is_an_empty_row(plc: PointsBench, kind: str, number: int) -> None:
     """The alarms 6.204 and 6.236; assumed, the manual names none.
 
-    Source: docs/fidelity.md, other-alarms and undefined-pallet
+    Source: docs/explanation/fidelity.md, other-alarms and undefined-pallet
     """
     assert plc.run("Backup", Kind=f"DATA_{kind}", First=number, Count=1) == 0
     assert plc.row(1) == EMPTY
@@ -279,7 +279,7 @@ def test_a_complete_record_is_not_resumed_and_so_never_looks_as_if_it_was_read_a
 ) -> None:
     """The rows are those of the reading before; Number is the next First, as it was at its end.
 
-    Source: docs/errors.md, 16#8069; comment of Resume
+    Source: docs/reference/errors.md, 16#8069; comment of Resume
     """
     plc.stored[0x100, 5] = POINT_50
     assert plc.run("Backup", First=5, Count=1) == 0
@@ -392,7 +392,7 @@ def test_a_controller_that_is_gone_or_not_ready_ends_it_in_the_same_scan(
 ) -> None:
     """While a command is out, and between two of them.
 
-    Source: docs/errors.md, 16#8001 and 16#8002
+    Source: docs/reference/errors.md, 16#8001 and 16#8002
     """
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
@@ -417,7 +417,7 @@ def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBe
 
 
 def test_a_range_that_does_not_exist_is_told_without_a_link_too(plc: PointsBench) -> None:
-    """Source: docs/errors.md, 16#8044: the inputs are wrong in any case."""
+    """Source: docs/reference/errors.md, 16#8044: the inputs are wrong in any case."""
     plc["Connected"] = False
     assert plc.run("Backup", most=1, First=-1) == 0x8044
 
@@ -444,7 +444,7 @@ def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
 ) -> None:
     """500 scans of 10 ms from its turn on, which it gets in the first one.
 
-    Source: docs/blocks/FB_PointBackup.md, Timeout.
+    Source: docs/reference/blocks/FB_PointBackup.md, Timeout.
     """
     plc.silent = True
     plc["Backup.Execute"] = True
@@ -507,7 +507,7 @@ def test_while_it_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench)
 def test_a_scan_without_a_call_ends_it(plc: PointsBench, between: bool) -> None:
     """While a command is out, and between two of them.
 
-    Source: docs/scan-model.md, one scan
+    Source: docs/explanation/scan-model.md, one scan
     """
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
@@ -525,7 +525,7 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, between: bool) -> None:
 
 @pytest.mark.parametrize("between", [False, True])
 def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, between: bool) -> None:
-    """Source: docs/scan-model.md, one scan."""
+    """Source: docs/explanation/scan-model.md, one scan."""
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
     plc["CallTwice"] = True

@@ -161,7 +161,7 @@ def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: Po
 def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
     plc: PointsBench, row: int
 ) -> None:
-    """Source: docs/errors.md, 16#8002."""
+    """Source: docs/reference/errors.md, 16#8002."""
     _record(plc, count=9)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: plc["Restore.Row"] == row)
@@ -210,7 +210,7 @@ def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int
 def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) -> None:
     """The record has the point and the controller has not, and the other way round.
 
-    Source: docs/points.md: a number that is not defined is a row with Defined FALSE.
+    Source: docs/how-to/points.md: a number that is not defined is a row with Defined FALSE.
     """
     zeros = [0] * 14
     if kept:
@@ -224,7 +224,7 @@ def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) ->
 
 
 def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> None:
-    """Source: docs/blocks/FB_PointRestore.md, Number; point 10 is in row 1."""
+    """Source: docs/reference/blocks/FB_PointRestore.md, Number; point 10 is in row 1."""
     _record(plc)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: len(plc.sent) == 1)
@@ -477,7 +477,7 @@ def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
 ) -> None:
     """500 scans of 10 ms from its turn on.
 
-    Source: docs/blocks/FB_PointRestore.md, Timeout.
+    Source: docs/reference/blocks/FB_PointRestore.md, Timeout.
     """
     _record(plc)
     plc.silent = True
@@ -530,7 +530,7 @@ def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
 def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
     """While it checks, while a command is out, and between two of them.
 
-    Source: docs/scan-model.md, one scan
+    Source: docs/explanation/scan-model.md, one scan
     """
     _record(plc)
     plc["Restore.Execute"] = True
@@ -554,7 +554,7 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
 
 @pytest.mark.parametrize("when", ["Row", "Active", "Number"])
 def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, when: str) -> None:
-    """Source: docs/scan-model.md, one scan."""
+    """Source: docs/explanation/scan-model.md, one scan."""
     _record(plc)
     plc["Restore.Execute"] = True
     wanted = {"Row": 3, "Active": True, "Number": 11}[when]

@@ -1,4 +1,4 @@
-"""docs/points.md: its program keeps points, finds what differs, and writes them back."""
+"""docs/how-to/points.md: its program keeps points, finds what differs, and writes them back."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from points_bench import PointsBench
 from rcx_harness import Cell
 from rcx_harness.robot.stored import Point
 
-_PAGE, _PROGRAM = ROOT / "docs/points.md", ROOT / "docs/points/Points.st"
+_PAGE, _PROGRAM = ROOT / "docs/how-to/points.md", ROOT / "docs/how-to/points/Points.st"
 
 
 def _press(cell: Cell, button: str, block: str) -> object:
@@ -79,7 +79,7 @@ def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(
 ) -> None:
     """After all rows were saved, and compared: the restore writes all, a backup says 16#8069.
 
-    Source: docs/points.md, In the PLC; docs/errors.md, 16#8069
+    Source: docs/how-to/points.md, In the PLC; docs/reference/errors.md, 16#8069
     """
     assert panel.press("Save", "Backup") == 0
     panel["GoOn"] = True
@@ -100,7 +100,7 @@ def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(
 def test_go_on_goes_on_where_a_restore_stopped_and_nowhere_else(panel: _Panel) -> None:
     """Not where a comparison stopped, and not after the record was saved anew.
 
-    Source: docs/points.md, In the PLC
+    Source: docs/how-to/points.md, In the PLC
     """
     assert panel.press("Save", "Backup") == 0
     panel["GoOn"] = True
@@ -127,7 +127,7 @@ def test_go_on_goes_on_where_a_restore_stopped_and_nowhere_else(panel: _Panel) -
 
 
 def test_go_on_goes_on_behind_the_rows_that_were_saved(panel: _Panel) -> None:
-    """Source: docs/points.md, In the PLC."""
+    """Source: docs/how-to/points.md, In the PLC."""
     panel.refuses[30] = (12, 76)
     assert panel.press("Save", "Backup") == 0x8020
     panel.refuses.clear()

@@ -1,4 +1,4 @@
-"""docs/position.md: a movement that ends where a sensor comes, or where a key is let go."""
+"""docs/how-to/position.md: a movement that ends where a sensor comes, or where a key is let go."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from both_engines import ENGINES
 from plc_bench import ROOT
 from rcx_harness import Cell
 
-_PAGE = ROOT / "docs/position.md"
+_PAGE = ROOT / "docs/how-to/position.md"
 _PROGRAM = """PROGRAM Searches
   VAR
     InputArea, OutputArea : RCX_IMAGE;

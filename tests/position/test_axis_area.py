@@ -101,7 +101,7 @@ def test_all_six_may_count() -> None:
 
 @pytest.mark.parametrize("axes", [0, 0x40, 0x8000, 0xFFCF])
 def test_no_axis_or_one_beyond_six_is_refused(axes: int) -> None:
-    """Source: docs/errors.md, 16#8041."""
+    """Source: docs/reference/errors.md, 16#8041."""
     area = _Area()
     assert area.at(*_MIDDLE) == "inside"
     area["Axes"] = axes

@@ -125,7 +125,7 @@ def test_a_turn_that_is_too_small_is_refused(turn: float, wider: float) -> None:
 
     sin 14.4775 degrees is 0.25, so that 28.955 degrees are the limit.
 
-    Source: comment of MaxGrowth; docs/errors.md, 16#8063
+    Source: comment of MaxGrowth; docs/reference/errors.md, 16#8063
     """
     first = [100, 200, 0, 40]
     assert _hand(first, [120, 200, 0, 40 + turn]) == (0, 0, 0, 0x8063)
@@ -197,7 +197,7 @@ def test_a_hand_that_no_telegram_carries_is_refused(
     Along X it goes from half its length below to half its length above the line; along Y from the
     right to the left.
 
-    Source: docs/errors.md, 16#8047
+    Source: docs/reference/errors.md, 16#8047
     """
     points = [[0.0, 0.0, 0.0, -30.0], [0.0, 0.0, 0.0, 30.0]]
     points[0][axis], points[1][axis] = sign * way / 2, -sign * way / 2

@@ -1,4 +1,4 @@
-"""docs/position.md: its two calls bring the tool back to where a movement was stopped."""
+"""docs/how-to/position.md: its two calls bring the tool back to where a movement was stopped."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from both_engines import ENGINES
 from plc_bench import ROOT
 from rcx_harness import Cell
 
-_PAGE = ROOT / "docs/position.md"
+_PAGE = ROOT / "docs/how-to/position.md"
 _PROGRAM = """PROGRAM Stops
   VAR
     InputArea, OutputArea : RCX_IMAGE;
@@ -59,7 +59,7 @@ def test_the_two_calls_of_the_page_move_back_to_where_the_stop_was(
 ) -> None:
     """Stopped on the way to X 500 mm and Y -300 mm, moved away by hand, and back to there.
 
-    Source: docs/position.md; remote command guide 4.2.1 and 4.7.4
+    Source: docs/how-to/position.md; remote command guide 4.2.1 and 4.7.4
     """
     file = tmp_path / "Stops.st"
     file.write_text(_PROGRAM.replace("{calls}", _calls()), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""docs/position.md: its calls take the position from the real time output, and drop it in time."""
+"""position.md: its calls take the position from the real time output, and drop it in time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from both_engines import ENGINES
 from plc_bench import ROOT, PlcBench
 
-_PAGE = ROOT / "docs/position.md"
+_PAGE = ROOT / "docs/how-to/position.md"
 _PROGRAM = """PROGRAM Directly
   VAR
     InputArea, OutputArea : RCX_IMAGE;
@@ -67,7 +67,7 @@ def plc(request: pytest.FixtureRequest, tmp_path: Path) -> PlcBench:
 
 
 def test_the_position_is_that_of_the_words_once_the_output_is_enabled(plc: PlcBench) -> None:
-    """Source: docs/position.md, Age; remote command guide 4.9.3."""
+    """Source: docs/how-to/position.md, Age; remote command guide 4.9.3."""
     assert (plc["Output.Done"], plc["Position.Valid"]) == (True, True)
     assert plc["Position.PositionMm"] == pytest.approx([-175, 225, 0, 180, 0, 0], abs=0.001)
 
@@ -81,7 +81,7 @@ def test_after_a_loss_the_words_count_for_nothing_until_the_output_is_enabled_ag
 
     That Done of before still stands, because Execute does, does not bring them back.
 
-    Source: docs/position.md, Age
+    Source: docs/how-to/position.md, Age
     """
     plc["Output.Execute"] = held
     plc.scan(2)

@@ -338,7 +338,7 @@ def test_an_axis_may_count_the_other_way() -> None:
 
 
 def test_pulses_of_before_do_not_stay_in_an_error_which_goes_with_its_cause() -> None:
-    """Source: comments of the outputs; docs/errors.md, 16#8060 and 16#8061."""
+    """Source: comments of the outputs; docs/reference/errors.md, 16#8060 and 16#8061."""
     assert inverse([-175, 225, 10, 180], "HAND_RIGHT", Zero=[500] * 4 + [0] * 2)[1] == 0
     block = scara("Inverse", "auto")
     shown = ("ErrorID", "Valid", "Pulses")
@@ -406,7 +406,7 @@ def test_the_hand_system_is_that_of_the_bend_in_any_turn(axis2: float, hand: str
 
 
 def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_cause() -> None:
-    """Source: comments of the outputs; docs/errors.md, 16#8047."""
+    """Source: comments of the outputs; docs/reference/errors.md, 16#8047."""
     assert forward([30, 40, 50, 60])[2] == 0
     block = scara("Forward", "auto")
     good = block["Block.Pulses"]

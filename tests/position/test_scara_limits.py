@@ -17,7 +17,7 @@ _NAN = math.nan
 def test_pulses_beyond_a_thousand_million_are_none(k: int, sign: int) -> None:
     """Of the axes 8047, of the zeros 8061; their difference is then a double word in any case.
 
-    Source: comments of Pulses and Zero; docs/errors.md, 16#8047 and 16#8061
+    Source: comments of Pulses and Zero; docs/reference/errors.md, 16#8047 and 16#8061
     """
     last, per = 1_000_000_000, [1_000_000.0] * 6
     zero = [0] * 6
@@ -53,7 +53,7 @@ def test_a_position_beyond_8192_millimetres_or_degrees_is_too_large(
 ) -> None:
     """No block takes such a position, and a REAL does not hold it to 0.001 mm.
 
-    Source: docs/errors.md, 16#8047
+    Source: docs/reference/errors.md, 16#8047
     """
     assert forward(pulses, **arm) == ([0] * 6, "HAND_NONE", 0x8047)
 
@@ -102,7 +102,7 @@ _WRONG: list[tuple[dict[str, Any], bool]] = [
 def test_an_arm_that_cannot_be_is_refused(name: str, arm: dict[str, Any], wrong: bool) -> None:
     """Axes 5 and 6 do not count.
 
-    Source: comments of RCX_SCARA; docs/position.md
+    Source: comments of RCX_SCARA; docs/how-to/position.md
     """
     if name == "Forward":
         position, hand, error = forward([0, 1, 0, 0], **arm)
@@ -152,7 +152,7 @@ def test_an_axis_that_would_turn_beyond_a_thousand_million_pulses_is_refused(
 ) -> None:
     """With 1,000,000 pulses per degree: up to 8,000,000,000, which is no double word.
 
-    Source: docs/errors.md, 16#8047
+    Source: docs/reference/errors.md, 16#8047
     """
     per = [1000.0, 1000.0, 1000.0, 1e6, 0.0, 0.0]
     place = [-175.0, 225.0, 0.0, 180.0 + sign * turned]
@@ -162,7 +162,7 @@ def test_an_axis_that_would_turn_beyond_a_thousand_million_pulses_is_refused(
 
 
 def test_of_an_illegal_arm_and_too_many_pulses_the_arm_is_told() -> None:
-    """Source: docs/errors.md, 16#8061 and 16#8047."""
+    """Source: docs/reference/errors.md, 16#8061 and 16#8047."""
     zero = [1_000_000_001, 0, 0, 0, 0, 0]
     pulses = [0.0, (2**31 - 1) / UNIT, 0.0, 0.0]
     assert forward(pulses, Zero=zero, PulsesPerUnit=[1e6] * 6)[2] == 0x8061

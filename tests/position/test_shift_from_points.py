@@ -92,7 +92,7 @@ def test_in_the_shift_the_points_are_zero_and_on_x() -> None:
 def test_points_nearer_than_the_least_distance_are_refused(way: tuple[float, float]) -> None:
     """10 mm, in X and Y alone.
 
-    Source: comment of LeastDistance; docs/errors.md, 16#8062
+    Source: comment of LeastDistance; docs/reference/errors.md, 16#8062
     """
     there = [_ORIGIN[k] + one for k, one in enumerate(way)]
     assert _shift(_ORIGIN, [*there, 50.0])[1] == 0

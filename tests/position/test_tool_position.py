@@ -311,7 +311,7 @@ def test_a_direct_position_that_no_controller_answers_is_an_error(
 ) -> None:
     """Beyond a double word of 0.001 mm, or no number; until Enable falls, as any error.
 
-    Source: docs/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
+    Source: docs/reference/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
     """
     plc = _plc(engine, Enable=True, Direct=True, DirectMm=[1.0] * 6)
     plc.scan()
@@ -334,7 +334,7 @@ def test_a_direct_position_that_no_controller_answers_is_an_error(
 
 
 def test_a_reading_that_ends_later_does_not_take_the_place_of_the_first_error() -> None:
-    """Source: docs/errors.md, 16#8047; comment of Error: until Enable falls."""
+    """Source: docs/reference/errors.md, 16#8047; comment of Error: until Enable falls."""
     for words in ([4, 2], [0, 0, *_PLACE]):
         plc = _plc(Enable=True)
         plc.scan(2)
@@ -352,7 +352,7 @@ def test_a_reading_that_ends_later_does_not_take_the_place_of_the_first_error() 
 def test_a_reading_that_waits_is_withdrawn_by_an_error() -> None:
     """Nothing goes out for who shows an error already.
 
-    Source: docs/blocks.md, the contract: an error ends the work.
+    Source: docs/reference/blocks.md, the contract: an error ends the work.
     """
     plc = _plc()
     plc["First.Code"], plc["First.Execute"], plc["First.Timeout"] = 0x0501, True, "T#0s"
@@ -398,7 +398,7 @@ def test_without_enable_it_shows_nothing_whatever_its_pins_and_the_link_are() ->
 
 
 def test_the_first_error_stays_and_what_is_given_directly_then_counts_for_nothing() -> None:
-    """Source: docs/errors.md, 16#8040; comment of Error: until Enable falls."""
+    """Source: docs/reference/errors.md, 16#8040; comment of Error: until Enable falls."""
     plc = _plc(Enable=True, RobotNumber=5, DirectMm=[1.0] * 6)
     plc.scan()
     plc["Connected"] = False
@@ -419,14 +419,14 @@ def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int, erro
 
 
 def test_an_answer_that_does_not_come_ends_it_at_timeout() -> None:
-    """Source: docs/errors.md, 16#8011."""
+    """Source: docs/reference/errors.md, 16#8011."""
     plc = _plc(Enable=True, Timeout="T#100ms")
     plc.scan_until(lambda: bool(plc["Position.Error"]), most=12)
     assert plc["Position.ErrorID"] == 0x8011
 
 
 def test_the_timeout_is_five_seconds_and_brings_no_alarm_of_another_command() -> None:
-    """Source: docs/errors.md, 16#8011; comment of AlarmGroup: of an abnormal end."""
+    """Source: docs/reference/errors.md, 16#8011; comment of AlarmGroup: of an abnormal end."""
     plc = _plc()
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan_until(lambda: plc.words[0] == 0x0501)
@@ -533,7 +533,7 @@ def test_the_position_of_before_is_not_valid_in_the_next_enable() -> None:
 def test_the_age_counts_also_while_it_is_not_called() -> None:
     """10 s; skipped during a reading it is lost, as any command.
 
-    Source: docs/scan-model.md, a block that is skipped.
+    Source: docs/explanation/scan-model.md, a block that is skipped.
     """
     plc = _watching()
     plc["CallPosition"] = False

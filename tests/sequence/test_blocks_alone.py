@@ -246,7 +246,7 @@ def test_what_another_block_requests_in_the_same_scan_stays(case: str) -> None:
 def test_what_cannot_be_is_refused_before_the_input_goes_out(
     block: str, fields: Mapping[str, bool], error: int
 ) -> None:
-    """Source: manual chapter 5, 3.1 to 3.3; docs/errors.md."""
+    """Source: manual chapter 5, 3.1 to 3.3; docs/reference/errors.md."""
     alone = _alone(block)
     alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
     for name, value in fields.items():
@@ -322,7 +322,7 @@ def test_the_time_limit_of_a_jog_counts_from_its_enable() -> None:
 def test_a_jog_that_waited_too_long_is_off_the_queue() -> None:
     """What it had asked for does not begin after its error.
 
-    Source: docs/errors.md, 16#8012.
+    Source: docs/reference/errors.md, 16#8012.
     """
     alone = _jog()
     alone["Robot.Inner.Command.NextTicket"] = 1

@@ -313,7 +313,7 @@ def _waiting() -> Alone:
 
 
 def test_called_twice_in_a_scan_an_idle_job_may_start_and_one_that_waits_or_works_ends() -> None:
-    """Its turn is not given on: the command may be on the wire. Source: docs/errors.md, 16#8016."""
+    """Its turn is not given on: the command may be on the wire. Source: errors.md, 16#8016."""
     idle = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     _twice(idle)
     assert (idle["Block.ErrorID"], idle["Block.Error"]) == (0, False)
@@ -452,7 +452,7 @@ def _out_of_place(job: Alone) -> list[object]:
 
 @pytest.mark.parametrize("remote", [False, True])
 def test_a_job_that_begins_out_of_place_ends_in_that_call_without_a_ticket(remote: bool) -> None:
-    """Source: docs/errors.md, 16#8017."""
+    """Source: docs/reference/errors.md, 16#8017."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Block.Remote"], job["Block.Execute"] = remote, True
     assert _out_of_place(job)[0] == 0
@@ -472,7 +472,7 @@ def test_a_job_that_begins_out_of_place_ends_in_that_call_without_a_ticket(remot
 def test_a_job_out_of_place_gives_no_turn_on(
     remote: bool, serving: int, applied: bool, answer: int
 ) -> None:
-    """FB_WriteArea does, which knows what is on the wire. Source: docs/errors.md, 16#8017."""
+    """FB_WriteArea does, which knows what is on the wire. Source: errors.md, 16#8017."""
     job = _job(Remote=remote)
     job["Channel.Serving"] = serving
     job["Block.Active"] = serving == 0
@@ -482,7 +482,7 @@ def test_a_job_out_of_place_gives_no_turn_on(
 
 @pytest.mark.parametrize("error", [0x8001, 0x8003])
 def test_out_of_place_comes_before_every_other_error(error: int) -> None:
-    """Source: docs/errors.md, 16#8017: the call has to be moved first."""
+    """Source: docs/reference/errors.md, 16#8017: the call has to be moved first."""
     job = _job(Remote=True)
     job["Block.Answer"] = job["Block.Trouble"] = error
     _out_of_place(job)

@@ -225,7 +225,7 @@ _CASES = [(block, seed) for block in sorted(RULES) for seed in range(_RUNS.get(b
 
 
 def test_a_difference_is_told_by_block_pin_and_scan() -> None:
-    """With the ErrorID in 16#, as docs/errors.md lists it, and without what is alike."""
+    """With the ErrorID in 16#, as docs/reference/errors.md lists it, and without what is alike."""
     beside = _Beside("FB_ServoOn", 0)
     start = beside.program.snapshot()
     try:

@@ -121,7 +121,7 @@ def refusing(tmp_path: Path) -> PlcBench:
 
 
 def test_a_refused_input_never_touches_the_channel(refusing: PlcBench) -> None:
-    """Source: docs/scan-model.md: without a turn and without a telegram."""
+    """Source: docs/explanation/scan-model.md: without a turn and without a telegram."""
     plc = refusing
     plc["Retry"] = True
     before = plc["Robot.Inner.Command"]
@@ -135,7 +135,7 @@ def test_a_refused_input_never_touches_the_channel(refusing: PlcBench) -> None:
 def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBench) -> None:
     """Each one: data, code, end, status reset read.
 
-    Source: guide, chapter 2; docs/scan-model.md, remote commands.
+    Source: guide, chapter 2; docs/explanation/scan-model.md, remote commands.
     """
     plc = refusing
     plc["Retry"] = plc["Good"] = True
@@ -264,7 +264,7 @@ def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
 ) -> None:
     """Its time limit would count twice; a command that is out is held to its end.
 
-    Source: docs/scan-model.md: once in every scan.
+    Source: docs/explanation/scan-model.md: once in every scan.
     """
     call = {
         "Day": "  Day(Robot := Robot, Execute := Good);\n",

@@ -10,7 +10,7 @@ _PINS = ("Done", "Error", "ErrorID")
 
 
 def test_a_pin_that_differs_is_named_and_its_error_id_is_in_16() -> None:
-    """As docs/errors.md lists it; what agrees is not told."""
+    """As docs/reference/errors.md lists it; what agrees is not told."""
     wrong = differences(_PINS, (False, True, 0x8011), (False, True, 0x8015))
     assert wrong == "ErrorID is 16#8011, not 16#8015"
     wrong = differences(_PINS, (True, False, 0), (False, True, 0x8001))

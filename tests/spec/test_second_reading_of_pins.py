@@ -219,7 +219,7 @@ def _default(initial: object, kind: str) -> str:
 
 @pytest.mark.parametrize("number", range(len(MEANINGS)), ids=[_place(one) for one in MEANINGS])
 def test_each_value_of_a_field_means_what_the_commands_table_says(number: int) -> None:
-    """What `rcx decode` and docs/commands.md say of a value.
+    """What `rcx decode` and docs/reference/commands.md say of a value.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table.
     """

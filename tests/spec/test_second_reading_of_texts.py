@@ -30,7 +30,7 @@ def _odd(mine: Mapping[str, str], theirs: Mapping[str, Mapping[str, str]]) -> It
 
 
 def test_each_error_id_has_its_name_cause_and_remedy() -> None:
-    """Source: docs/errors.md; the signals are those of manual chapter 5, 1."""
+    """Source: docs/reference/errors.md; the signals are those of manual chapter 5, 1."""
     rows = load_toml(spec.folder() / "errors.toml")["error"]
     wrong = list(_odd(_TEXTS["error"], {f"{row['id']:04X}": row for row in rows}))
     assert not wrong, "\n".join(wrong)
@@ -47,7 +47,7 @@ def test_each_alarm_has_the_name_cause_and_remedy_of_the_manual() -> None:
 def test_an_illegal_value_of_a_pin_has_the_error_id_of_its_kind(name: str) -> None:
     """No value of RCX_RETURN_AXES is illegal.
 
-    Source: docs/errors.md, 16#8041 to 16#8046.
+    Source: docs/reference/errors.md, 16#8041 to 16#8046.
     """
     inputs = [one for one in library().blocks[name].inputs if one.type != "RCX_RETURN_AXES"]
     theirs = {one.pin: one.error or "16#8045" for one in inputs}
@@ -56,7 +56,7 @@ def test_an_illegal_value_of_a_pin_has_the_error_id_of_its_kind(name: str) -> No
 
 
 def test_each_pin_of_the_reading_is_one_of_a_block() -> None:
-    """Source: docs/errors.md."""
+    """Source: docs/reference/errors.md."""
     pins: Sequence[str] = [pin for names in _TEXTS["pins"].values() for pin in names]
     there = {row.pin for block in every_block().values() for row in block.inputs}
     assert len(set(pins)) == len(pins)

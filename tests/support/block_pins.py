@@ -271,7 +271,7 @@ class Reading:
     # ---- illegal values
 
     def refused(self, chance: random.Random) -> Iterator[tuple[Pins, int]]:
-        """Pins of which one is illegal, and the ErrorID that docs/errors.md has for it."""
+        """Pins of which one is illegal, and the ErrorID that errors.md has for it."""
         for number in [-1, 5, -32768, 32767] * self.command.robot:
             yield self.draw(chance, {"RobotNumber": number}), 0x8040
         for pin in self.block.inputs:

@@ -10,7 +10,7 @@ __all__ = ["left_out_line", "repeat_line", "skip_lines"]
 
 #: Reasons that mean the same to a reader, and the words for them. The first match counts.
 _SAME = (
-    (r"matiec|STruC\+\+|strucpp", "need matiec or STruC++: docs/engines.md"),
+    (r"matiec|STruC\+\+|strucpp", "need matiec or STruC++: docs/reference/engines.md"),
     (r"C compiler|no cc", "need a C compiler"),
     (r"npm|site", "need the built site: make site-test"),
     (r"package index", "need a package index: make test-all with pytest -m external"),

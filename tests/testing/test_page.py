@@ -1,4 +1,4 @@
-"""docs/testing.md says what there is, and its examples pass."""
+"""docs/how-to/testing.md says what there is, and its examples pass."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytes
 
 @pytest.fixture
 def page(repository: Path) -> str:
-    return (repository / "docs" / "testing.md").read_text(encoding="utf-8")
+    return (repository / "docs/how-to/testing.md").read_text(encoding="utf-8")
 
 
 def test_every_option_and_every_key_is_in_the_page_and_no_other(page: str) -> None:
@@ -28,7 +28,7 @@ def test_every_option_and_every_key_is_in_the_page_and_no_other(page: str) -> No
 
 
 def test_every_option_of_coverage_is_in_its_page_and_no_other(repository: Path) -> None:
-    text = (repository / "docs" / "coverage.md").read_text(encoding="utf-8")
+    text = (repository / "docs/how-to/coverage.md").read_text(encoding="utf-8")
     options = {name.replace("_", "-") for name in COVERAGE}
     assert set(re.findall(r"--rcx-(cover[\w-]+)", text)) == options
     assert set(re.findall(r"`--(cover[\w-]+)`", text)) == options

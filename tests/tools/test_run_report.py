@@ -37,7 +37,7 @@ def suite(pytester: pytest.Pytester, repository: Path) -> pytest.Pytester:
 def test_reasons_that_mean_the_same_are_one_line() -> None:
     reasons = ["Skipped: matiec not found: set RCX_MATIEC", "needs matiec", "Skipped: no IPv6 here"]
     assert skip_lines(reasons) == [
-        "       2 need matiec or STruC++: docs/engines.md",
+        "       2 need matiec or STruC++: docs/reference/engines.md",
         "       1 no IPv6 here",
     ]
 

@@ -90,7 +90,7 @@ def test_the_signal_of_an_alarm_that_ended_a_command_has_a_line(
 
 
 def test_a_signal_that_a_broken_rule_names_has_a_line() -> None:
-    """Source: docs/trace.md, charts."""
+    """Source: docs/reference/trace.md, charts."""
     made = timeline((area(), area()), (area(SO13), area(SI00 | SI12)))
     made.take(Violation(100_000, "start against stop", "plc: SI(12) ON while SI(06) is OFF"))
     assert signals(made) == ["SI(00)", "SI(06)", "SI(12)", "SO(13)"]
@@ -99,7 +99,7 @@ def test_a_signal_that_a_broken_rule_names_has_a_line() -> None:
 def test_a_signal_that_the_cause_of_an_error_names_has_a_line_in_every_band() -> None:
     """16#807B: SO(11) is OFF. It is watched, or told at the end of the run.
 
-    Source: docs/errors.md.
+    Source: docs/reference/errors.md.
     """
     made = timeline(*((area(SO02 * (k % 2)), area()) for k in range(40)))
     assert set(signals(made)) == {"SO(02)"}
@@ -117,7 +117,7 @@ def test_a_signal_that_the_cause_of_an_error_names_has_a_line_in_every_band() ->
 def test_rcx_run_asks_the_program_for_its_errors_at_the_end(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], fault: str
 ) -> None:
-    """Source: docs/trace.md, charts."""
+    """Source: docs/reference/trace.md, charts."""
     file = tmp_path / "Main.st"
     file.write_text(
         "PROGRAM Main\n  VAR InputArea, OutputArea : ARRAY [0..47] OF BYTE; Fault : WORD; END_VAR\n"

@@ -54,7 +54,7 @@ def _scan(t_us: str, more: str = "", scan: int = 1) -> str:
 def test_a_record_with_no_time_of_its_own_is_refused_with_its_line(
     command: str, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/trace.md: t_us is microseconds from the start."""
+    """Source: docs/reference/trace.md: t_us is microseconds from the start."""
     file = _trace(tmp_path, _scan("0"), line)
     more = ["-o", str(tmp_path / "page.html")] if command == "view" else []
     assert main([command, str(file), *more]) == 2
@@ -66,7 +66,7 @@ def test_a_record_with_no_time_of_its_own_is_refused_with_its_line(
 def test_a_line_that_never_ends_is_read_up_to_the_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/limits.md, files."""
+    """Source: docs/reference/limits.md, files."""
     monkeypatch.setattr(records, "MOST_LINE_BYTES", 1_000)
     file = _trace(tmp_path, _scan("0"), _scan("1", ',"more":"' + "x" * 2_000 + '"'))
     header, found = read_trace(file)
@@ -76,7 +76,7 @@ def test_a_line_that_never_ends_is_read_up_to_the_limit(
 
 
 def test_a_clock_that_jumps_by_years_is_told(tmp_path: Path) -> None:
-    """Source: docs/limits.md, files."""
+    """Source: docs/reference/limits.md, files."""
     file = _trace(
         tmp_path,
         _scan("5"),
@@ -93,7 +93,7 @@ def test_a_clock_that_jumps_by_years_is_told(tmp_path: Path) -> None:
 def test_array_types_in_a_header_are_counted_before_they_are_taken_apart(tmp_path: Path) -> None:
     """Two elements of two elements and so on, forty times: 2^40 lanes.
 
-    Source: docs/limits.md, variables that are watched.
+    Source: docs/reference/limits.md, variables that are watched.
     """
     nested: Any = "INT"
     for _ in range(40):
@@ -106,7 +106,7 @@ def test_array_types_in_a_header_are_counted_before_they_are_taken_apart(tmp_pat
 def test_parts_are_counted_as_they_are_made() -> None:
     """A long array is one value.
 
-    Source: docs/trace.md.
+    Source: docs/reference/trace.md.
     """
     number = ElementaryType("INT")
     row = ArrayType("", ((0, 3), (1, 2)), number)
@@ -129,7 +129,7 @@ def test_parts_are_counted_as_they_are_made() -> None:
 def test_a_header_that_describes_no_type_is_refused(
     watch: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/trace.md, the header."""
+    """Source: docs/reference/trace.md, the header."""
     file = _trace(tmp_path, _scan("0", ',"vars":{"Main.A":[]}'), watch=watch)
     assert main(["view", str(file), "-o", str(tmp_path / "page.html")]) == 2
     assert capsys.readouterr().err.startswith("rcx: ")
@@ -138,7 +138,7 @@ def test_a_header_that_describes_no_type_is_refused(
 def test_a_header_as_deep_as_python_can_read_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/limits.md."""
+    """Source: docs/reference/limits.md."""
     deep = '{"array":[[0,0]],"of":' * 300 + '"INT"' + "}" * 300
     file = tmp_path / "t.jsonl"
     head = json.dumps(_HEAD)[:-1] + f',"watch":{{"Main.A":{deep}}}}}'

@@ -40,7 +40,7 @@ def test_on_a_terminal_there_is_a_bar() -> None:
 def test_a_task_of_nothing_shows_no_bar() -> None:
     """A campaign without failures has 0 classes; the bar before it is there.
 
-    Source: docs/campaign.md.
+    Source: docs/how-to/campaign.md.
     """
     shown = io.StringIO()
     console = Console(file=shown, force_terminal=True, width=100)

@@ -71,7 +71,7 @@ def test_an_error_of_a_property_names_the_users_file(
 ) -> None:
     """A worker asks a copy, in a temporary folder that is gone by then.
 
-    Source: docs/campaign.md: exit code 2 on bad input
+    Source: docs/how-to/campaign.md: exit code 2 on bad input
     """
     feeder(tmp_path)
     demands = tmp_path / name

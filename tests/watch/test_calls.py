@@ -1,6 +1,6 @@
 """Blocks that a program calls twice in a scan, for two robots, or leaves out: reported as it runs.
 
-Source: docs/scan-model.md, one scan.
+Source: docs/explanation/scan-model.md, one scan.
 """
 
 from __future__ import annotations

@@ -142,7 +142,7 @@ def check(tmp_path: Path) -> Check:
     ],
 )
 def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...]) -> None:
-    """Source: docs/testing.md, first mistakes."""
+    """Source: docs/how-to/testing.md, first mistakes."""
     assert check(*body) == []
 
 
@@ -256,7 +256,7 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
 def test_a_first_mistake_is_named_with_its_line(
     check: Check, body: tuple[str, ...], findings: list[str]
 ) -> None:
-    """Source: docs/testing.md, first mistakes."""
+    """Source: docs/how-to/testing.md, first mistakes."""
     found = check(*body)
     expected = [one.format(*range(FIRST - 1, FIRST + 9)) for one in findings]
     assert [one[: len(begin)] for one, begin in zip(found, expected, strict=True)] == expected
@@ -330,7 +330,7 @@ def _whole(folder: Path, text: str) -> list[str]:
 
 @pytest.mark.parametrize("text", OTHERS.values(), ids=OTHERS)
 def test_what_the_source_does_not_settle_is_not_reported(tmp_path: Path, text: str) -> None:
-    """Source: docs/testing.md, first mistakes."""
+    """Source: docs/how-to/testing.md, first mistakes."""
     assert _whole(tmp_path, text) == []
 
 
@@ -357,7 +357,7 @@ def test_what_the_source_does_not_settle_is_not_reported(tmp_path: Path, text: s
 def test_what_it_settles_is_found_there_too(
     tmp_path: Path, name: str, old: str, new: str, finding: str
 ) -> None:
-    """Source: docs/testing.md, first mistakes."""
+    """Source: docs/how-to/testing.md, first mistakes."""
     [found] = _whole(tmp_path, OTHERS[name].replace(old, new))
     assert found.startswith(finding)
 
@@ -384,7 +384,7 @@ def test_check_and_run_warn_and_a_timeout_of_a_test_says_it(
 ) -> None:
     """Warnings do not change the exit code.
 
-    Source: docs/testing.md, first mistakes.
+    Source: docs/how-to/testing.md, first mistakes.
     """
     folder = cell_of_template(", Connected := Connected", "")
     said = f"{folder / 'PickAndPlace.st'}:33:3: warning: Connected of ReadArea is not wired "
@@ -402,7 +402,7 @@ def test_check_and_run_warn_and_a_timeout_of_a_test_says_it(
 
 
 def test_the_template_itself_has_none(cell_of_template: Callable[[str, str], Path]) -> None:
-    """Source: docs/testing.md, first mistakes."""
+    """Source: docs/how-to/testing.md, first mistakes."""
     folder = cell_of_template("PickAndPlace", "PickAndPlace")
     with Cell.build(folder, engine="builtin") as cell, pytest.raises(CellTimeout) as failed:
         cell.run_until(lambda: False, within="20ms")

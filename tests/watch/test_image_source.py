@@ -199,7 +199,7 @@ def test_what_the_robot_sends_is_read_whatever_the_variables_are_called(
 def test_a_program_that_overwrites_its_image_is_warned_with_its_line(
     build_cell: Build, tmp_path: Path, way: Way, text: str
 ) -> None:
-    """Source: docs/files.md, the process image."""
+    """Source: docs/reference/files.md, the process image."""
     cell = _cell(build_cell, tmp_path, way)
     assert cell["Main.Robot.Seen"] == 0
     (said,) = cell.mistakes

@@ -29,7 +29,7 @@ def test_every_rule_has_its_section(rule: str) -> None:
         ("data before code", "guide, 1.1"),
         ("ready before code", "guide, 1.2"),
         ("hold-command", "guide, 1.1"),
-        ("contract", "docs/testing.md"),
+        ("contract", "docs/how-to/testing.md"),
         ("no rule", ""),
     ],
 )

@@ -74,7 +74,7 @@ def test_library_tables_and_template_are_in_it_as_in_the_repository(
 
 
 def test_of_the_packages_only_what_users_need_is_in_it(wheel: Path) -> None:
-    """Source: docs/architecture.md, the rooms."""
+    """Source: docs/explanation/architecture.md, the rooms."""
     with ZipFile(wheel) as archive:
         tops = {name.partition("/")[0] for name in archive.namelist()}
         told = archive.read(next(n for n in archive.namelist() if n.endswith("entry_points.txt")))

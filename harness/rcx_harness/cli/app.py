@@ -60,7 +60,7 @@ COMMANDS = {
     ),
     "export": (
         "export:export",
-        "Write the library for a PLC tool; `docs/export.md` says what was checked with which.",
+        "Write the library for a PLC tool; `docs/how-to/export.md` says what was checked where.",
     ),
     "import": (
         "import_:import_",

@@ -35,7 +35,7 @@ __all__ = ["debug", "launched"]
 _AT_A_TERMINAL = """\
 rcx debug waits for the requests of an editor (Debug Adapter Protocol) on standard input.
 Let your editor start it: rcx debug --vscode FOLDER writes the extension for VS Code,
-docs/debug.md says how for others. Or give clients a port: rcx debug --port 4711.
+docs/how-to/debug.md says how for others. Or give clients a port: rcx debug --port 4711.
 Ctrl-C ends it."""
 
 _HOST = "127.0.0.1"
@@ -79,7 +79,7 @@ def debug(
 
     An editor starts it and talks to it on standard input and output, or on --port; there its
     launch has to name the token that is printed, or that RCX_DEBUG_TOKEN holds. What it launches
-    takes options of rcx run: see docs/debug.md.
+    takes options of rcx run: see docs/how-to/debug.md.
 
     Exit code: 0, or 2 on bad input.
     """

@@ -26,7 +26,8 @@ def new(
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     ci: Annotated[str, typer.Option(help=f"CI files: {', '.join(CI)} or all.")] = "all",
     robot: Annotated[
-        str | None, typer.Option(help="Model of the robot, as in docs/robots.md: YK400XE ...")
+        str | None,
+        typer.Option(help="Model of the robot, as in docs/reference/robots.md: YK400XE ..."),
     ] = None,
 ) -> None:
     """Write a repository for a cell of your own: program, tests, virtual robot, CI files.

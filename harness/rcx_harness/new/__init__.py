@@ -43,7 +43,7 @@ def new_project(
         name: The cell's name in the README; default: the folder's.
         size: Bytes of the areas, 48 or 256.
         ci: `"github"`, `"gitlab"`, `"jenkins"` or `"all"`.
-        robot: A model of docs/robots.md; default: axes that are X, Y, Z and R themselves.
+        robot: A model of docs/reference/robots.md; default: axes that are X, Y, Z and R themselves.
 
     Returns:
         The files, relative to the folder.

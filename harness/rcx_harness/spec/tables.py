@@ -168,7 +168,7 @@ def command(name: str) -> Command:
     if 0 <= code <= 0xFFFF and code & 0x0FFF in commands():
         return commands()[code & 0x0FFF]
     meant = [by_name[key].name for key in get_close_matches(name.lower(), by_name)]
-    hint = did_you_mean(meant) or "docs/commands.md lists all names and codes"
+    hint = did_you_mean(meant) or "docs/reference/commands.md lists all names and codes"
     raise InputError(f"no remote command is called {name!r}", hint=hint)
 
 

@@ -1,7 +1,7 @@
 """The pytest plugin: fixtures `cell`, `robot` and `rcx_build` for tests of a PLC project.
 
 pytest loads this module in every run of an environment that has the package, so it imports
-nothing of the harness until a test asks for a fixture. docs/testing.md is the user's page.
+nothing of the harness until a test asks for a fixture. docs/how-to/testing.md is the user's page.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ def of_alarms(numbers: Iterable[str]) -> set[str]:
 
 
 def of_errors(numbers: Iterable[int]) -> set[str]:
-    """Return the signals that the causes of these ErrorIDs name (docs/errors.md)."""
+    """Return the signals that the causes of these ErrorIDs name (docs/reference/errors.md)."""
     causes = _causes()
     return {signal for number in numbers for signal in causes.get(number, ())}
 

@@ -22,7 +22,7 @@ from structured_text.language.types import BlockType, ElementaryType
 
 __all__ = ["ContractMonitor"]
 
-#: ErrorID of a block that was called outside of FB_ReadArea and FB_WriteArea (docs/errors.md).
+#: ErrorID of a block that was called outside of FB_ReadArea and FB_WriteArea (errors.md).
 _OUT_OF_PLACE = 0x8017
 
 

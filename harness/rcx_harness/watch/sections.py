@@ -18,8 +18,8 @@ _SECTIONS = {
     "ready before code": "guide, 1.2",
     "status": "guide, 1.2",
     "response": "guide, 2",
-    "contract": "docs/testing.md",
-    "calls": "docs/testing.md",
+    "contract": "docs/how-to/testing.md",
+    "calls": "docs/how-to/testing.md",
 }
 
 

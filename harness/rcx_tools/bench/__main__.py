@@ -1,7 +1,7 @@
 """`make bench`, or `python -m rcx_tools.bench`: measure, print a table, write out/bench.json.
 
 Ends with 0 if all targets are met, with 1 if one is not, with 2 if it cannot be measured. Those
-that docs/timing.md names out of reach are listed apart.
+that docs/explanation/timing.md names out of reach are listed apart.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _FILE_WIDTH = 140
 
 #: What can be measured: a module of this package with `measure(options)`, and a line of help.
 POINTS: dict[str, str] = {
-    "handshake": "scans of commands and sequences beside the theoretical minimum (docs/timing.md)",
+    "handshake": "scans of commands and sequences beside the minimum (docs/explanation/timing.md)",
     "sizes": "bytes per instance on matiec and STruC++",
     "cost": "a scan of matiec's C beside C written by hand",
     "scan": "what areas, idle blocks and handshakes take on matiec and STruC++",
@@ -38,8 +38,8 @@ POINTS: dict[str, str] = {
     "explicit": "explicit messages beside stock cpppo, scans in lock-step",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
     "language": "files of public libraries that the front end accepts (RCX_LIBRARIES)",
-    "farm": "seeds in 1, 2 and 4 workers: efficiency, the same verdicts (docs/cluster.md)",
-    "planted": "campaign and sweep on a cell with five planted faults (docs/campaign.md)",
+    "farm": "seeds in 1, 2 and 4 workers: efficiency, the same verdicts (docs/how-to/cluster.md)",
+    "planted": "campaign and sweep on a cell with five planted faults (docs/how-to/campaign.md)",
     "view": "the page of a million scans: written, opened, moved (chromium)",
     "suite": "the tests: time, the ten slowest, the same results in any order and processes",
 }

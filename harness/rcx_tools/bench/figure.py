@@ -15,7 +15,7 @@ __all__ += ["shown", "store"]
 
 NO_TARGET = "none"
 #: Stands behind the peer of a figure whose target cannot be met; that page shows why.
-OUT_OF_REACH = "; out of reach: docs/timing.md"
+OUT_OF_REACH = "; out of reach: docs/explanation/timing.md"
 
 
 @dataclass(frozen=True)

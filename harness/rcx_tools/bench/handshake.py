@@ -1,4 +1,4 @@
-"""The handshake and the dedicated inputs beside their theoretical minimum (docs/timing.md).
+"""The handshake and the dedicated inputs beside their theoretical minimum (timing.md).
 
 Every combination of a grid is simulated on the built-in engine; a scan more than the minimum
 anywhere is an extra scan.
@@ -189,9 +189,9 @@ def measure(options: Options) -> dict[str, Figure]:
     sequences = [one for _, one in Farm().run(simulate_sequence, margins)]
     return {
         "handshake_combinations": shown(len(commands), "cells", "scan x RPI x response"),
-        "handshake_extra_scans": at_most(_most(commands), "scans", 0, "docs/timing.md"),
+        "handshake_extra_scans": at_most(_most(commands), "scans", 0, "docs/explanation/timing.md"),
         "sequence_combinations": shown(len(sequences), "cells", "scan x RPI x margin"),
-        "sequence_extra_scans": at_most(_most(sequences), "scans", 0, "docs/timing.md"),
+        "sequence_extra_scans": at_most(_most(sequences), "scans", 0, "docs/explanation/timing.md"),
     }
 
 

@@ -1,4 +1,4 @@
-"""The theoretical minimum of docs/timing.md: when each step can happen at the earliest.
+"""The theoretical minimum of docs/explanation/timing.md: when each step can happen at the earliest.
 
 It knows nothing of the blocks: three clocks, what waits for what, and the manual's 100 ms.
 """

@@ -2,7 +2,8 @@
 
 On a shared machine the same work takes up to twice as long from one second to the next, because
 others compute on the other half of a processor's core. So a piece of work whose time on the quiet
-processor of docs/timing.md is known is done before and after what is measured, on the same
+processor of docs/explanation/timing.md is known is done before and after what is measured, on the
+same
 processor, and what is measured is divided by how much longer that took; of long work each slice is
 divided by itself. It is never made longer: on a faster machine a figure is what was measured.
 """
@@ -17,7 +18,7 @@ from typing import NamedTuple
 
 __all__ = ["REFERENCE_S", "Cost", "Slower", "beside", "paced", "paced_throughout", "reference"]
 
-#: What `reference` takes on the quiet processors that the targets are for; docs/timing.md says how
+#: What `reference` takes on the quiet processors that the targets are for; timing.md says how
 #: it was found [s].
 REFERENCE_S = 0.0094
 _STEPS, _NAMES = 40_000, 977

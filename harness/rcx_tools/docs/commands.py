@@ -1,4 +1,4 @@
-"""docs/commands.md: every remote command with its block, its test and its words."""
+"""docs/reference/commands.md: every remote command with its block, its test and its words."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def commands_page() -> Iterator[str]:
         shown = ", ".join(_file(block) for block in blocks)
         tests = ", ".join(dict.fromkeys(_test(block) for block in blocks))
         if not command.code:
-            shown = "[FB_RcxHandshake](../plc/lib/core/FB_RcxHandshake.st)"
+            shown = "[FB_RcxHandshake](../../plc/lib/core/FB_RcxHandshake.st)"
             tests = _link("tests/area/test_handshake.py")
         title = f"[{command.title}](#{command.name.lower()})"
         yield f"| `{command.shown}` | {title} | {shown} | {tests} | {command.section} |"
@@ -117,7 +117,7 @@ def _limits(limits: tuple[int, ...]) -> str:
 
 
 def _file(block: Block) -> str:
-    return f"[{block.name}](../{block.file})"
+    return f"[{block.name}](../../{block.file})"
 
 
 def _test(block: Block) -> str:
@@ -127,4 +127,4 @@ def _test(block: Block) -> str:
 
 
 def _link(path: str) -> str:
-    return f"[{path.rpartition('/')[2]}](../{path})"
+    return f"[{path.rpartition('/')[2]}](../../{path})"

@@ -1,7 +1,7 @@
-"""The generated parts of docs/diagnosis.md: program, panel as a run fills it, tables of texts.
+"""The generated parts of diagnosis.md: program, panel as a run fills it, tables of texts.
 
 The page is written by hand; what stands between `<!-- made: NAME -->` and `<!-- end -->` is made
-here. The panel is drawn from a run of docs/diagnosis/Diagnosis.st in the virtual cell.
+here. The panel is drawn from a run of docs/how-to/diagnosis/Diagnosis.st in the virtual cell.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from structured_text.output.toml_files import load_toml
 __all__ = ["PROGRAM", "diagnosis_page", "panel", "run_panel"]
 
 ROOT = Path(__file__).resolve().parents[3]
-PROGRAM = ROOT / "docs/diagnosis/Diagnosis.st"
+PROGRAM = ROOT / "docs/how-to/diagnosis/Diagnosis.st"
 
 _PART = re.compile(r"(<!-- made: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _WIDTH = 92
@@ -29,7 +29,7 @@ _WIDTH = 92
 
 def diagnosis_page() -> str:
     """The page with its generated parts made anew."""
-    text = (ROOT / "docs/diagnosis.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/how-to/diagnosis.md").read_text(encoding="utf-8")
     return _PART.sub(lambda found: f"{found[1]}{_MAKERS[found[2]]()}\n{found[3]}", text)
 
 
@@ -94,7 +94,7 @@ def _framed(lines: list[str], button: str) -> Iterator[str]:
 
 
 def _subject(row: Mapping[str, Any]) -> str:
-    """What a text list of the panel makes of Kind and Number (docs/texts.csv)."""
+    """What a text list of the panel makes of Kind and Number (docs/reference/texts.csv)."""
     kind, number = row["Kind"], row["Number"]
     if kind == "LOG_COMMAND":
         return spec.commands()[number & 0x0FFF].name
@@ -142,7 +142,7 @@ def _alarms() -> str:
 
 def _errors() -> str:
     rows = [
-        (f"`16#{row['id']:04X}`", row, "errors.md")
+        (f"`16#{row['id']:04X}`", row, "../reference/errors.md")
         for row in load_toml(spec.folder() / "errors.toml")["error"]
     ]
     return "\n".join(_both("ErrorID", rows))

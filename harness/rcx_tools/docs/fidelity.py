@@ -1,4 +1,4 @@
-"""The text of docs/fidelity.md: what the virtual controller knows, and what it assumes."""
+"""The text of fidelity.md: what the virtual controller knows, and what it assumes."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def _header(file: Path) -> Header:
 
 def _link(path: str | Path) -> str:
     relative = Path(path).resolve().relative_to(ROOT) if Path(path).is_absolute() else Path(path)
-    return f"[{relative.name}](../{relative.as_posix()})"
+    return f"[{relative.name}](../../{relative.as_posix()})"
 
 
 def _page(title: str, source: str, body: Iterator[str]) -> str:
@@ -101,7 +101,7 @@ def _blocks() -> Iterator[str]:
         for head in headers():
             if head.folder == folder:
                 tests = ", ".join(_link(test) for test in head.tests)
-                source = f"[ST](../{head.file.relative_to(ROOT).as_posix()})"
+                source = f"[ST](../../{head.file.relative_to(ROOT).as_posix()})"
                 cells = (_page_of(head.name), source, head.purpose, head.section, tests)
                 yield f"| {' | '.join((*cells, _charts(head.name)))} |"
 
@@ -130,7 +130,9 @@ def _page_of(name: str) -> str:
 def _charts(block: str) -> str:
     """Links to the charts that show a block."""
     shown = [one for one in processes().values() if block in one.blocks]
-    return ", ".join(f"[{one.title}](processes.md#{_anchor(one.title)})" for one in shown)
+    return ", ".join(
+        f"[{one.title}](../explanation/processes.md#{_anchor(one.title)})" for one in shown
+    )
 
 
 def _anchor(title: str) -> str:
@@ -149,7 +151,8 @@ their order counts.
 
 To run one yourself, and change it:
 
-    rcx run docs/charts/servo_on.st --stimulus docs/charts/servo_on.toml --for 1s
+    rcx run docs/explanation/charts/servo_on.st --stimulus docs/explanation/charts/servo_on.toml
+    --for 1s
 
 | Process | Manual | Blocks |
 |---|---|---|"""
@@ -242,30 +245,32 @@ def pages() -> dict[str, Callable[[], str]]:
         **text_files(),
         **signal_files(),
         **version_files(),
-        "docs/blocks.md": lambda: _page("Blocks", "the heads of plc/lib", _blocks()),
-        "docs/commands.md": lambda: _page(
+        "docs/reference/blocks.md": lambda: _page("Blocks", "the heads of plc/lib", _blocks()),
+        "docs/reference/commands.md": lambda: _page(
             "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()
         ),
-        "docs/diagnosis.md": diagnosis_page,
-        "docs/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
-        "docs/export-words.md": lambda: _page(
+        "docs/how-to/diagnosis.md": diagnosis_page,
+        "docs/reference/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
+        "docs/reference/export-words.md": lambda: _page(
             "What each tool's Structured Text has",
             "harness/structured_text/export/words",
             words_page(),
         ),
         "docs/first.svg": moving_svg,
-        "docs/fidelity.md": fidelity.fidelity_page,
-        "docs/panel.html": panel_page,
-        "docs/probes.md": probes_page,
-        "docs/robots.md": robots_page,
-        "docs/rooms.svg": partial(rooms_svg, "rcx_harness"),
-        "docs/rooms_toolkit.svg": partial(rooms_svg, "structured_text"),
-        "docs/processes.md": lambda: _page(
-            "Processes and their timing charts", "docs/charts", _processes()
+        "docs/explanation/fidelity.md": fidelity.fidelity_page,
+        "docs/reference/panel.html": panel_page,
+        "docs/reference/probes.md": probes_page,
+        "docs/reference/robots.md": robots_page,
+        "docs/explanation/rooms.svg": partial(rooms_svg, "rcx_harness"),
+        "docs/explanation/rooms_toolkit.svg": partial(rooms_svg, "structured_text"),
+        "docs/explanation/processes.md": lambda: _page(
+            "Processes and their timing charts", "docs/explanation/charts", _processes()
         ),
-        "docs/verification.md": verification_page,
-        "docs/signals.md": lambda: _page("Dedicated signals", "spec/signals.toml", _signals()),
-        **{f"docs/charts/{name}.svg": partial(_chart, name) for name in processes()},
+        "docs/explanation/verification.md": verification_page,
+        "docs/reference/signals.md": lambda: _page(
+            "Dedicated signals", "spec/signals.toml", _signals()
+        ),
+        **{f"docs/explanation/charts/{name}.svg": partial(_chart, name) for name in processes()},
         "README.md": _readme,
     }
 

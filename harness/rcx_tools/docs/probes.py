@@ -1,4 +1,4 @@
-"""The text of docs/probes.md: which question of `rcx probe` decides which assumed rule."""
+"""The text of probes.md: which question of `rcx probe` decides which assumed rule."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ _HEAD = """\
 
 # Which question decides which assumed rule
 
-The rules are those of [fidelity.md](fidelity.md) that are assumed; how to ask is in
-[probe.md](probe.md).
+The rules are those of [fidelity.md](../explanation/fidelity.md) that are assumed; how to ask is in
+[probe.md](../how-to/probe.md).
 """
 
 

@@ -1,6 +1,7 @@
 """The manual's processes as they happen in the cell: which step came when.
 
-docs/charts/processes.toml lists them; beside it lie the program and the stimulus of each, which
+docs/explanation/charts/processes.toml lists them; beside it lie the program and the stimulus of
+each, which
 `rcx run` takes as well. What is drawn comes from the trace of a run, never from the list: a step
 of the list that does not happen, or not in its turn, is an error.
 """
@@ -28,7 +29,7 @@ __all__ = ["FOLDER", "Process", "ProcessChart", "Step", "TimedStep", "Track", "p
 __all__ += ["processes", "run_process"]
 
 #: Where the list, the programs and the charts are, in the repository.
-FOLDER = Path(__file__).resolve().parents[3] / "docs/charts"
+FOLDER = Path(__file__).resolve().parents[3] / "docs/explanation/charts"
 
 
 @dataclass(frozen=True)

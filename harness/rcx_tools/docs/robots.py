@@ -1,4 +1,4 @@
-"""The text of docs/robots.md: the robot models, and their cycle times beside the catalogue's."""
+"""The text of robots.md: the robot models, and their cycle times beside the catalogue's."""
 
 from __future__ import annotations
 
@@ -117,7 +117,8 @@ order of things and their alarms are what to test with it.
 
 Flexing arms, settling, and the acceleration that a real controller reduces by its own tables;
 collisions; the type number that the system configuration answers (`robot_type` of the axes). Which
-of these figures are public and which assumed: [fidelity.md](fidelity.md), `robot-figures` and the
+of these figures are public and which assumed: [fidelity.md](../explanation/fidelity.md),
+`robot-figures` and the
 rows after it."""
 
 

@@ -1,4 +1,4 @@
-"""docs/view.png: robot and chart of example 04, from a run of its own.
+"""docs/how-to/view.png: robot and chart of example 04, from a run of its own.
 
 `python -m rcx_tools.docs.view_picture` draws it anew, in chromium. Which page it is of stands in
 the picture, as a digest: so that a test sees whether it is current without drawing it.
@@ -25,7 +25,7 @@ __all__ = ["PICTURE", "digest", "digest_in", "main", "page"]
 
 _ROOT = Path(__file__).resolve().parents[3]
 _EXAMPLE = _ROOT / "plc/examples/04_pick_and_place"
-PICTURE = _ROOT / "docs/view.png"
+PICTURE = _ROOT / "docs/how-to/view.png"
 _SIZE = (1280, 900)
 _KEY = b"Page"
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -48,7 +48,7 @@ _AT = 0.68
 def page() -> str:
     """The page that is shown, as HTML."""
     given = {"engine": "builtin", "watch": "Main.Carry.Stage,Main.Cycle.Count", "positions": "mm"}
-    with Cell.build(_EXAMPLE, robot=_ROOT / "docs/view.toml", scan="10ms", **given) as cell:  # type: ignore[arg-type]
+    with Cell.build(_EXAMPLE, robot=_ROOT / "docs/how-to/view.toml", scan="10ms", **given) as cell:  # type: ignore[arg-type]
         Stimulus.load(_EXAMPLE / "stimulus.toml").schedule(cell)
         view = View(cell.trace.header)
         cell.trace.listen(view.take)
@@ -101,9 +101,9 @@ def main() -> None:
     if PICTURE.exists() and digest_in(PICTURE.read_bytes()) == digest(html):
         return
     if not is_there():
-        raise InputError(f"docs/view.png is not current, and {MISSING}")
+        raise InputError(f"docs/how-to/view.png is not current, and {MISSING}")
     PICTURE.write_bytes(_signed(_drawn(html), digest(html)))
-    print("wrote docs/view.png")
+    print("wrote docs/how-to/view.png")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ __all__ = ["words_page"]
 _ABOUT = """\
 What `rcx export` writes for a function, a block or an operator of IEC 61131-3, and what says that
 the tool has it. What is not here for a target is refused when it is written, with file and line.
-*Not confirmed* means that no public list could be read. See [export.md](export.md).
+*Not confirmed* means that no public list could be read. See [export.md](../how-to/export.md).
 
 A parameter that ends in `:=` is written by name, others stand by position; `...` goes on like the
 one before it; a sign stands between the operands."""

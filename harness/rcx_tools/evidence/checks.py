@@ -313,7 +313,7 @@ CHECKS: tuple[Check, ...] = (
         "tested",
         "What the tests execute, counted by the built-in engine. Masking MC/DC is demanded of "
         "area, core, sequence and FB_RemoteCommand; gaps have a reason in "
-        "[conditions.toml](../tests/tools/evidence/conditions.toml) or in the line itself.",
+        "[conditions.toml](../../tests/tools/evidence/conditions.toml) or in the line itself.",
         (
             ("statements", _share("all", "statements")),
             ("branches", _share("all", "branches")),
@@ -341,9 +341,9 @@ CHECKS: tuple[Check, ...] = (
         "from which plc/lib is then generated anew. A mutant is killed when a test fails. "
         "Generated command blocks are alike and are sampled, as is all that is not the library "
         "(`MUTANTS=all` takes all). Survivors and why nothing can tell them: "
-        "[survivors.toml](../tests/tools/evidence/survivors.toml), "
-        "[survivors_harness.toml](../tests/tools/evidence/survivors_harness.toml). "
-        "Bugs that were thought of beforehand: [seeded.toml](../tests/tools/evidence/seeded.toml).",
+        "[survivors.toml](../../tests/tools/evidence/survivors.toml), "
+        "[survivors_harness.toml](../../tests/tools/evidence/survivors_harness.toml). "
+        "Bugs that were thought of before: [seeded.toml](../../tests/tools/evidence/seeded.toml).",
         (
             ("mutants", _number("mutants")),
             ("killed", _number("killed")),
@@ -403,6 +403,6 @@ CHECKS: tuple[Check, ...] = (
             ("differences", _count("differences")),
             ("broken blocks found", _number("broken blocks found")),
         ),
-        ("plc/examples", "docs/charts", "harness/rcx_harness/enip"),
+        ("plc/examples", "docs/explanation/charts", "harness/rcx_harness/enip"),
     ),
 )

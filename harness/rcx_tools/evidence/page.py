@@ -1,4 +1,4 @@
-"""The text of docs/verification.md, from the figures in docs/verification.json."""
+"""The text of verification.md, from the figures in verification.json."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from rcx_tools.evidence.results import ROOT
 __all__ = ["KEPT", "is_met", "verification_page"]
 
 #: The figures of the page.
-KEPT = ROOT / "docs" / "verification.json"
+KEPT = ROOT / "docs/explanation/verification.json"
 
 _HEAD = """\
-<!-- generated from docs/verification.json by `make verification`; do not edit -->
+<!-- generated from docs/explanation/verification.json by `make verification`; do not edit -->
 
 # What is proved, what is tested, what is assumed
 
@@ -30,12 +30,12 @@ _MORE = """\
 ## Also tested
 
 - `make test-all`: all tests, the cases of `make contract` and small runs of the other checks among
-  them. Tests bear the manual's sentences as names; [blocks.md](blocks.md) and
-  [commands.md](commands.md) lead from each block to its tests and to the manual.
+  them. Tests bear the manual's sentences as names; [blocks.md](../reference/blocks.md) and
+  [commands.md](../reference/commands.md) lead from each block to its tests and to the manual.
 - The telegrams of all remote commands against the manual's own worked examples.
 - FB_MoveTable with 7 faults, of 1 and of 15 scans, before each scan of a table: whenever a telegram
   is out, the row that is shown is the row that runs; gone on with, each row is done once and in
-  order: [test_move_table_faults.py](../tests/motion/test_move_table_faults.py).
+  order: [test_move_table_faults.py](../../tests/motion/test_move_table_faults.py).
 - `make lint`: the Structured Text stays within what every PLC named in the README compiles.
 - `make fuzz`: broken and hostile frames against the EtherNet/IP adapter.
 

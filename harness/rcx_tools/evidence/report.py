@@ -1,8 +1,9 @@
 """`python -m rcx_tools.evidence.report`: run or reuse every check, write the page and the figures.
 
 A result is reused while the sources that its check depends on are as they were when it ran, and
-it was met. Written are out/verification.json (every figure), docs/verification.json (those of the
-page) and docs/verification.md.
+it was met. Written are out/verification.json (every figure), docs/explanation/verification.json
+(those of the
+page) and docs/explanation/verification.md.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from structured_text.errors import InputError
 __all__ = ["is_current", "kept_figures", "main", "result_of", "stale", "stamped_run", "update"]
 
 #: Where the page and its figures are.
-DOCS = ROOT / "docs"
+DOCS = ROOT / "docs/explanation"
 
 Run = Callable[[Check, Sequence[str]], int]
 
@@ -182,7 +183,9 @@ def _main(options: Namespace, rest: list[str], run: Run) -> int:
     if options.check or options.remind:
         why = stale(DOCS / "verification.json")
         if why:
-            console.print(f"docs/verification.md: {why}; `make verification`", soft_wrap=True)
+            console.print(
+                f"docs/explanation/verification.md: {why}; `make verification`", soft_wrap=True
+            )
         return int(bool(why) and options.check)
     FOLDER.mkdir(parents=True, exist_ok=True)
     if options.only:
@@ -207,7 +210,7 @@ def _main(options: Namespace, rest: list[str], run: Run) -> int:
         verdict = "no result" if result is None else "met" if result["met"] else "NOT MET"
         table.add_row(check.title, told[check.name], verdict, check.command)
     console.print(table)
-    console.print("docs/verification.md, out/verification.json")
+    console.print("docs/explanation/verification.md, out/verification.json")
     return 0 if met else 1
 
 

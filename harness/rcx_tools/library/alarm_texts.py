@@ -59,7 +59,7 @@ def text_files() -> dict[str, Callable[[], str]]:
             )
     written[f"{folder}/FC_CommandName.st"] = _command_names
     written[f"{folder}/FC_SignalName.st"] = _signal_names
-    written["docs/texts.csv"] = _table
+    written["docs/reference/texts.csv"] = _table
     return written
 
 
@@ -142,7 +142,7 @@ def _error_block(kind: str, language: str) -> str:
     name = f"FB_Rcx{kind}{language}"
     what, numbers = _ERROR_BLOCKS[kind]
     head = [
-        f"{name}: {what}, in {language} (docs/errors.md).",
+        f"{name}: {what}, in {language} (docs/reference/errors.md).",
         *("", f"Part of FB_ErrorText. Generated from {_ERRORS} by `make docs`."),
     ]
     body = ["CASE Number OF"]
@@ -157,7 +157,7 @@ def _error_block(kind: str, language: str) -> str:
 def _panel_block(language: str) -> str:
     name, suffix = f"FB_RcxPanelText{language}", LANGUAGES[language]
     head = [
-        f"{name}: cause and remedy in an operator's words, in {language} (docs/errors.md).",
+        f"{name}: cause and remedy for an operator, in {language} (docs/reference/errors.md).",
         *("", "Part of FB_RcxPanelMessage: in place of the words for the programmer."),
         f"Generated from {_ERRORS} by `make docs`.",
     ]
@@ -177,7 +177,7 @@ def _panel_block(language: str) -> str:
 def _command_names() -> str:
     rows = [(str(code), command.name, f"16#{code:03X}") for code, command in _named_commands()]
     about = [
-        "FC_CommandName: the name of a remote command, as in docs/commands.md (guide 3).",
+        "FC_CommandName: the name of a remote command, as in docs/reference/commands.md (guide 3).",
         "Empty for a code that is none; the robot number does not matter.",
         "Generated from spec/remote_commands.toml by `make docs`.",
     ]

@@ -159,7 +159,7 @@ def _outputs(block: Block) -> list[_Row]:
         ("Busy", "BOOL", "under way, or waiting for its turn; keep calling"),
         ("Active", "BOOL", "its turn: it holds the command words"),
         ("Error", "BOOL", "refused, abnormal end, timeout or link; see ErrorID"),
-        ("ErrorID", "WORD", "docs/errors.md; 16#0000 = none"),
+        ("ErrorID", "WORD", "docs/reference/errors.md; 16#0000 = none"),
         ("AlarmGroup", "WORD", "of an abnormal end: 12 of 12.600; otherwise 0"),
         ("AlarmCategory", "WORD", "of an abnormal end: 600 of 12.600; otherwise 0"),
         *((pin.pin, pin.type, pin.comment) for pin in block.outputs),

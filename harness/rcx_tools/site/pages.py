@@ -107,6 +107,6 @@ def _unsearched(text: str) -> str:
 
 def _with_playground(path: str, text: str) -> str:
     name = Path(path).stem
-    if not path.startswith("docs/blocks/") or name not in block_jobs():
+    if not path.startswith("docs/reference/blocks/") or name not in block_jobs():
         return text
     return text.replace(_BEFORE, _TRY.format(up="../../", name=name) + _BEFORE, 1)

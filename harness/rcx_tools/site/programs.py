@@ -24,7 +24,7 @@ _SCAN_US = 10_000
 _BLOCK_US = 1_000_000
 _TICK = re.compile(r"INTERVAL\s*:=\s*T(?:IME)?#(\w+)", re.IGNORECASE)
 _SCARA, _SCARA_US = ROOT / "plc/examples/04_pick_and_place/scara.toml", 4_000_000
-_ROBOT = ROOT / "docs/blocks/programs/robot.toml"
+_ROBOT = ROOT / "docs/reference/blocks/programs/robot.toml"
 
 
 def bake_job() -> str:

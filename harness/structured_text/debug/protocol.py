@@ -28,7 +28,7 @@ _LONGEST = 1024 * 1024
 _MOST_WAITING = 1000
 #: A field of the header. The first line of HTTP or TLS is not a field.
 _FIELD = re.compile(rb"([A-Za-z-]+)[ \t]*:[ \t]*(.*)", re.DOTALL)
-_HINT = f"{COMMAND} debug talks to editors: see docs/debug.md"
+_HINT = f"{COMMAND} debug talks to editors: see docs/how-to/debug.md"
 
 
 def encoded(message: Mapping[str, Any]) -> bytes:

@@ -48,7 +48,7 @@ class Cluster:
         scheme, host, _ = self.parts()
         for name, file in (("ca", self.ca), ("cert", self.cert), ("key", self.key)):
             if scheme == "tls" and file is None:
-                hint = "docs/cluster.md says how to make it"
+                hint = "docs/how-to/cluster.md says how to make it"
                 raise InputError(f"{self.address} needs --cluster-{name}", hint=hint)
             if scheme == "tcp" and file is not None:
                 raise InputError(f"--cluster-{name} is for tls://, not for {self.address}")
@@ -62,7 +62,7 @@ class Cluster:
         if not self.plain and not is_here(host):
             raise InputError(
                 f"{address} is not on this computer, and nothing would be encrypted",
-                hint="set up TLS (docs/cluster.md), or allow it with --cluster-plain",
+                hint="set up TLS (docs/how-to/cluster.md), or allow it with --cluster-plain",
             )
 
     def parts(self) -> tuple[str, str, int]:

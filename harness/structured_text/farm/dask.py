@@ -265,7 +265,9 @@ def _words(error: BaseException) -> str:
 
 
 def _not_there(cluster: Cluster, why: str) -> InputError:
-    hint = f"start one (docs/cluster.md), its scheduler with distributed {distributed_version}"
+    hint = (
+        f"start one (docs/how-to/cluster.md), its scheduler with distributed {distributed_version}"
+    )
     return InputError(f"there is no cluster at {cluster.address}: {why}", hint=hint)
 
 

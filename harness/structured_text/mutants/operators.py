@@ -351,7 +351,7 @@ def _writes(statement: Any, key: str) -> bool:
 _BITS = re.compile(r"(BYTE|WORD|DWORD)#16#([0-9A-F]+)", re.IGNORECASE)
 _TIME = re.compile(r"T#(\d+)(ms|s|m)", re.IGNORECASE)
 _TYPED_INTEGER = re.compile(r"(U?[SDL]?INT)#(\d+)", re.IGNORECASE)
-#: ErrorIDs of the library, docs/errors.md.
+#: ErrorIDs of the library, docs/reference/errors.md.
 _ERRORS = range(0x8000, 0x8100)
 
 

@@ -1,6 +1,7 @@
 """The limits of what a command reads and compiles, each in this place only.
 
-They lie well above real projects and well below the memory of a small computer. docs/limits.md
+They lie well above real projects and well below the memory of a small computer.
+docs/reference/limits.md
 tells users what each of them is and what to do; a test compares the numbers.
 """
 

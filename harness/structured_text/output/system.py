@@ -1,6 +1,7 @@
 """What Windows, macOS and Linux do differently: here with its counterparts, and nowhere else.
 
-No other module names what one of them lacks; docs/platforms.md says what is missing where.
+No other module names what one of them lacks; docs/reference/platforms.md says what is missing
+where.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ def _chain(kind: str, levels: int) -> str:
 def test_structures_of_structures_are_counted_without_being_made(errors: Errors) -> None:
     """n(0) = 2 and n(k) = 4 n(k-1) + 1 elements: 2,446,677 at 10, 9,786,709 at 11.
 
-    Source: docs/limits.md, programs.
+    Source: docs/reference/limits.md, programs.
     """
     assert errors(_chain("struct", 7)) == []
     (error,) = errors(_chain("struct", 60))
@@ -51,7 +51,7 @@ def test_structures_of_structures_are_counted_without_being_made(errors: Errors)
 def test_blocks_in_blocks_are_counted_without_being_made(errors: Errors) -> None:
     """(4^9 - 1) / 3 = 87,381 instances in T8, and 349,525 in T9.
 
-    Source: docs/limits.md, programs.
+    Source: docs/reference/limits.md, programs.
     """
     assert errors(_chain("block", 5)) == []
     (error,) = errors(_chain("block", 60))
@@ -62,7 +62,7 @@ def test_blocks_in_blocks_are_counted_without_being_made(errors: Errors) -> None
 
 
 def test_arrays_of_arrays_are_counted_from_the_inside(errors: Errors) -> None:
-    """Source: docs/limits.md, programs: 2^22 - 1 elements and arrays at the 21st level."""
+    """Source: limits.md, programs: 2^22 - 1 elements and arrays at the 21st level."""
     nested = "ARRAY[0..1] OF " * 40
     (error,) = errors(f"PROGRAM Own VAR a: {nested}INT; END_VAR END_PROGRAM")
     assert error.message.startswith("this array has 4,194,303 elements, and a program has at most")
@@ -114,7 +114,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_all_variables_together_have_one_limit(errors: Errors, text: str, told: str) -> None:
     """Types, initial values, instances, globals and what functions keep count together.
 
-    Source: docs/limits.md, programs.
+    Source: docs/reference/limits.md, programs.
     """
     (error,) = errors(text)
     assert told in error.message
@@ -123,7 +123,7 @@ def test_all_variables_together_have_one_limit(errors: Errors, text: str, told: 
 def test_so_many_words_are_read_and_no_more(
     errors: Errors, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/limits.md, programs."""
+    """Source: docs/reference/limits.md, programs."""
     monkeypatch.setattr(parser, "MOST_TOKENS", 13)
     text = "PROGRAM Own VAR x: INT; END_VAR x := 1;{} END_PROGRAM"
     assert errors(text.format("")) == []
@@ -135,7 +135,7 @@ def test_so_many_words_are_read_and_no_more(
 def test_so_many_mistakes_are_told_and_the_rest_is_counted(
     errors: Errors, mistake: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/limits.md, programs."""
+    """Source: docs/reference/limits.md, programs."""
     for module in (load, recovery):
         monkeypatch.setattr(module, "MOST_MISTAKES", 20)
     found = errors(f"PROGRAM Own\n{mistake * 30}END_PROGRAM\n")
@@ -149,7 +149,7 @@ def test_so_many_mistakes_are_told_and_the_rest_is_counted(
 def test_constants_that_use_each_other_are_worked_out_once(errors: Errors) -> None:
     """Each of a chain would look at the whole rest of the chain again.
 
-    Source: docs/limits.md, programs: 100 in a row.
+    Source: docs/reference/limits.md, programs: 100 in a row.
     """
     chain = "".join(f"c{k}: INT := c{k + 1} + 1;\n" for k in range(400))
     text = f"VAR_GLOBAL CONSTANT\n{chain}c400: INT := 1;\nEND_VAR\nPROGRAM Own END_PROGRAM"
@@ -160,7 +160,7 @@ def test_constants_that_use_each_other_are_worked_out_once(errors: Errors) -> No
 def test_a_name_has_an_end(errors: Errors) -> None:
     """The message has the beginning of the name only.
 
-    Source: docs/limits.md, programs.
+    Source: docs/reference/limits.md, programs.
     """
     error, _ = errors(f"PROGRAM Own VAR x: INT; END_VAR x := {'y' * 100_000}; END_PROGRAM")
     assert error.message == f"a name of 100,000 characters: {'y' * 40}..."
@@ -169,14 +169,14 @@ def test_a_name_has_an_end(errors: Errors) -> None:
 def test_comments_that_are_never_closed_are_looked_at_once(errors: Errors) -> None:
     """Each of them would look for its end through the whole rest of the file: for hours.
 
-    Source: docs/limits.md.
+    Source: docs/reference/limits.md.
     """
     (error,) = errors("PROGRAM Own END_PROGRAM\n" + "(*\n" * 200_000)
     assert error.message == "this comment is never closed"
 
 
 def test_comments_behind_names_in_a_case_are_looked_at_once(errors: Errors) -> None:
-    """Source: docs/limits.md."""
+    """Source: docs/reference/limits.md."""
     rows = "y; (* *) (* *)\n" * 60
     found = errors(
         f"PROGRAM Own VAR x, y: INT; END_VAR CASE x OF 1: y := 1;\n{rows}END_CASE; END_PROGRAM"

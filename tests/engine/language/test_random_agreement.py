@@ -1,6 +1,6 @@
 """Random calls of the standard functions that matiec has too: both engines give the same.
 
-What the two do differently, and hence is not called here, is in docs/language.md: FIND of
+What the two do differently, and hence is not called here, is in docs/reference/language.md: FIND of
 more than one character and REPLACE (mistakes of matiec), shifts by the width and more, reals
 that do not fit an integer, divisions by 0, invalid BCD digits, texts converted to moments.
 """

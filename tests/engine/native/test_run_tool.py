@@ -14,7 +14,7 @@ from structured_text.output import programs
 
 
 def test_a_compiler_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Source: docs/limits.md, programs: 900 s."""
+    """Source: docs/reference/limits.md, programs: 900 s."""
     given: dict[str, object] = {}
 
     def endless(command: list[str], **options: object) -> None:

@@ -120,7 +120,7 @@ def test_what_cannot_be_read_is_told_with_its_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Source: docs/projects.md."""
+    """Source: docs/how-to/projects.md."""
     monkeypatch.chdir(tmp_path)
     Path(name).write_text(text, encoding="utf-8")
     assert main(["run", name, "--engine", "builtin"]) == 2
@@ -147,7 +147,7 @@ def test_xml_is_read_in_the_encoding_that_it_names(encoding: str, tmp_path: Path
 def test_two_pous_of_one_name_are_told_with_both_places(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/projects.md."""
+    """Source: docs/how-to/projects.md."""
     for name in ("a", "b"):
         text = _POU % ("PROGRAM P", "<ST>RETURN;</ST>")
         (tmp_path / f"{name}.TcPOU").write_text(text, encoding="utf-8")
@@ -163,7 +163,7 @@ def test_two_pous_of_one_name_are_told_with_both_places(
 def test_a_name_never_leads_out_of_the_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/projects.md: what is written."""
+    """Source: docs/how-to/projects.md: what is written."""
     text = '<project><pou name="../../evil" pouType="program"><body/></pou></project>'
     (tmp_path / "a.xml").write_text(text, encoding="utf-8")
     assert main(["import", str(tmp_path / "a.xml"), "-o", str(tmp_path / "x" / "y")]) == 2
@@ -174,7 +174,7 @@ def test_a_name_never_leads_out_of_the_folder(
 def test_import_overwrites_nothing_unless_it_is_asked_to(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/projects.md: what is written."""
+    """Source: docs/how-to/projects.md: what is written."""
     out = tmp_path / "out"
     given = ["import", str(_DATA / "beremiz.xml"), "-o", str(out)]
     assert main(given) == 0

@@ -80,7 +80,7 @@ def test_a_priority_is_a_whole_number_from_0_to_65535(
 ) -> None:
     """IEC 61131-3, tasks: an unsigned number; Python would read some of these, or crash.
 
-    Source: docs/limits.md, files.
+    Source: docs/reference/limits.md, files.
     """
     text = _refused(_written(tmp_path, name, priority=number))
     assert "the priority of the task T is '" in text
@@ -95,7 +95,7 @@ def test_a_priority_is_a_whole_number_from_0_to_65535(
 def test_an_interval_is_a_number_of_at_most_a_year(
     name: str, interval: str, tmp_path: Path
 ) -> None:
-    """Source: docs/limits.md, files."""
+    """Source: docs/reference/limits.md, files."""
     text = _refused(_written(tmp_path, name, interval=interval))
     assert "the interval '" in text or "the cycle time of the task T [us] is '" in text
 
@@ -110,7 +110,7 @@ def test_a_periodic_task_of_logix_without_a_rate_is_not_a_continuous_one(tmp_pat
 
 @pytest.mark.parametrize("interval", ["PT" + "9" * 400 + "S", "T#1.2.3s", "T#99999999999d", "PTS"])
 def test_an_interval_of_the_standard_is_read_in_full(interval: str, tmp_path: Path) -> None:
-    """Source: docs/limits.md, files; ISO 8601, durations."""
+    """Source: docs/reference/limits.md, files; ISO 8601, durations."""
     assert "has the interval '" in _refused(_written(tmp_path, "a.xml", interval=interval))
 
 
@@ -134,13 +134,13 @@ def test_an_interval_keeps_all_its_digits(text: str, us: int, literal: str, tmp_
 
 @pytest.mark.parametrize("dimension", ["nan", "-5", "\u00b2", "9" * 5_000, "3.5", "3 x"])
 def test_a_dimension_of_a_tag_is_a_whole_number(dimension: str, tmp_path: Path) -> None:
-    """Source: docs/limits.md, files."""
+    """Source: docs/reference/limits.md, files."""
     tag = f'<Tag Name="b" DataType="DINT" Dimensions="{dimension}"/>'
     assert "a.L5X:2: a dimension of b is '" in _refused(_written(tmp_path, "a.L5X", tags=tag))
 
 
 def test_whole_numbers_have_limits_of_their_own(tmp_path: Path) -> None:
-    """Source: docs/limits.md, files."""
+    """Source: docs/reference/limits.md, files."""
     assert [whole(one, "it", 1, 9, tmp_path, 1) for one in ("1", " 9 ")] == [1, 9]
     for one in ("0", "10", ""):
         with pytest.raises(InputError, match="write a whole number from 1 to 9"):
@@ -157,7 +157,7 @@ def test_an_initial_value_that_is_no_number_is_left_out_with_a_note(
 ) -> None:
     """Studio 5000 writes 1.#QNAN for a REAL that is none.
 
-    Source: docs/limits.md, files.
+    Source: docs/reference/limits.md, files.
     """
     data = f'<Data Format="Decorated"><DataValue DataType="{kind}" Value="{value}"/></Data>'
     tag = f'<Tag Name="b" DataType="{kind}">{data}</Tag>'
@@ -198,7 +198,7 @@ def test_an_alias_of_a_controller_may_be_a_tag_of_a_program(tmp_path: Path) -> N
 @pytest.mark.exhaustive(but=["code1"])
 @pytest.mark.parametrize("code", ["a := " + "(" * 9_000 + "a", "a := " + "9" * 5_000 + ";"])
 def test_statements_of_logix_that_cannot_be_read_are_told(code: str, tmp_path: Path) -> None:
-    """Source: docs/limits.md, programs."""
+    """Source: docs/reference/limits.md, programs."""
     file = _written(tmp_path, "a.L5X", code=code)
     with pytest.raises(InputError, match="the body of Own") as caught:
         project_sources([file], {})
@@ -215,7 +215,7 @@ def test_statements_of_logix_that_cannot_be_read_are_told(code: str, tmp_path: P
 def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_path: Path) -> None:
     """The robots come from Japan, and so do many of the projects.
 
-    Source: docs/limits.md, files.
+    Source: docs/reference/limits.md, files.
     """
     said = "\u5de5\u4f5c" if encoding in ("GB2312", "GBK", "Big5") else "\u30c6\u30b9\u30c8"
     file = _written(tmp_path, "a.xml", encoding=encoding, said=said)
@@ -243,7 +243,7 @@ def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_pat
 def test_what_is_not_of_its_encoding_has_its_line(
     content: bytes, told: str, tmp_path: Path
 ) -> None:
-    """Source: docs/limits.md, files."""
+    """Source: docs/reference/limits.md, files."""
     file = tmp_path / "a.xml"
     file.write_bytes(content)
     assert told in _refused(file)
@@ -252,7 +252,7 @@ def test_what_is_not_of_its_encoding_has_its_line(
 def test_comments_of_scl_are_looked_at_once(tmp_path: Path) -> None:
     """Each of 200,000 comments would compare all lines of the source with themselves.
 
-    Source: docs/limits.md.
+    Source: docs/reference/limits.md.
     """
     text = "FUNCTION_BLOCK F\nVAR x : INT; END_VAR\nBEGIN\nx := 1; // c\n" + "// c\n" * 20_000
     file = tmp_path / "a.scl"

@@ -45,7 +45,7 @@ def ladder(tmp_path: Path) -> Path:
 
 
 def test_a_program_of_beremiz_runs_at_its_tasks_interval() -> None:
-    """Source: docs/projects.md."""
+    """Source: docs/how-to/projects.md."""
     program = build(source_files(_DATA / "beremiz.xml").all, "builtin").program
     assert program.tick_us == 50_000
     program.scan(0)
@@ -103,7 +103,7 @@ def test_a_mistake_in_a_replacing_body_is_told_in_its_file(
 def test_a_mistake_in_a_project_is_told_in_its_line(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/projects.md."""
+    """Source: docs/how-to/projects.md."""
     ladder.write_text(_LADDER % "m", encoding="utf-8")
     own = _DATA / "lamp.st"
     assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2
@@ -152,7 +152,7 @@ def test_what_was_taken_out_of_a_file_is_a_value() -> None:
 def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:
     """A PROGRAM of some tools has no variables that last: its data are in a block.
 
-    Source: docs/projects.md: where the areas are.
+    Source: docs/how-to/projects.md: where the areas are.
     """
     (tmp_path / "a.st").write_text(
         "FUNCTION_BLOCK Station\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"

@@ -181,7 +181,7 @@ def test_interfaces_of_one_link_type_may_be_several(tmp_path: Path) -> None:
 def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(
     tmp_path: Path,
 ) -> None:
-    """Source: docs/limits.md, files."""
+    """Source: docs/reference/limits.md, files."""
     hour = 3_600_000_000
     times = [10 * hour, 10 * hour + 100, 10 * hour + 90, 10 * hour + 150]
     file = pcap(tmp_path / "back.pcap", [(t_us, framed(DATAGRAM)) for t_us in times])
@@ -197,7 +197,7 @@ def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(
 def test_a_clock_that_jumps_ends_the_capture(tmp_path: Path, seconds: int, how: str) -> None:
     """What comes before the jump is read.
 
-    Source: docs/limits.md, files.
+    Source: docs/reference/limits.md, files.
     """
     begin = 1_000_000_000
     times = [begin, begin + 1_000_000 * seconds]

@@ -156,7 +156,7 @@ def test_a_trace_with_a_hole_is_damaged_at_its_line(
 
 
 def test_a_trace_of_changes_has_gaps(here: Path) -> None:
-    """Source: docs/files.md: `only` says that the records without a change are left out."""
+    """Source: files.md: `only` says that the records without a change are left out."""
     file = here / "trace.jsonl"
     head = _HEAD.replace("}", ',"only":"changes"}')
     file.write_text(head + _scan(0, 0) + _scan(7, 70_000))

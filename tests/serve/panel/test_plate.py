@@ -121,7 +121,7 @@ def test_what_still_waits_of_a_silent_page_is_not_pressed_later(
 def test_a_stop_is_not_lost_when_another_page_falls_silent(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
-    """Source: docs/network.md, a key is TRUE for at least one scan."""
+    """Source: docs/how-to/network.md, a key is TRUE for at least one scan."""
     plate.press("a", 1, ["JogPlus"])
     plate.press("a", 2, [])
     plate.exchange()
@@ -143,7 +143,7 @@ def test_a_stop_is_not_lost_when_another_page_falls_silent(
 def test_a_click_waits_for_a_scan_however_late_that_is(
     program: Program, plate: Plate, clock: _Clock, late_s: float
 ) -> None:
-    """Source: docs/network.md, a key is TRUE for at least one scan."""
+    """Source: docs/how-to/network.md, a key is TRUE for at least one scan."""
     plate.press("p", 1, ["Stop"])
     clock.now += 0.08
     plate.press("p", 2, [])
@@ -154,7 +154,7 @@ def test_a_click_waits_for_a_scan_however_late_that_is(
 def test_of_a_page_that_falls_silent_while_it_holds_a_key_only_stop_still_comes(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
-    """Source: docs/network.md, a key is there for at least one scan; a jog stops."""
+    """Source: docs/how-to/network.md, a key is there for at least one scan; a jog stops."""
     stop: list[list[str]] = [["JogPlus"], ["Stop", "JogPlus"], ["JogPlus"], [], ["JogPlus"]]
     for beat, keys in enumerate(stop):
         plate.press("p", beat, keys)
@@ -168,7 +168,7 @@ def test_of_a_page_that_falls_silent_while_it_holds_a_key_only_stop_still_comes(
 def test_a_silent_page_that_holds_stop_presses_it_for_a_scan(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
-    """Source: docs/network.md, a key is TRUE for at least one scan."""
+    """Source: docs/how-to/network.md, a key is TRUE for at least one scan."""
     plate.press("p", 1, ["Stop"])
     clock.now += HOLD_S + 0.01
     assert _scans(program, plate, 3) == [["Stop"], [], []]
@@ -187,7 +187,7 @@ def test_a_message_that_comes_after_its_page_was_silent_does_not_press_again(
 ) -> None:
     """However many pages came meanwhile.
 
-    Source: docs/network.md, a key is TRUE as long as it is held.
+    Source: docs/how-to/network.md, a key is TRUE as long as it is held.
     """
     plate.press("p", 1, ["JogPlus"])
     plate.press("p", 3, [])
@@ -228,7 +228,7 @@ def test_a_page_that_sends_too_much_ends_with_its_last_word(program: Program, pl
 
 
 def test_a_stop_among_too_much_is_there_for_a_scan(program: Program, plate: Plate) -> None:
-    """Source: docs/network.md, a key is TRUE for at least one scan."""
+    """Source: docs/how-to/network.md, a key is TRUE for at least one scan."""
     for beat in range(200):
         plate.press("p", beat, ["Stop"] if beat == 10 else ["Start"] if beat % 2 else [])
     assert _scans(program, plate, 100).count(["Stop"]) == 1

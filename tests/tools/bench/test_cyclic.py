@@ -15,7 +15,7 @@ from rcx_tools.bench.figure import Options
 
 
 def test_every_interval_and_number_of_controllers_runs_alone_and_then_under_a_flood() -> None:
-    """Source: docs/timing.md: 10, 5, 2 and 1 ms; 1, 4 and 16 controllers."""
+    """Source: docs/explanation/timing.md: 10, 5, 2 and 1 ms; 1, 4 and 16 controllers."""
     planned = [case for case in cases(Options()) if not case.ordinary]
     assert [(case.rpi_us, case.controllers) for case in planned[::2]] == [
         (10_000, 1), (5_000, 1), (2_000, 1), (1_000, 1), (2_000, 4), (10_000, 16), (2_000, 16),
@@ -25,7 +25,7 @@ def test_every_interval_and_number_of_controllers_runs_alone_and_then_under_a_fl
 
 
 def test_the_shortest_intervals_run_without_priority_too() -> None:
-    """Source: docs/timing.md: 2 and 1 ms, one controller."""
+    """Source: docs/explanation/timing.md: 2 and 1 ms, one controller."""
     ordinary = [case for case in cases(Options()) if case.ordinary]
     assert ordinary == [Case(2_000, 1, False, True), Case(1_000, 1, False, True)]
     assert [case.name for case in ordinary] == ["cyclic_2ms_ordinary", "cyclic_1ms_ordinary"]
@@ -63,7 +63,7 @@ def test_a_line_tells_of_each_run_and_the_first_of_their_length(
 ) -> None:
     """At 300 us a packet 4 controllers at 2 ms take 1.2 of two processors, 16 take 4.8.
 
-    Source: docs/timing.md: long work shows progress.
+    Source: docs/explanation/timing.md: long work shows progress.
     """
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
 

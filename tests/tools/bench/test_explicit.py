@@ -14,7 +14,7 @@ from structured_text.errors import InputError
 def test_the_server_that_only_sends_answers_as_a_get_is_answered() -> None:
     """Header of 24 bytes, 16 of the items, 4 of the reply, 48 of data; its client is content.
 
-    Source: docs/timing.md: the same client.
+    Source: docs/explanation/timing.md: the same client.
     """
     with running(explicit.__name__, []) as process:
         port = int(first_line(process))
@@ -23,7 +23,7 @@ def test_the_server_that_only_sends_answers_as_a_get_is_answered() -> None:
 
 
 def test_a_process_that_ends_at_its_start_is_told() -> None:
-    """Source: docs/timing.md: what is missing is said to be missing."""
+    """Source: docs/explanation/timing.md: what is missing is said to be missing."""
     said = pytest.raises(InputError, match="has ended at its start")
     with running("rcx_tools.bench.peer_that_is_not", []) as process, said:
         first_line(process)

@@ -10,14 +10,14 @@ from rcx_tools.bench.figure import Options
 
 @pytest.mark.exhaustive
 def test_workers_give_the_verdicts_of_this_process() -> None:
-    """Source: docs/cluster.md, what is the same."""
+    """Source: docs/how-to/cluster.md, what is the same."""
     found = measure(Options(quick=True))
     assert found["farm_verdicts_that_differ"].value == 0
     assert found["farm_verdicts_that_differ"].peer == "12 seeds without workers and with 1, 2, 4"
 
 
 def test_each_seed_is_a_cell_of_its_own_that_is_as_fast_as_it_can_be() -> None:
-    """Source: docs/timing.md."""
+    """Source: docs/explanation/timing.md."""
     seen = [verdict(seed) for seed in range(8)]
     assert len({one.case for one in seen}) == 8
     assert all(one.took == one.minimum for one in seen)

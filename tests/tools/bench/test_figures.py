@@ -28,7 +28,7 @@ _QUIET = Run(Case(2_000, 1, False), 60.0, 60_000, 60_000.0, 0, 1_999, 2_200, 2_1
 
 
 def test_a_quiet_run_without_a_missing_packet_meets_its_targets() -> None:
-    """Source: docs/timing.md."""
+    """Source: docs/explanation/timing.md."""
     found = figures(_QUIET, None)
     assert found["cyclic_2ms_missing"] == Figure(0, "packets", "0", "none", True)
     assert found["cyclic_2ms_rate"] == Figure(1.0, "of nominal", ">= 0.98", "none", True)
@@ -37,7 +37,7 @@ def test_a_quiet_run_without_a_missing_packet_meets_its_targets() -> None:
 
 
 def test_a_missing_packet_or_a_low_rate_misses_them() -> None:
-    """Source: docs/timing.md."""
+    """Source: docs/explanation/timing.md."""
     bad = Run(Case(2_000, 1, False), 60.0, 58_000, 60_000.0, 2, 1_999, 2_200, 2_100, 0, 25.0)
     found = figures(bad, None)
     assert not found["cyclic_2ms_missing"].met
@@ -45,7 +45,7 @@ def test_a_missing_packet_or_a_low_rate_misses_them() -> None:
 
 
 def test_under_a_flood_the_rate_is_compared_with_the_quiet_run() -> None:
-    """Source: docs/timing.md: within 10 %."""
+    """Source: docs/explanation/timing.md: within 10 %."""
     good = Run(Case(2_000, 1, True), 60.0, 55_000, 60_000.0, 9, 1_999, 2_200, 2_100, 0, 25.0)
     bad = Run(Case(2_000, 1, True), 60.0, 53_000, 60_000.0, 0, 1_999, 2_200, 2_100, 0, 25.0)
     assert figures(good, _QUIET)["cyclic_2ms_flood_rate"].met
@@ -54,7 +54,7 @@ def test_under_a_flood_the_rate_is_compared_with_the_quiet_run() -> None:
 
 
 def test_without_priority_it_misses_no_more_than_a_bare_timer_and_is_hardly_later() -> None:
-    """Source: docs/timing.md: at 2 ms p99 within 1.1 of the timer's, no more missing."""
+    """Source: timing.md: at 2 ms p99 within 1.1 of the timer's, no more missing."""
     case = Case(2_000, 1, flooded=False, ordinary=True)
     good = figures(Run(case, 60.0, 59_000, 60_000.0, 3, 1_999, 2_300, 2_100, 3, 25.0), None)
     bad = figures(Run(case, 60.0, 59_000, 60_000.0, 4, 1_999, 2_320, 2_100, 3, 25.0), None)
@@ -66,7 +66,7 @@ def test_without_priority_it_misses_no_more_than_a_bare_timer_and_is_hardly_late
 
 @pytest.mark.parametrize(("ordinary", "least"), [(False, 0.98), (True, 0.95)])
 def test_at_1_ms_nearly_all_packets_come(ordinary: bool, least: float) -> None:
-    """Source: docs/timing.md: 98 % of nominal with real-time priority, 95 % without."""
+    """Source: docs/explanation/timing.md: 98 % of nominal with real-time priority, 95 % without."""
     case = Case(1_000, 1, flooded=False, ordinary=ordinary)
     for packets, met in ((60_000 * least, True), (60_000 * least - 1, False)):
         run = Run(case, 30.0, round(packets), 60_000.0, 9, 999, 1_200, 1_100, 0, 25.0)
@@ -74,7 +74,7 @@ def test_at_1_ms_nearly_all_packets_come(ordinary: bool, least: float) -> None:
 
 
 def test_sixteen_controllers_at_10_ms_lose_no_packet() -> None:
-    """Source: docs/timing.md."""
+    """Source: docs/explanation/timing.md."""
     case = Case(10_000, 16, flooded=False)
     for missing, met in ((0, True), (1, False)):
         run = Run(case, 10.0, 32_000, 32_000.0, missing, 9_999, 10_200, 10_100, 0, 25.0)
@@ -82,7 +82,7 @@ def test_sixteen_controllers_at_10_ms_lose_no_packet() -> None:
 
 
 def test_below_the_promised_interval_figures_are_shown_without_a_target() -> None:
-    """Source: docs/timing.md."""
+    """Source: docs/explanation/timing.md."""
     run = Run(Case(1_000, 16, False), 60.0, 1, 60_000.0, 9, 1_999, 2_200, 2_100, 0, 25.0)
     found = figures(run, None)
     assert next(iter(found)) == "cyclic_1ms_x16_packets"
@@ -90,7 +90,7 @@ def test_below_the_promised_interval_figures_are_shown_without_a_target() -> Non
 
 
 def test_limits_belong_to_what_meets_them() -> None:
-    """Source: docs/timing.md: targets beside figures."""
+    """Source: docs/explanation/timing.md: targets beside figures."""
     assert at_least(40.0, "x", 40).met
     assert not at_least(39.9, "x", 40).met
     assert at_most(0.3, "s", 0.3).met
@@ -100,7 +100,7 @@ def test_limits_belong_to_what_meets_them() -> None:
 
 
 def test_what_is_named_out_of_reach_is_not_missed() -> None:
-    """Source: docs/timing.md: it is listed apart."""
+    """Source: docs/explanation/timing.md: it is listed apart."""
     beyond = at_least(1, "x", 2, "peer" + OUT_OF_REACH)
     assert not beyond.met
     assert not beyond.missed
@@ -130,7 +130,7 @@ def test_the_bench_ends_with_1_where_a_target_is_not_met(
 
 
 def test_the_file_keeps_the_figures_of_other_points(tmp_path: Path) -> None:
-    """Source: docs/timing.md: out/bench.json."""
+    """Source: docs/explanation/timing.md: out/bench.json."""
     file = tmp_path / "out" / "bench.json"
     store({"one": at_most(1, "s", 2)}, file)
     store({"two": at_most(3, "s", 2, "peer")}, file)
@@ -141,7 +141,7 @@ def test_the_file_keeps_the_figures_of_other_points(tmp_path: Path) -> None:
 
 
 def test_a_damaged_file_is_written_anew(tmp_path: Path) -> None:
-    """Source: docs/timing.md: out/bench.json."""
+    """Source: docs/explanation/timing.md: out/bench.json."""
     file = tmp_path / "bench.json"
     for damaged in ("{", "[1]"):
         file.write_text(damaged)
@@ -181,7 +181,7 @@ def test_a_wrong_duration_is_told_in_one_message(capsys: pytest.CaptureFixture[s
 def test_a_straight_line_has_no_bend() -> None:
     """10 + 2 n at 1, 10 and 50; the middle 11 above is a tenth of the last.
 
-    Source: docs/timing.md: linear.
+    Source: docs/explanation/timing.md: linear.
     """
     assert bend((1, 10, 50), (12.0, 30.0, 110.0)) == pytest.approx(0.0)
     assert bend((1, 10, 50), (12.0, 41.0, 110.0)) == pytest.approx(0.1)
@@ -190,7 +190,7 @@ def test_a_straight_line_has_no_bend() -> None:
 def test_the_demo_keeps_its_robot_busy_and_breaks_no_rule() -> None:
     """Two commands take turns; the second robot's blocks have no link and do no harm.
 
-    Source: docs/timing.md: the whole cell.
+    Source: docs/explanation/timing.md: the whole cell.
     """
     with demo_cell("builtin", robots=2, blocks=2) as cell:
         before = cell.commands

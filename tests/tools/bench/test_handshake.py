@@ -1,4 +1,4 @@
-"""No scan more than the theoretical minimum of docs/timing.md; the whole grid is `make bench`."""
+"""No scan more than the theoretical minimum of timing.md; the whole grid is `make bench`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rcx_tools.bench import handshake
 from rcx_tools.bench.handshake import Case, grid, simulate_command, simulate_sequence
 from rcx_tools.bench.minimum import Clocks, command, sequence
 
-_PAGE = Path(__file__).resolve().parents[3] / "docs" / "timing.md"
+_PAGE = Path(__file__).resolve().parents[3] / "docs/explanation/timing.md"
 #: Numbers without a common divisor, and the ends of the ranges.
 _GRID = grid((1, 7, 20), (1, 13, 100), (0, 7))
 
@@ -29,7 +29,7 @@ def _printed() -> list[list[int]]:
 def test_formula_and_blocks_take_what_the_page_prints(line: list[int]) -> None:
     """Each number of a line of the table is one of the five scans, or a difference of two.
 
-    Source: docs/timing.md, worked examples; guide chapters 1 and 2.
+    Source: docs/explanation/timing.md, worked examples; guide chapters 1 and 2.
     """
     scan, rpi, response, *times, done_scans, next_scans = line
     found = simulate_command(Case(scan * 1000, rpi * 1000, response * 1000), together=True)
@@ -40,13 +40,13 @@ def test_formula_and_blocks_take_what_the_page_prints(line: list[int]) -> None:
 
 
 def test_the_page_prints_some_examples() -> None:
-    """Source: docs/timing.md, worked examples."""
+    """Source: docs/explanation/timing.md, worked examples."""
     assert len(_printed()) >= 5
 
 
 @pytest.mark.parametrize("case", _GRID, ids=str)
 def test_a_command_and_its_successor_take_the_fewest_scans_possible(case: Case) -> None:
-    """Source: docs/timing.md; guide chapters 1 and 2."""
+    """Source: docs/explanation/timing.md; guide chapters 1 and 2."""
     found = simulate_command(case)
     assert found.took == found.minimum
 
@@ -55,7 +55,7 @@ def test_a_command_and_its_successor_take_the_fewest_scans_possible(case: Case) 
 def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> None:
     """Alarm reset, servo ON, program reset and start, each with the end of the one before.
 
-    Source: docs/timing.md; manual chapter 5, 3.
+    Source: docs/explanation/timing.md; manual chapter 5, 3.
     """
     found = simulate_sequence(case)
     assert found.took == found.minimum
@@ -64,7 +64,7 @@ def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> 
 def test_a_packet_that_leaves_with_the_scan_is_too_early_for_its_outputs() -> None:
     """All clocks at 10 ms: written at 10, sent at 20, seen by the cycle after its arrival, 25.
 
-    Source: docs/timing.md, three clocks.
+    Source: docs/explanation/timing.md, three clocks.
     """
     clocks = Clocks(Timing.make(scan="10ms", rpi="10ms"))
     assert clocks.seen_by_robot(10_000) == 25_000
@@ -75,7 +75,7 @@ def test_a_packet_that_leaves_with_the_scan_is_too_early_for_its_outputs() -> No
 def test_phases_move_each_clock() -> None:
     """Packets at 1, 11, ...: the cycle (2, 7, 12) sees at 12 what was written at 3 (3, 13, ...).
 
-    Source: docs/timing.md, three clocks.
+    Source: docs/explanation/timing.md, three clocks.
     """
     phases = {"cycle": "2ms", "to_robot": "1ms", "to_plc": "4ms", "scan": "3ms"}
     clocks = Clocks(Timing.make(scan="10ms", rpi="10ms", phases=phases))
@@ -84,7 +84,7 @@ def test_phases_move_each_clock() -> None:
 
 
 def test_the_bounds_of_the_page_hold() -> None:
-    """Source: docs/timing.md, a remote command."""
+    """Source: docs/explanation/timing.md, a remote command."""
     for case in _GRID:
         scan, rpi = case.scan_us, case.rpi_us
         took = case.response_us
@@ -103,7 +103,7 @@ def test_the_bounds_of_the_page_hold() -> None:
 def test_an_input_goes_off_when_interval_and_answer_allow_it() -> None:
     """120 ms apart; answered at 40: OFF at 120, the next ON at 240. Answered late: OFF at once.
 
-    Source: docs/timing.md, dedicated inputs; manual chapter 5, 3.
+    Source: docs/explanation/timing.md, dedicated inputs; manual chapter 5, 3.
     """
     clocks = Clocks(Timing.make(scan="10ms", rpi="10ms"))
     first, second = sequence(clocks, 0, (20_000, 200_000), 120_000)
@@ -116,7 +116,7 @@ def test_a_library_that_needs_a_scan_more_is_found(
 ) -> None:
     """A handshake that rests for one scan between two commands.
 
-    Source: docs/timing.md: extra scans 0, and the bench would see one.
+    Source: docs/explanation/timing.md: extra scans 0, and the bench would see one.
     """
     library = tmp_path / "lib"
     shutil.copytree(default_lib(), library)

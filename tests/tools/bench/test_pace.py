@@ -30,7 +30,7 @@ def _takes(*factors: float) -> list[float]:
 def test_a_figure_is_divided_by_what_the_known_work_took_longer(
     before: float, after: float, quiet: float
 ) -> None:
-    """Source: docs/timing.md; never made longer."""
+    """Source: docs/explanation/timing.md; never made longer."""
     known = iter(_takes(before, after))
     assert paced(lambda: 3.0, known.__next__) == pytest.approx((3.0, quiet))
 

@@ -19,7 +19,7 @@ from structured_text.engines.load import (
 )
 from structured_text.engines.strucpp.build import MISSING_STRUCPP
 
-_PAGE = Path(__file__).resolve().parents[3] / "docs" / "timing.md"
+_PAGE = Path(__file__).resolve().parents[3] / "docs/explanation/timing.md"
 #: Folders of the library whose blocks are built of others.
 _BUILT = ("motion", "operator", "points", "position")
 
@@ -65,13 +65,13 @@ def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes(measured: list[sizes
 
 
 def test_the_page_names_every_block_that_is_built_of_others() -> None:
-    """Source: docs/timing.md, cost on the PLC."""
+    """Source: docs/explanation/timing.md, cost on the PLC."""
     blocks = {file.stem for folder in _BUILT for file in (default_lib() / folder).glob("FB_*.st")}
     assert blocks - _printed().keys() == set()
 
 
 def test_the_page_prints_what_was_measured(measured: list[sizes.Size]) -> None:
-    """Source: docs/timing.md, cost on the PLC."""
+    """Source: docs/explanation/timing.md, cost on the PLC."""
     found = {size.name: size.bytes for size in measured}
     printed = _printed()
     assert printed == {name: found[name] for name in printed}

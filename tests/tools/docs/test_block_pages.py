@@ -25,7 +25,7 @@ _LINK = re.compile(r"\]\(([^)#:]+)[^)]*\)")
 
 
 def _page(name: str) -> str:
-    return (ROOT / f"docs/blocks/{name}.md").read_text(encoding="utf-8")
+    return (ROOT / f"docs/reference/blocks/{name}.md").read_text(encoding="utf-8")
 
 
 def _rows(page: str, heading: str) -> list[list[str]]:
@@ -47,18 +47,18 @@ def test_the_files_of_a_block_are_current_and_its_example_ends_as_they_say(name:
         assert (ROOT / path).read_bytes() == render().encode(), f"{path}: run `make docs`"
     page = _page(name)
     for target in _LINK.findall(page):
-        assert (ROOT / "docs/blocks" / target).exists(), target
+        assert (ROOT / "docs/reference/blocks" / target).exists(), target
 
 
 def test_the_page_of_the_functions_is_current_and_its_links_lead_somewhere() -> None:
-    page = docs_blocks.files()["docs/blocks/functions.md"]()
-    assert (ROOT / "docs/blocks/functions.md").read_text(encoding="utf-8") == page
+    page = docs_blocks.files()["docs/reference/blocks/functions.md"]()
+    assert (ROOT / "docs/reference/blocks/functions.md").read_text(encoding="utf-8") == page
     for target in _LINK.findall(page):
-        assert (ROOT / "docs/blocks" / target).exists(), target
+        assert (ROOT / "docs/reference/blocks" / target).exists(), target
 
 
 def test_every_block_that_users_call_has_an_example() -> None:
-    """A new block needs an entry in docs/blocks/snippets.toml, or a reason under [without]."""
+    """A new block needs an entry in snippets.toml, or a reason under [without]."""
     called = {name for name in _BLOCKS if not pous()[name].internal}
     assert called - examples.snippets().keys() == examples.without().keys()
     assert not examples.snippets().keys() - called
@@ -66,12 +66,12 @@ def test_every_block_that_users_call_has_an_example() -> None:
 
 def test_nothing_generated_is_left_over_from_blocks_that_have_gone(tmp_path: Path) -> None:
     assert docs_blocks.leftovers() == []
-    folder = tmp_path / "docs/blocks"
+    folder = tmp_path / "docs/reference/blocks"
     folder.mkdir(parents=True)
     (folder / "FB_Gone.md").write_text(_page("FB_ServoOn"), encoding="utf-8")
     (folder / "FB_ServoOn.md").write_text(_page("FB_ServoOn"), encoding="utf-8")
     (folder / "notes.md").write_text("# My notes\n", encoding="utf-8")
-    assert docs_blocks.leftovers(tmp_path) == ["docs/blocks/FB_Gone.md"]
+    assert docs_blocks.leftovers(tmp_path) == ["docs/reference/blocks/FB_Gone.md"]
 
 
 def test_the_page_of_a_block_that_has_gone_is_reported_and_then_removed(
@@ -79,12 +79,15 @@ def test_the_page_of_a_block_that_has_gone_is_reported_and_then_removed(
 ) -> None:
     monkeypatch.setattr(docs, "ROOT", tmp_path)
     monkeypatch.setattr(docs, "every_page", dict)
-    gone, own = tmp_path / "docs/blocks/FB_Gone.md", tmp_path / "docs/blocks/notes.md"
+    gone, own = (
+        tmp_path / "docs/reference/blocks/FB_Gone.md",
+        tmp_path / "docs/reference/blocks/notes.md",
+    )
     gone.parent.mkdir(parents=True)
     gone.write_text(_page("FB_ServoOn"), encoding="utf-8")
     own.write_text("# My notes\n", encoding="utf-8")
     assert docs.main(["--check"]) == 1
-    assert "not current: docs/blocks/FB_Gone.md" in capsys.readouterr().err
+    assert "not current: docs/reference/blocks/FB_Gone.md" in capsys.readouterr().err
     assert gone.exists()
     assert docs.main([]) == 0
     assert not gone.exists()
@@ -92,8 +95,8 @@ def test_the_page_of_a_block_that_has_gone_is_reported_and_then_removed(
 
 
 def test_every_page_is_two_clicks_from_the_readme() -> None:
-    index = (ROOT / "docs/blocks.md").read_text(encoding="utf-8")
-    assert "(docs/blocks.md)" in (ROOT / "README.md").read_text(encoding="utf-8")
+    index = (ROOT / "docs/reference/blocks.md").read_text(encoding="utf-8")
+    assert "(docs/reference/blocks.md)" in (ROOT / "README.md").read_text(encoding="utf-8")
     for name in _BLOCKS:
         assert f"[{name}](blocks/{name}.md)" in index
         page = _page(name)

@@ -1,4 +1,4 @@
-"""docs/cluster.md: its options are the commands', and those of dask are dask's."""
+"""docs/how-to/cluster.md: its options are the commands', and those of dask are dask's."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rcx_harness.cli.farm import FarmOptions
 @pytest.fixture
 def page(repository: Path) -> str:
     """The page."""
-    return (repository / "docs/cluster.md").read_text(encoding="utf-8")
+    return (repository / "docs/how-to/cluster.md").read_text(encoding="utf-8")
 
 
 def test_every_option_has_its_row_and_no_other(page: str) -> None:

@@ -1,4 +1,4 @@
-"""docs/commands.md says of a field what `rcx decode` says of its value."""
+"""docs/reference/commands.md says of a field what `rcx decode` says of its value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/files.md has every key that the code takes, and its example files run.
+"""docs/reference/files.md has every key that the code takes, and its example files run.
 
 Source of the expected values: the data classes and tables that the harness reads the files with.
 """
@@ -20,7 +20,9 @@ from rcx_harness.robot.stored import QUANTITIES, parameter_names, parameter_rang
 from rcx_harness.spec.rules import rules
 from structured_text.errors import InputError
 
-_PAGE = (Path(__file__).resolve().parents[3] / "docs/files.md").read_text(encoding="utf-8")
+_PAGE = (Path(__file__).resolve().parents[3] / "docs/reference/files.md").read_text(
+    encoding="utf-8"
+)
 _PLAIN = re.compile(r"`([^`]+)`")
 
 

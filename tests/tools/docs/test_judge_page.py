@@ -1,4 +1,4 @@
-"""docs/judge.md: its options are the command's, its rules those that are judged; it is short."""
+"""judge.md: its options are the command's, its rules those that are judged; it is short."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TWO_SCREENS = 130
 
 @pytest.fixture
 def page(repository: Path) -> str:
-    return (repository / "docs/judge.md").read_text(encoding="utf-8")
+    return (repository / "docs/how-to/judge.md").read_text(encoding="utf-8")
 
 
 def test_every_option_has_its_row_and_no_other(page: str) -> None:

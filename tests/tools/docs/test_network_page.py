@@ -1,4 +1,4 @@
-"""What docs/network.md says of the network is what the adapter does."""
+"""What docs/how-to/network.md says of the network is what the adapter does."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from rcx_harness.enip.target.servers import (
 
 @pytest.fixture
 def page(repository: Path) -> str:
-    return (repository / "docs" / "network.md").read_text(encoding="utf-8")
+    return (repository / "docs/how-to/network.md").read_text(encoding="utf-8")
 
 
 def row(page: str, head: str) -> list[str]:

@@ -62,7 +62,9 @@ def test_two_clicks_lead_from_the_readme_to_each_block_its_tests_and_the_room_of
         for target, _ in _links(page.relative_to(_ROOT).as_posix())
     }
     for head in docs.headers():
-        page = [_ROOT / f"docs/blocks/{head.name}.md"] if head.name.startswith("FB_") else []
+        page = (
+            [_ROOT / f"docs/reference/blocks/{head.name}.md"] if head.name.startswith("FB_") else []
+        )
         wanted = {head.file, *(_ROOT / test for test in head.tests), *page}
         assert not wanted - reached, head.name
     assert {_ROOT / "harness/rcx_harness/robot", _ROOT / "spec/rules.toml"} <= reached
@@ -98,11 +100,13 @@ def test_the_readme_installs_what_its_commands_need() -> None:
 
 @pytest.mark.exhaustive
 def test_every_link_to_a_chart_leads_to_a_heading() -> None:
-    headings = re.findall(r"^## (.+)$", docs.pages()["docs/processes.md"](), re.MULTILINE)
+    headings = re.findall(
+        r"^## (.+)$", docs.pages()["docs/explanation/processes.md"](), re.MULTILINE
+    )
     anchors = {re.sub(r"[^\w -]", "", text.lower()).replace(" ", "-") for text in headings}
     linked = [
         target
-        for page in ("docs/processes.md", "docs/blocks.md")
+        for page in ("docs/explanation/processes.md", "docs/reference/blocks.md")
         for target in re.findall(r"\]\((?:processes\.md)?#([^)]+)\)", docs.pages()[page]())
     ]
     assert set(linked) == anchors
@@ -110,7 +114,7 @@ def test_every_link_to_a_chart_leads_to_a_heading() -> None:
 
 @pytest.mark.exhaustive
 def test_a_process_shows_its_chart_its_steps_its_block_its_tests_and_the_manual() -> None:
-    page = docs.pages()["docs/processes.md"]()
+    page = docs.pages()["docs/explanation/processes.md"]()
     part = page.partition("## Servo ON from emergency stop\n")[2].partition("\n## ")[0]
     for expected in (
         "(charts/servo_on_from_emergency_stop.svg)",
@@ -149,7 +153,9 @@ def test_a_stale_page_is_reported(
     assert docs.main(["--check"]) == 0
 
 
-@pytest.mark.parametrize("page", ["README.md", "plc/examples/README.md", "docs/scan-model.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "plc/examples/README.md", "docs/explanation/scan-model.md"]
+)
 def test_every_block_of_code_that_is_opened_is_closed(page: str) -> None:
     fences = re.findall(r"^```(.*)$", (_ROOT / page).read_text(encoding="utf-8"), re.MULTILINE)
     assert fences[1::2] == [""] * (len(fences) // 2)
@@ -169,8 +175,8 @@ def test_a_command_is_pasted_between_its_fences_and_nothing_else_is_touched(
 
 
 def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
-    """docs/export.md; that its pins and arguments are right is tests/export/test_l5x.py."""
-    page = (_ROOT / "docs/export.md").read_text(encoding="utf-8")
+    """docs/how-to/export.md; that its pins and arguments are right is tests/export/test_l5x.py."""
+    page = (_ROOT / "docs/how-to/export.md").read_text(encoding="utf-8")
     code = page.partition("```\nRCX_FirstScan(")[2].partition("```")[0]
     calls = re.findall(r"^(FB_\w+)\((\w+), ", code, re.MULTILINE)
     assert len(calls) == 4

@@ -1,4 +1,4 @@
-"""The processes of docs/charts as the trace shows them; the charts' own code is not asked.
+"""The processes of docs/explanation/charts as the trace shows them, without the charts' code.
 
 The orders below were written from the manual's lists of steps. A step is a set of changes that
 may come in any order; each step comes after the one before.

@@ -127,10 +127,10 @@ def test_a_dedicated_input_that_the_chart_hides_is_refused() -> None:
 def test_a_run_with_a_violation_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rcx_tools.docs.processes.FOLDER", tmp_path)
     process = processes()["servo_on"]
-    source = (docs.ROOT / "docs/charts/servo_on.st").read_text(encoding="utf-8")
+    source = (docs.ROOT / "docs/explanation/charts/servo_on.st").read_text(encoding="utf-8")
     reserved = "  OutputArea[46] := BYTE#16#01;\nEND_PROGRAM"
     (tmp_path / "servo_on.st").write_text(source.replace("END_PROGRAM", reserved), encoding="utf-8")
-    stimulus = (docs.ROOT / "docs/charts/servo_on.toml").read_text(encoding="utf-8")
+    stimulus = (docs.ROOT / "docs/explanation/charts/servo_on.toml").read_text(encoding="utf-8")
     (tmp_path / "servo_on.toml").write_text(stimulus, encoding="utf-8")
     with pytest.raises(InputError, match="reserved"):
         run_process(process, engine="builtin")

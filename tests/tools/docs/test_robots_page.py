@@ -1,4 +1,4 @@
-"""docs/robots.md: cycle times beside the catalogue's, the fit, and the robot file that it shows."""
+"""robots.md: cycle times beside the catalogue's, the fit, and the robot file that it shows."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.spec.robots import law, robot_models
 from rcx_tools.docs.cycle_times import cycle_ends, fitted, measured_cycle, planned_cycle
 
-_PAGE = (Path(__file__).resolve().parents[3] / "docs/robots.md").read_text(encoding="utf-8")
+_PAGE = (Path(__file__).resolve().parents[3] / "docs/reference/robots.md").read_text(
+    encoding="utf-8"
+)
 HELD_OUT = ("YK510XEC", "YK710XEC")
 
 

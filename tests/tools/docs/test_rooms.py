@@ -1,4 +1,4 @@
-"""The plan of the rooms: what docs/architecture.md says is what the sources do."""
+"""The plan of the rooms: what docs/explanation/architecture.md says is what the sources do."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ROOT = Path(rooms.__file__).resolve().parents[3]
 _HARNESS = _ROOT / "harness"
 _SUPPORT = _ROOT / "tests/support"
 
-#: What judges the rules of the wire, without .py; see docs/architecture.md.
+#: What judges the rules of the wire, without .py; see docs/explanation/architecture.md.
 _JUDGES = {
     "dedicated": _HARNESS / "rcx_harness/robot",
     "handshake": _HARNESS / "rcx_harness/robot",
@@ -67,7 +67,7 @@ def test_an_import_against_the_plan_is_told_and_not_drawn(monkeypatch: pytest.Mo
 
 @pytest.mark.parametrize("package", _PACKAGES)
 def test_the_page_has_a_row_for_each_room(package: str) -> None:
-    page = (_ROOT / "docs/architecture.md").read_text(encoding="utf-8")
+    page = (_ROOT / "docs/explanation/architecture.md").read_text(encoding="utf-8")
     found = re.findall(rf"^\| \[(\w+)\]\(\.\./harness/{package}/(\w+)", page, re.MULTILINE)
     assert sorted(found) == sorted((name, name) for name in rooms.rooms(package))
 

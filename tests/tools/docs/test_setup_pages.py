@@ -1,4 +1,4 @@
-"""docs/setup: sizes and assemblies as on the wire, snippets compile, links lead somewhere."""
+"""Pages of docs/how-to/setup: sizes as on the wire, snippets compile, links lead somewhere."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rcx_harness.spec.wire import EXTENDED_SIZE, SIZE, TO_MASTER, TO_ROBOT
 from structured_text.export.refused import tools
 
 _ROOT = Path(__file__).resolve().parents[3]
-_FOLDER = _ROOT / "docs" / "setup"
+_FOLDER = _ROOT / "docs/how-to/setup"
 #: Pages by the tools of `rcx check --for`.
 _PAGES = {
     "codesys": "codesys",
@@ -47,7 +47,7 @@ def test_each_tool_has_its_page_and_readme_and_index_link_it() -> None:
     readme = (_ROOT / "README.md").read_text(encoding="utf-8")
     index = _page("README")
     for name in _PAGES.values():
-        assert f"(docs/setup/{name}.md)" in readme
+        assert f"(docs/how-to/setup/{name}.md)" in readme
         assert f"({name}.md)" in index
 
 
@@ -101,7 +101,7 @@ def test_the_program_runs_as_it_stands_and_the_robot_moves(
 ) -> None:
     """Servos on, then PTP to point 19; the tool is not said to refuse what its page writes.
 
-    Source: manual chapter 5, 3.1; guide 4.2.1; docs/setup/README.md
+    Source: manual chapter 5, 3.1; guide 4.2.1; docs/how-to/setup/README.md
     """
     (block,) = re.findall(r"```iecst\n(.*?)```", _page(_PAGES[tool]), re.DOTALL)
     file = tmp_path / "cell.st"

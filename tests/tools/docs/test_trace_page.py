@@ -1,4 +1,4 @@
-"""docs/trace.md has every field that a run writes, and its example lines are lines of runs.
+"""trace.md has every field that a run writes, and its example lines are lines of runs.
 
 Source of the expected values: what three runs write.
 """
@@ -19,7 +19,7 @@ from rcx_harness.trace.chart import MOST_INSTANTS
 from structured_text.language.displayed import LONGEST
 
 _ROOT = Path(__file__).resolve().parents[3]
-_PAGE = (_ROOT / "docs/trace.md").read_text(encoding="utf-8")
+_PAGE = (_ROOT / "docs/reference/trace.md").read_text(encoding="utf-8")
 _NAME = re.compile(r"`([^`]+)`")
 
 #: Both inputs in one scan: a broken rule, for the PLC's monitor and for the controller.

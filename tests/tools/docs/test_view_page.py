@@ -1,4 +1,4 @@
-"""docs/view.md: its options are the command's, its keys those of the page."""
+"""docs/how-to/view.md: its options are the command's, its keys those of the page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rcx_tools.bench.view import FRAME_MS, OPEN_S
 
 @pytest.fixture
 def page(repository: Path) -> str:
-    return (repository / "docs/view.md").read_text(encoding="utf-8")
+    return (repository / "docs/how-to/view.md").read_text(encoding="utf-8")
 
 
 def test_every_option_has_its_row_and_no_other(page: str) -> None:

@@ -1,4 +1,4 @@
-"""docs/view.png is of the page that the sources make now."""
+"""docs/how-to/view.png is of the page that the sources make now."""
 
 from __future__ import annotations
 

@@ -140,7 +140,7 @@ def test_another_telegram_does_not_count(compiled: Compiled) -> None:
 
 @pytest.mark.parametrize("error_id", [0x8001, 0x8002, 0x8011, 0x8013, 0x8014])
 def test_an_unknown_outcome_allows_one_execution_or_none(compiled: Compiled, error_id: int) -> None:
-    """Source: docs/errors.md, causes and remedies."""
+    """Source: docs/reference/errors.md, causes and remedies."""
     assert _judged(compiled, _request(error_id), []) == []
     assert _judged(compiled, _request(error_id), [_execution(250)]) == []
     twice = [_execution(140), _execution(250)]

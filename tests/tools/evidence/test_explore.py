@@ -162,7 +162,7 @@ def test_a_scan_call_by_call_leads_where_the_scan_of_the_whole_program_leads(nam
 
 
 def test_a_call_that_was_run_from_the_same_state_is_not_run_again() -> None:
-    """Source: docs/timing.md, what an exploration takes."""
+    """Source: docs/explanation/timing.md, what an exploration takes."""
     explorer = Explorer(model_named("commands"))
     scan, scans = explorer.program.scan, []
 

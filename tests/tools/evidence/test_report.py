@@ -84,8 +84,10 @@ def test_a_result_that_is_not_met_is_never_reused_and_shows(root: Path) -> None:
     assert report.main([], tool) == 1
     assert report.main([], tool) == 1
     assert len(tool.runs) == 2
-    assert "**not met**" in (root / "docs/verification.md").read_text(encoding="utf-8")
-    assert "not met, not run or older: a" in report.stale(root / "docs/verification.json")
+    assert "**not met**" in (root / "docs/explanation/verification.md").read_text(encoding="utf-8")
+    assert "not met, not run or older: a" in report.stale(
+        root / "docs/explanation/verification.json"
+    )
 
 
 @pytest.mark.parametrize("arguments", [[], ["--only", "a"]])
@@ -97,7 +99,7 @@ def test_ctrl_c_ends_it_with_one_line(
 
     assert report.main(arguments, run) == 130
     assert capsys.readouterr().err == "stopped; the next run goes on from here\n"
-    assert not (root / "docs/verification.json").exists()
+    assert not (root / "docs/explanation/verification.json").exists()
 
 
 def test_sources_that_change_under_way_give_no_result_to_reuse(root: Path) -> None:
@@ -134,7 +136,7 @@ def test_the_page_says_of_which_library_its_figures_are(
     assert "there are no figures yet" in capsys.readouterr().out
     report.main([], _Tool(root))
     state = digest(("plc/lib",), root)
-    text = (root / "docs/verification.md").read_text(encoding="utf-8")
+    text = (root / "docs/explanation/verification.md").read_text(encoding="utf-8")
     assert f"library state `{state}`" in text
     assert "| cases | 1,234 |" in text
     assert report.main(["--check"]) == 0
@@ -151,7 +153,7 @@ def test_a_check_may_have_tables_of_its_own(root: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(report, "CHECKS", (check,))
     monkeypatch.setattr(page, "CHECKS", (check,))
     report.main([], _Tool(root))
-    text = (root / "docs/verification.md").read_text(encoding="utf-8")
+    text = (root / "docs/explanation/verification.md").read_text(encoding="utf-8")
     assert "| P | Says |\n|---|---|\n| one | 1,234 |\n" in text
 
 
@@ -177,9 +179,9 @@ def test_a_result_of_an_older_library_is_not_taken_for_one_of_this(root: Path) -
     older = digest(("plc/lib",), root)
     _write(root, "plc/lib/FB_A.st", "two")
     assert report.main(["--page"]) == 1
-    text = (root / "docs/verification.md").read_text(encoding="utf-8")
+    text = (root / "docs/explanation/verification.md").read_text(encoding="utf-8")
     assert f"met by library state `{older}`" in text
-    assert "older: a" in report.stale(root / "docs/verification.json")
+    assert "older: a" in report.stale(root / "docs/explanation/verification.json")
 
 
 def test_a_check_that_has_not_run_says_so() -> None:

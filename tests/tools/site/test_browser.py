@@ -276,7 +276,9 @@ def test_a_blocks_page_runs_its_example_once_it_is_opened(
 
 
 @_full
-@pytest.mark.parametrize("path", ["index.html", "docs/blocks/FB_MovePtp.html", "play/index.html"])
+@pytest.mark.parametrize(
+    "path", ["index.html", "docs/reference/blocks/FB_MovePtp.html", "play/index.html"]
+)
 @pytest.mark.parametrize("width", [400, 1280])
 def test_it_fits_narrow_and_wide_windows(
     browser: WebDriver, server: _Server, path: str, width: int
@@ -295,6 +297,6 @@ def test_it_fits_narrow_and_wide_windows(
 def test_the_search_finds_a_block(browser: WebDriver, server: _Server) -> None:
     """The index is part of the site."""
     text = (_SITE / "search.json").read_text(encoding="utf-8")
-    assert "docs/blocks/FB_MovePtp.html" in text
+    assert "docs/reference/blocks/FB_MovePtp.html" in text
     assert "FB_MovePtp.st.html" not in text, "sources are not searched"
     assert Path(_SITE / "index.html").is_file()

@@ -35,20 +35,20 @@ def test_every_page_of_the_docs_is_in_the_site_and_in_its_menu(
 
 
 def test_links_between_pages_and_to_sources_lead_to_pages(pages: dict[str, str]) -> None:
-    block = pages["docs/blocks/FB_MovePtp.md"]
+    block = pages["docs/reference/blocks/FB_MovePtp.md"]
     assert "[FB_MovePtp.st](../../plc/lib/command/movement/FB_MovePtp.st.md)" in block
     assert "(../../plc/lib/command/movement/FB_MovePtp.st)" not in block
     source = pages["plc/lib/command/movement/FB_MovePtp.st.md"]
     assert "FUNCTION_BLOCK FB_MovePtp" in source
     assert "exclude: true" in source.partition("# FB_MovePtp.st")[0], "not in the search"
-    assert "(docs/blocks.md)" in pages["index.md"]
+    assert "(docs/reference/blocks.md)" in pages["index.md"]
     assert "[controller.py](controller.py.md)" in pages["harness/rcx_harness/robot/index.md"]
 
 
 def test_every_block_with_an_example_has_its_playground(pages: dict[str, str]) -> None:
     for name in block_jobs():
         tries = re.findall(
-            r'<iframe src="([^"]+)".*loading="lazy"', pages[f"docs/blocks/{name}.md"]
+            r'<iframe src="([^"]+)".*loading="lazy"', pages[f"docs/reference/blocks/{name}.md"]
         )
         assert tries == [f"../../play/index.html#block={name}"]
 

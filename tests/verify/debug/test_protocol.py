@@ -203,7 +203,7 @@ def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
 def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) -> None:
     """Its connection is closed, so that it does not wait for somebody who reads.
 
-    Source: docs/debug.md, the port
+    Source: docs/how-to/debug.md, the port
     """
     with (
         socket.create_connection(("127.0.0.1", port[0]), timeout=20) as sock,
@@ -215,7 +215,7 @@ def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) ->
 def test_a_token_of_the_environment_that_can_be_guessed_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/debug.md, any other client."""
+    """Source: docs/how-to/debug.md, any other client."""
     monkeypatch.setenv("RCX_DEBUG_TOKEN", "short")
     assert rcx(["debug", "--port", "0"]) == 2
     assert "RCX_DEBUG_TOKEN is too short" in capsys.readouterr().err

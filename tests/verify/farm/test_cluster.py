@@ -44,7 +44,7 @@ def test_plain_connections_to_other_computers_have_to_be_allowed() -> None:
         Cluster("tcp://192.0.2.1:8786").check()
     assert str(caught.value) == (
         "tcp://192.0.2.1:8786 is not on this computer, and nothing would be encrypted; "
-        "set up TLS (docs/cluster.md), or allow it with --cluster-plain"
+        "set up TLS (docs/how-to/cluster.md), or allow it with --cluster-plain"
     )
     Cluster("tcp://192.0.2.1:8786", plain=True).check()
 
@@ -93,7 +93,7 @@ def test_a_cluster_that_does_not_answer_is_told(silent: int) -> None:
         list(farm.run(math.factorial, [1]))
     assert str(caught.value).startswith(
         f"there is no cluster at tcp://127.0.0.1:{silent}: who listens there does not answer as "
-        "one; start one (docs/cluster.md), its scheduler with distributed 20"
+        "one; start one (docs/how-to/cluster.md), its scheduler with distributed 20"
     )
 
 

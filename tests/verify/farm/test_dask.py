@@ -267,7 +267,7 @@ def certificates(tmp_path: Path, repository: Path) -> Path:
     """Two folders with an authority and a certificate each, made as the page says."""
     if shutil.which("openssl") is None:
         pytest.skip("openssl not found (PATH)")
-    page = (repository / "docs/cluster.md").read_text(encoding="utf-8")
+    page = (repository / "docs/how-to/cluster.md").read_text(encoding="utf-8")
     commands = re.findall(r"^(?:openssl|printf) .*$", page, re.MULTILINE)
     assert len(commands) == 4
     for name in ("ours", "theirs"):
@@ -279,7 +279,7 @@ def certificates(tmp_path: Path, repository: Path) -> Path:
 
 @pytest.mark.exhaustive
 def test_with_tls_only_who_has_a_certificate_of_theirs_is_heard(certificates: Path) -> None:
-    """Source: docs/cluster.md, certificates."""
+    """Source: docs/how-to/cluster.md, certificates."""
 
     def tls(address: str, name: str) -> Farm:
         made = certificates / name

@@ -56,7 +56,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> tuple[ProgramMachine, N
 def test_variables_have_their_declared_names_and_literals(
     machine: tuple[ProgramMachine, Names], place: tuple[str | int, ...], value: int, expected: str
 ) -> None:
-    """Source: docs/prove.md, proved, refuted, unknown."""
+    """Source: docs/how-to/prove.md, proved, refuted, unknown."""
     made, names = machine
     term, solver = made.term(place), z3.Solver()
     solver.add(term == value)
@@ -76,7 +76,7 @@ def test_variables_have_their_declared_names_and_literals(
 def test_what_comes_from_outside_has_a_name_too(
     machine: tuple[ProgramMachine, Names], term: z3.ExprRef, value: int, expected: str
 ) -> None:
-    """Source: docs/prove.md, what is taken for granted: the inputs."""
+    """Source: docs/how-to/prove.md, what is taken for granted: the inputs."""
     solver = z3.Solver()
     solver.add(term == value)
     assert solver.check() == z3.sat

@@ -36,7 +36,7 @@ MOVES = {
     "link up": "link up",
 }
 
-# Dedicated outputs, SO(00) to SO(15) (docs/signals.md).
+# Dedicated outputs, SO(00) to SO(15) (docs/reference/signals.md).
 _EMERGENCY, _CPU_OK, _SERVO, _ALARM, _MP_RDY = (1 << bit for bit in range(5))
 _AUTO, _ORIGIN, _SEQUENCE, _PROGRAM, _WAS_RESET = (1 << bit for bit in range(8, 13))
 # Dedicated inputs, SI(00) to SI(17).

@@ -29,7 +29,7 @@ FAULTS = (
 )
 _KEYS = ("length", "operator", "faults", "always", "eventually", "recover")
 #: How late a packet is at most: what the default of FB_WriteArea.Margin, 150 ms, stands beside a
-#: loss of all packets up to the connection's time-out (docs/scan-model.md).
+#: loss of all packets up to the connection's time-out (docs/explanation/scan-model.md).
 _LATE_US = 40_000
 _LENGTH_US = 12_000_000
 

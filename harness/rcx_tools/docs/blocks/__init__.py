@@ -1,6 +1,7 @@
-"""docs/blocks: a page for each block, with an example that is run, and its chart from that run.
+"""Write docs/reference/blocks: a page for each block, an example that is run, and its chart.
 
-What it works on: the heads and pins in plc/lib, the tables in spec/, and docs/blocks/snippets.toml.
+What it works on: the heads and pins in plc/lib, the tables in spec/, and
+docs/reference/blocks/snippets.toml.
 """
 
 from __future__ import annotations
@@ -15,12 +16,17 @@ from rcx_tools.docs.blocks.source import ROOT, pous
 
 __all__ = ["files", "files_of", "leftovers"]
 
-_GENERATED = (MARK, "# Generated from docs/blocks", " * Generated from docs/blocks", CHART_MARK)
+_GENERATED = (
+    MARK,
+    "# Generated from docs/reference/blocks",
+    " * Generated from docs/reference/blocks",
+    CHART_MARK,
+)
 
 
 def files() -> dict[str, Callable[[], str]]:
-    """What writes each generated file of docs/blocks, by its path in the repository."""
-    written: dict[str, Callable[[], str]] = {"docs/blocks/functions.md": functions_page}
+    """What writes each generated file of docs/reference/blocks, by its path in the repository."""
+    written: dict[str, Callable[[], str]] = {"docs/reference/blocks/functions.md": functions_page}
     for name, pou in pous().items():
         if not pou.is_function:
             written |= files_of(name)
@@ -29,12 +35,14 @@ def files() -> dict[str, Callable[[], str]]:
 
 def files_of(name: str) -> dict[str, Callable[[], str]]:
     """The files of one block: its page, and with an example its program, stimulus and chart."""
-    written: dict[str, Callable[[], str]] = {f"docs/blocks/{name}.md": partial(block_page, name)}
+    written: dict[str, Callable[[], str]] = {
+        f"docs/reference/blocks/{name}.md": partial(block_page, name)
+    }
     snippet = snippets().get(name)
     if snippet:
         for path, render in ((snippet.path, program), (snippet.stimulus_path, stimulus)):
             written[path.relative_to(ROOT).as_posix()] = partial(render, snippet)
-        written[f"docs/blocks/charts/{name}.svg"] = partial(block_chart, name)
+        written[f"docs/reference/blocks/charts/{name}.svg"] = partial(block_chart, name)
     return written
 
 
@@ -49,7 +57,7 @@ def leftovers(root: Path = ROOT) -> list[str]:
     """
     written = files()
     found = []
-    for file in sorted((root / "docs/blocks").rglob("*.*")):
+    for file in sorted((root / "docs/reference/blocks").rglob("*.*")):
         path = file.relative_to(root).as_posix()
         if path not in written and file.is_file():
             head = file.read_text(encoding="utf-8")[:400]

@@ -1,4 +1,4 @@
-"""The examples of the pages: what docs/blocks/snippets.toml says, and the program it becomes."""
+"""The examples of the pages: what snippets.toml says, and the program that it becomes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.output.toml_files import load_toml
 __all__ = ["FOLDER", "START_US", "Snippet", "Step", "own_pins", "program", "snippets", "stimulus"]
 __all__ += ["without"]
 
-FOLDER = ROOT / "docs/blocks"
+FOLDER = ROOT / "docs/reference/blocks"
 _FILE = FOLDER / "snippets.toml"
 
 #: When `Start` becomes TRUE: the controller is up, SI(00) and SI(06) are ON.
@@ -110,7 +110,7 @@ class Snippet:
 
     def command(self, seconds: str) -> str:
         """What a user types to run it."""
-        place = "docs/blocks/programs"
+        place = "docs/reference/blocks/programs"
         size = f" --size {self.size}" if self.size != 48 else ""
         return (
             f"rcx run {place}/{self.path.name} --robot {place}/robot.toml{size} \\\n"
@@ -187,9 +187,9 @@ def program(snippet: Snippet) -> str:
     steps = snippet.steps
     head = [
         "(*",
-        f" * Example of {snippet.pou.name}, shown and run on its page docs/blocks.",
+        f" * Example of {snippet.pou.name}, shown and run on its page docs/reference/blocks.",
         " *",
-        " * Generated from docs/blocks/snippets.toml by `make docs`.",
+        " * Generated from docs/reference/blocks/snippets.toml by `make docs`.",
         " *)",
         f"PROGRAM {name}Example",
     ]
@@ -208,7 +208,7 @@ def stimulus(snippet: Snippet) -> str:
         at.append({"time": f"{START_US // 1000}ms", "set": {"Main.Start": True}})
     if snippet.stop and snippet.started:
         at.append({"time": snippet.stop, "set": {"Main.Start": False}})
-    lines = ["# Generated from docs/blocks/snippets.toml by `make docs`."]
+    lines = ["# Generated from docs/reference/blocks/snippets.toml by `make docs`."]
     safe = {"time": "0ms", "set": {"Main.CellSafe": True}}
     for entry in [safe, *snippet.events, *at]:
         lines += ["", "[[at]]", *(f"{key} = {_toml(value)}" for key, value in entry.items())]

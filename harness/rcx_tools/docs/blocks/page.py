@@ -1,4 +1,4 @@
-"""One page per block, docs/blocks/FB_X.md, and one for all functions."""
+"""One page per block, docs/reference/blocks/FB_X.md, and one for all functions."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page"]
 
-#: How every generated file of docs/blocks begins.
-MARK = "<!-- generated from plc/lib, spec/ and docs/blocks/snippets.toml by `make docs`"
+#: How every generated file of docs/reference/blocks begins.
+MARK = "<!-- generated from plc/lib, spec/ and docs/reference/blocks/snippets.toml by `make docs`"
 
 #: What a generated chart says below its first line.
-CHART_MARK = "<!-- generated from docs/blocks/snippets.toml by `make docs` -->"
+CHART_MARK = "<!-- generated from docs/reference/blocks/snippets.toml by `make docs` -->"
 
 _ZERO = {
     "BOOL": "FALSE",
@@ -105,7 +105,9 @@ def _facts(pou: Pou) -> Iterator[str]:
         yield f"| Remote command | {', '.join(shown)} |"
     charts = [one for one in processes().values() if pou.name in one.blocks]
     if charts:
-        shown = (f"[{one.title}](../processes.md#{_anchor(one.title)})" for one in charts)
+        shown = (
+            f"[{one.title}](../../explanation/processes.md#{_anchor(one.title)})" for one in charts
+        )
         yield f"| Processes | {', '.join(shown)} |"
     if found := _examples(pou.name):
         yield f"| Examples | {', '.join(found)} |"
@@ -124,7 +126,7 @@ def _examples(name: str) -> list[str]:
     """Links to the complete programs that use a block."""
     used = re.compile(rf"\b{name}\b")
     return [
-        f"[{file.parent.name}](../../{file.relative_to(ROOT).as_posix()})"
+        f"[{file.parent.name}](../../../{file.relative_to(ROOT).as_posix()})"
         for file, text in _example_texts().items()
         if used.search(text)
     ]
@@ -184,7 +186,7 @@ def _type(pin: Pin) -> str:
 
 
 def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("docs/errors.md", "[errors](#errors)")
+    return text.replace("|", "\\|").replace("docs/reference/errors.md", "[errors](#errors)")
 
 
 # ---- example
@@ -225,7 +227,7 @@ def _timing(run: Run) -> str:
     less = f" Words left out: {', '.join(run.left_out)}." if run.left_out else ""
     return (
         f"{took}Scan and RPI 10 ms; how long the controller takes is the virtual one's "
-        f"([fidelity](../fidelity.md)).{less}"
+        f"([fidelity](../../explanation/fidelity.md)).{less}"
     )
 
 
@@ -382,7 +384,7 @@ def _file(path: Path) -> str:
 
 
 def _path(path: Path) -> str:
-    return f"../../{path.relative_to(ROOT).as_posix()}"
+    return f"../../../{path.relative_to(ROOT).as_posix()}"
 
 
 def _several(texts: Iterable[str]) -> str:

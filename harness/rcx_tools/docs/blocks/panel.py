@@ -1,4 +1,4 @@
-"""docs/panel.html: two printed sides for the panel: signals, codes, errors, alarms."""
+"""docs/reference/panel.html: two printed sides for the panel: signals, codes, errors, alarms."""
 
 from __future__ import annotations
 
@@ -132,7 +132,8 @@ def _back() -> Iterator[str]:
     yield '<div class="small">'
     yield from _rows(("ErrorID", "Name", "Remedy"), map(_error, errors))
     yield "</div>"
-    yield "<p>Causes in full: docs/errors.md; a block's own errors: its page in docs/blocks.</p>"
+    yield "<p>Causes in full: docs/reference/errors.md; a block's own errors: "
+    yield "its page in docs/reference/blocks.</p>"
 
 
 def _sender(command: Command) -> str:

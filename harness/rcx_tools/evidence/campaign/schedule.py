@@ -70,7 +70,8 @@ def _margin_us(timing: Timing, latest_us: int) -> int:
     """What must stand at FB_WriteArea.Margin: every packet that a connection survives.
 
     An earlier packet came at most `latest_us` late, and the next one that arrives came
-    before the connection's time-out; the controller looks every 5 ms (docs/scan-model.md).
+    before the connection's time-out; the controller looks every 5 ms
+    (docs/explanation/scan-model.md).
     """
     return timing.timeout_us + latest_us + 10_000
 

@@ -35,7 +35,7 @@ INPUTS = 0x0043 | 0xF500
 STOPS = 0x0041
 #: The first of those two bytes, from m or n on (chapter 1, 4.1).
 DEDICATED = 32
-#: ErrorID of a second call in a scan (docs/errors.md).
+#: ErrorID of a second call in a scan (docs/reference/errors.md).
 AGAIN = 0x8037
 
 Memory = Mapping[Path, Value]

@@ -52,7 +52,7 @@ _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
 _TAKER = "FB_RCXTAKEHEAD"
 #: They ask nothing of the controller, in any place.
 _LOOKING = ("FB_AUTOMODE", "FB_INTERLOCK", "FB_STATUS")
-#: ErrorID of a block that is called out of place (docs/errors.md).
+#: ErrorID of a block that is called out of place (docs/reference/errors.md).
 _OUT_OF_PLACE = 0x8017
 
 
@@ -285,7 +285,7 @@ PROPERTIES = (
         " blocks that send several, whose outputs show how far they are. That nothing of an"
         " earlier call shows is not asked of FB_ScaraForward and FB_ScaraInverse: a proof takes"
         " any result of their arithmetic.",
-        "docs/blocks.md",
+        "docs/reference/blocks.md",
         ("inner", "area"),
         _goals,
         _parts,

@@ -385,7 +385,7 @@ PROPERTIES = (
         " (of -0.0 that of 0.0); FC_RcxBitsReal the REAL of every pattern of a number, the largest"
         " of its sign for infinity, 0.0 for what is no number; FB_RcxFirstRow a row"
         " in use, or a refusal.",
-        "docs/blocks/functions.md",
+        "docs/reference/blocks/functions.md",
         ("table",),
         lambda library, part: _PARTS[part](library),
         lambda _: tuple(_PARTS),

@@ -30,7 +30,7 @@ Memory = Mapping[Path, Value]
 
 #: Remote status (guide chapter 1, 1.2).
 READY, RUNNING, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
-#: Answers of FB_ReadArea to the end statuses (docs/errors.md: 16#8020, abnormal end).
+#: Answers of FB_ReadArea to the end statuses (docs/reference/errors.md: 16#8020, abnormal end).
 _ENDS = {NORMAL_END: 0x0200, ABNORMAL_END: 0x8020}
 #: All that it answers: those, nothing yet, not connected, not ready, command lost.
 _ANSWERS = (*_ENDS.values(), 0x0000, 0x8001, 0x8002, 0x8014)

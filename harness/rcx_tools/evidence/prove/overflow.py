@@ -281,7 +281,7 @@ PROPERTIES = (
         "No integer arithmetic leaves its type, no narrower type loses bits, and no sum of TIME"
         " leaves 32 bits of milliseconds, but where tests/tools/evidence/wraps.toml says that it"
         " is meant.",
-        "docs/architecture.md",
+        "docs/explanation/architecture.md",
         ("inner", "clock", "log", "real-bits"),
         _goals,
         _parts,

@@ -74,7 +74,7 @@ PROPERTIES = (
         "A block that is called before FB_ReadArea or behind FB_WriteArea asks for nothing, takes"
         " no turn and ends no hold; what was asked for there by whomever does not go out. It can"
         " take SI(00) and SI(06) away. That it ends with an error: `contract`.",
-        "docs/scan-model.md",
+        "docs/explanation/scan-model.md",
         ("inner",),
         _goals,
         lambda library: (*READERS, *WRITERS, *between(library)),

@@ -224,7 +224,7 @@ PROPERTIES = (
         "safety",
         "No index leaves its array, nothing is divided by zero, no REAL is converted that an"
         " integer cannot hold, no shift, text or time is out of range, whatever the pins hold.",
-        "docs/architecture.md",
+        "docs/explanation/architecture.md",
         ("inner", "clock", "area", "log", "table"),
         _goals,
         _parts,

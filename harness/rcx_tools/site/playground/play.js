@@ -90,7 +90,7 @@ async function open() {
   seek("program").value = name;
   const own = kind === "block" && chosen;
   seek("docs").hidden = !own;
-  seek("docs").href = `../docs/blocks/${value}.html`;
+  seek("docs").href = `../docs/reference/blocks/${value}.html`;
   seek("link").hidden = true;
   seek("note").hidden = Boolean(chosen) || !location.hash;
   seek("note").textContent = "The address names no program, or is not whole: this is the first example.";

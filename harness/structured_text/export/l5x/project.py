@@ -1,7 +1,7 @@
 """Rockwell L5X: structures as data types, functions and blocks as Add-On Instructions.
 
 What Studio 5000 Logix Designer imports as a component: a PROGRAM with all it needs, or, without
-one, an instruction that needs the whole library. docs/export.md says what is translated how.
+one, an instruction that needs the whole library. docs/how-to/export.md says what is translated how.
 """
 
 from __future__ import annotations

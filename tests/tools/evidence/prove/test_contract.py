@@ -18,7 +18,7 @@ from rcx_tools.evidence.prove.contract import PROPERTIES
     ["FB_ReadMessage", "FB_Jog", "FB_ReadPort", "FB_WriteBit", "FB_ServoOnFromEmergencyStop"],
 )
 def test_a_block_keeps_the_contract_of_its_pins(block: str, tmp_path: Path) -> None:
-    """Source: docs/architecture.md, the contract of every block."""
+    """Source: docs/explanation/architecture.md, the contract of every block."""
     assert statuses(_CONTRACT, library(tmp_path, block), block.upper()) == {"proved"}
 
 

@@ -57,7 +57,7 @@ def _answers(library: Library, name: str, part: str, of: str) -> set[str]:
 def test_the_turns_are_proved_and_not_with_a_seeded_bug(
     tmp_path: Path, name: str, part: str, of: str, bug: str
 ) -> None:
-    """Source: docs/scan-model.md, two turns."""
+    """Source: docs/explanation/scan-model.md, two turns."""
     assert _answers(_library(tmp_path / "right"), name, part, of) == {PROVED}
     assert REFUTED in _answers(_library(tmp_path / "wrong", bug), name, part, of)
 

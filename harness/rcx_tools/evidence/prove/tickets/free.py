@@ -17,7 +17,7 @@ __all__ = ["PROPERTIES"]
 
 #: Members of RCX_PHASE, in their order.
 _RESET, _DATA, _RUN = 0, 2, 3
-#: ErrorIDs of docs/errors.md: not connected, controller not ready; those of a time limit.
+#: ErrorIDs of docs/reference/errors.md: not connected, controller not ready; those of a time limit.
 _LOSS = (0x8001, 0x8002)
 _LIMIT = (0x8010, 0x8011, 0x8012, 0x8015)
 _RUNNING_STATUS = 0x0100
@@ -357,7 +357,7 @@ PROPERTIES = (
         "From every state a channel becomes free: two scans after a loss; otherwise each scan of a"
         " turn brings its end nearer, where the controller answers, and the next that lives is"
         " active in its next call.",
-        "guide chapter 2; docs/scan-model.md",
+        "guide chapter 2; docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts", "answers"),
         _free,
         lambda _: [
@@ -371,7 +371,7 @@ PROPERTIES = (
         "turn-limit",
         "A block with a time limit ends at the latest in the call in which its own turn, or its"
         " wait behind a command whose block has gone, has lasted as long; no sooner by the limit.",
-        "docs/scan-model.md",
+        "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _limit,
         lambda _: turns.CHANNELS,

@@ -370,7 +370,7 @@ PROPERTIES = (
         "turn-hands",
         "What the turns rest on is written by FB_RcxJob, FB_ReadArea and FB_WriteArea only, and"
         " every block hands its job what the proofs of the turns assume.",
-        "docs/scan-model.md",
+        "docs/explanation/scan-model.md",
         ("inner",),
         writers.goals,
     ),
@@ -379,7 +379,7 @@ PROPERTIES = (
         "Two blocks never have the same turn or tickets that the PLC cannot tell apart, however"
         " many blocks there are; one that keeps its turn from scan to scan has the ticket that is"
         " served.",
-        "docs/scan-model.md",
+        "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _once,
         lambda _: parts("FB_RCXJOB", *WRITERS, *_READERS, "POWER-UP"),
@@ -389,7 +389,7 @@ PROPERTIES = (
         "turn-order",
         "First come, first served: no block begins its turn before one that lives and has the"
         " older ticket.",
-        "docs/scan-model.md",
+        "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _order,
         lambda _: parts("FB_RCXJOB", *WRITERS),
@@ -400,7 +400,7 @@ PROPERTIES = (
         "A block that ends in its turn passes it on; a command that is still on the wire keeps it"
         " until its end or a loss; the turn of a block that is gone, or was called out of place,"
         " goes to the next that lives.",
-        "docs/scan-model.md",
+        "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _back,
         lambda _: parts("FB_RCXJOB", *WRITERS),
