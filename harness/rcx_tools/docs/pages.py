@@ -1,4 +1,4 @@
-"""Write the generated pages of docs/, plc/lib and the output blocks of README.md, or check them.
+"""Write the generated pages of docs/, plc/lib and outputs in other pages, or check them.
 
 `python -m rcx_tools.docs.pages` writes, `python -m rcx_tools.docs.pages --check` only compares
 (exit 1 where a page is not current). It works on the repository, not on an installed package.
@@ -17,8 +17,10 @@ from functools import partial
 from pathlib import Path
 
 from rcx_harness import spec
+from rcx_harness.cli.app import COMMANDS
 from rcx_tools.docs import blocks, examples, fidelity
 from rcx_tools.docs.blocks.panel import panel_page
+from rcx_tools.docs.cli import command_page, commands_index
 from rcx_tools.docs.commands import commands_page
 from rcx_tools.docs.diagnosis import diagnosis_page
 from rcx_tools.docs.moving import moving_svg
@@ -43,7 +45,16 @@ ROOT = Path(__file__).resolve().parents[3]
 PATIENCE_S, _STEP = 2.0, 50
 
 _OUTPUT = re.compile(
-    r"^(<!-- output of: (?P<command>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$", re.MULTILINE
+    r"^(<!-- (?P<kind>output of|file): (?P<what>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$",
+    re.MULTILINE,
+)
+#: Pages written by hand, but for the outputs and files between their fences.
+_PASTED = (
+    "README.md",
+    *(
+        f"docs/tutorial/{part}.md"
+        for part in ("1-first-program", "2-break-a-rule", "3-first-test", "4-real-robot")
+    ),
 )
 
 
@@ -212,13 +223,17 @@ def _signals() -> Iterator[str]:
             yield f"| {row.signal} | ({row.address}).{row.bit} | `{row.name}` | {row.meaning} |"
 
 
-def _readme() -> str:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def _pasted(path: str) -> str:
+    """Return a page with the outputs of its commands and the files that it shows."""
 
     def paste(match: re.Match[str]) -> str:
-        return f"{match[1]}{_run(match['command'])}\n{match[3]}"
+        if match["kind"] == "file":
+            shown = (ROOT / match["what"]).read_text(encoding="utf-8").rstrip("\n")
+        else:
+            shown = _run(match["what"])
+        return f"{match[1]}{shown}\n{match[4]}"
 
-    return _OUTPUT.sub(paste, text)
+    return _OUTPUT.sub(paste, (ROOT / path).read_text(encoding="utf-8"))
 
 
 def _run(command: str) -> str:
@@ -229,8 +244,8 @@ def _run(command: str) -> str:
     done = subprocess.run(
         command, shell=True, cwd=ROOT, env=clean, capture_output=True, text=True, check=False
     )
-    # Of a command that has done its work only that: a busy machine has its progress on stderr.
-    return (done.stdout + (done.stderr if done.returncode else "")).strip("\n")
+    # Exit code 1 is a result, too. On a busy machine the progress of such a command is on stderr.
+    return (done.stdout + (done.stderr if done.returncode > 1 else "")).strip("\n")
 
 
 def every_page() -> dict[str, Callable[[], str]]:
@@ -246,6 +261,8 @@ def pages() -> dict[str, Callable[[], str]]:
         **signal_files(),
         **version_files(),
         "docs/reference/blocks.md": lambda: _page("Blocks", "the heads of plc/lib", _blocks()),
+        "docs/reference/cli.md": lambda: _page("Command line", _CLI, commands_index()),
+        **{f"docs/reference/cli/{name}.md": partial(_command, name) for name in COMMANDS},
         "docs/reference/commands.md": lambda: _page(
             "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()
         ),
@@ -271,8 +288,15 @@ def pages() -> dict[str, Callable[[], str]]:
             "Dedicated signals", "spec/signals.toml", _signals()
         ),
         **{f"docs/explanation/charts/{name}.svg": partial(_chart, name) for name in processes()},
-        "README.md": _readme,
+        **{path: partial(_pasted, path) for path in _PASTED},
     }
+
+
+_CLI = "the options in harness/rcx_harness/cli"
+
+
+def _command(name: str) -> str:
+    return _page(f"rcx {name}", _CLI, command_page(name))
 
 
 def _chart(name: str) -> str:

@@ -142,7 +142,7 @@ def _error_block(kind: str, language: str) -> str:
     name = f"FB_Rcx{kind}{language}"
     what, numbers = _ERROR_BLOCKS[kind]
     head = [
-        f"{name}: {what}, in {language} (docs/reference/errors.md).",
+        f"{name}: {what}, in {language} (errors.md).",
         *("", f"Part of FB_ErrorText. Generated from {_ERRORS} by `make docs`."),
     ]
     body = ["CASE Number OF"]
@@ -157,7 +157,7 @@ def _error_block(kind: str, language: str) -> str:
 def _panel_block(language: str) -> str:
     name, suffix = f"FB_RcxPanelText{language}", LANGUAGES[language]
     head = [
-        f"{name}: cause and remedy for an operator, in {language} (docs/reference/errors.md).",
+        f"{name}: cause and remedy for an operator, in {language} (errors.md).",
         *("", "Part of FB_RcxPanelMessage: in place of the words for the programmer."),
         f"Generated from {_ERRORS} by `make docs`.",
     ]

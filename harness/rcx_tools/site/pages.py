@@ -32,9 +32,8 @@ def staged() -> Iterator[tuple[str, bytes]]:
 
     Sources that are linked become pages, `FB_X.st` the page `FB_X.st.md`, and folders, too.
     """
-    waiting = deque(
-        [*START, *(f"docs/{file.name}" for file in sorted((ROOT / "docs").glob("*.md")))]
-    )
+    every = sorted((ROOT / "docs").rglob("*.md"))
+    waiting = deque([*START, *(file.relative_to(ROOT).as_posix() for file in every)])
     seen = set(waiting)
     while waiting:
         path = waiting.popleft()
@@ -109,4 +108,4 @@ def _with_playground(path: str, text: str) -> str:
     name = Path(path).stem
     if not path.startswith("docs/reference/blocks/") or name not in block_jobs():
         return text
-    return text.replace(_BEFORE, _TRY.format(up="../../", name=name) + _BEFORE, 1)
+    return text.replace(_BEFORE, _TRY.format(up="../../../", name=name) + _BEFORE, 1)

@@ -101,7 +101,7 @@ def test_every_page_is_two_clicks_from_the_readme() -> None:
         assert f"[{name}](blocks/{name}.md)" in index
         page = _page(name)
         assert f"/{pous()[name].file.relative_to(ROOT).as_posix()})" in page
-        assert all(f"({Path('../..', test).as_posix()})" in page for test in pous()[name].tests)
+        assert all(f"({Path('../../..', test).as_posix()})" in page for test in pous()[name].tests)
 
 
 def test_the_programs_keep_the_portability_rules() -> None:

@@ -27,7 +27,7 @@ _TWO_SCREENS = 100
 def test_every_option_has_its_row_and_no_other(
     repository: Path, name: str, command: Callable[..., Any]
 ) -> None:
-    page = (repository / f"docs/{name}.md").read_text(encoding="utf-8")
+    page = (repository / f"docs/how-to/{name}.md").read_text(encoding="utf-8")
     app = typer.Typer(add_completion=False)
     app.command()(command)
     made = typer.main.get_command(app)
@@ -38,7 +38,7 @@ def test_every_option_has_its_row_and_no_other(
 
 @pytest.mark.parametrize("name", ["compare", "points", "probe", "real-controller"])
 def test_safety_comes_first_and_the_page_is_short(repository: Path, name: str) -> None:
-    lines = (repository / f"docs/{name}.md").read_text(encoding="utf-8").splitlines()
+    lines = (repository / f"docs/how-to/{name}.md").read_text(encoding="utf-8").splitlines()
     assert re.match(r"> \*\*Safety( first)?\.\*\*", lines[2])
     assert len(lines) <= _TWO_SCREENS
 

@@ -68,7 +68,7 @@ def test_an_import_against_the_plan_is_told_and_not_drawn(monkeypatch: pytest.Mo
 @pytest.mark.parametrize("package", _PACKAGES)
 def test_the_page_has_a_row_for_each_room(package: str) -> None:
     page = (_ROOT / "docs/explanation/architecture.md").read_text(encoding="utf-8")
-    found = re.findall(rf"^\| \[(\w+)\]\(\.\./harness/{package}/(\w+)", page, re.MULTILINE)
+    found = re.findall(rf"^\| \[(\w+)\]\(\.\./\.\./harness/{package}/(\w+)", page, re.MULTILINE)
     assert sorted(found) == sorted((name, name) for name in rooms.rooms(package))
 
 

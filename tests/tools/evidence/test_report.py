@@ -22,7 +22,7 @@ _MAKEFILE = (docs.ROOT / "Makefile").read_text(encoding="utf-8")
 @pytest.fixture
 def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A small repository: a library, and one check that depends on a folder of tests."""
-    for path in ("plc/lib/FB_A.st", "tests/a/test_a.py", "docs/keep.txt"):
+    for path in ("plc/lib/FB_A.st", "tests/a/test_a.py", "docs/explanation/keep.txt"):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_text("one", encoding="utf-8")
     here = digest
@@ -36,7 +36,7 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(page, "CHECKS", (_CHECK,))
     monkeypatch.setattr(report, "ROOT", tmp_path)
     monkeypatch.setattr(report, "FOLDER", tmp_path / "out/verification")
-    monkeypatch.setattr(report, "DOCS", tmp_path / "docs")
+    monkeypatch.setattr(report, "DOCS", tmp_path / "docs/explanation")
     return tmp_path
 
 
@@ -71,7 +71,7 @@ def test_a_result_is_reused_until_what_it_depends_on_changes(root: Path) -> None
         _write(root, path, "two")
         assert report.main([], tool) == 0
         assert len(tool.runs) == count
-    _write(root, "docs/keep.txt", "two")
+    _write(root, "docs/explanation/keep.txt", "two")
     report.main([], tool)
     assert len(tool.runs) == 3
     report.main(["--fresh"], tool)
@@ -170,7 +170,7 @@ def test_a_figure_that_the_check_does_not_give_is_an_error(root: Path) -> None:
     report.main([], tool)
     tool.file.write_text('{"figures": {}, "met": true}', encoding="utf-8")
     with pytest.raises(InputError, match="does not give: cases"):
-        report.update(tool.file.parent, root / "docs")
+        report.update(tool.file.parent, root / "docs/explanation")
     assert report.main(["--page"]) == 2
 
 
