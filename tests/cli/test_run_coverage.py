@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from progress_lines import without_progress
 from rcx_harness.cli.app import main
 
 Captured = pytest.CaptureFixture[str]
@@ -100,7 +101,7 @@ def test_bad_input_is_one_line_before_the_run(
     Path("mine").mkdir()
     Path("mine/coverage.xml").write_text("<mine/>")
     assert run("--for", "50ms", *options) == 2
-    assert capsys.readouterr().err == f"rcx: {message}\n"
+    assert without_progress(capsys.readouterr().err) == f"rcx: {message}\n"
     assert Path("mine/coverage.xml").read_text() == "<mine/>"
 
 

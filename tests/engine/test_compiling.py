@@ -21,8 +21,7 @@ def running() -> Iterator[None]:
     before = gc.isenabled()
     gc.enable()
     yield
-    if not before:
-        gc.disable()
+    (gc.enable if before else gc.disable)()
 
 
 def test_the_search_rests_inside_and_goes_on_after_the_outermost() -> None:

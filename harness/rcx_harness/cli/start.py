@@ -45,12 +45,13 @@ def _run() -> int:
     streams.prepare()
     try:
         gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
-        from structured_text.output.console import spare_no_character
+        try:
+            from structured_text.output.console import spare_no_character
 
-        spare_no_character()
-        from rcx_harness.cli.app import main as command  # most of the first second
-
-        gc.enable()
+            spare_no_character()
+            from rcx_harness.cli.app import main as command  # most of the first second
+        finally:
+            gc.enable()
         code = command()
         sys.stdout.flush()
     except OutputError as error:  # a full disk, or nobody reads it

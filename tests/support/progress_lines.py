@@ -1,0 +1,13 @@
+"""What a command prints on a slow machine besides its messages."""
+
+from __future__ import annotations
+
+__all__ = ["without_progress"]
+
+_PROGRESS = ("compiling", "running:")
+
+
+def without_progress(stderr: str) -> str:
+    """Return what was printed on standard error, without the lines that show the progress."""
+    lines = stderr.splitlines(keepends=True)
+    return "".join(line for line in lines if not line.startswith(_PROGRESS))
