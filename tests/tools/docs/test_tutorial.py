@@ -20,7 +20,7 @@ def _cell(program: list[Path]) -> Cell:
 
 @pytest.mark.parametrize("name", [name for name in _TESTS if name.startswith("test_")])
 def test_the_tests_of_the_third_part_pass(name: str) -> None:
-    """Source: docs/tutorial/3-first-test.md"""
+    """Source: docs/tutorial/3-first-test.md."""
     with _cell(sorted((_FIRST / "plc").glob("*.st"))) as cell:
         _TESTS[name](cell)
         assert cell.violations == []
@@ -38,7 +38,7 @@ def test_a_test_fails_if_the_program_moves_to_a_point_that_does_not_exist(tmp_pa
 
 
 def test_the_second_program_is_the_first_one_with_the_lines_of_the_page() -> None:
-    """Source: docs/tutorial/2-break-a-rule.md"""
+    """Source: docs/tutorial/2-break-a-rule.md."""
     page = (docs.ROOT / "docs/tutorial/2-break-a-rule.md").read_text(encoding="utf-8")
     added = page.partition("```iecst\n")[2].partition("```")[0]
     first = (_FIRST / "plc/Main.st").read_text(encoding="utf-8").partition("PROGRAM ")[2]
