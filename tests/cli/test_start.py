@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from imports import PACKAGES
-from rcx_harness.cli.app import COMMANDS, OPTION_PANELS, PANELS, app, main
+from rcx_harness.cli.app import COMMANDS, OPTION_PANELS, PANELS, Later, app, main
 from structured_text.engines.load import find_matiec
 
 #: Runs commands one after the other; after each: its exit code, and which modules are new.
@@ -168,6 +168,7 @@ def test_a_command_with_many_options_shows_the_rare_ones_in_panels() -> None:
     rare = {name for names in OPTION_PANELS.values() for name in names.split()}
     seen: set[str] = set()
     for command in app.commands.values():
+        assert isinstance(command, Later)
         options = [one for one in command.loaded().params if one.param_type_name == "option"]
         panels = {one.name: one.rich_help_panel for one in options}
         if len(options) > 15:
