@@ -3,25 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-from chapter_cell import ChapterCell
-from rcx_harness.robot import RobotProgram
+from chapter_cell import ChapterCell, steps_once
 from robot_master import Master
 
 Start = Callable[..., ChapterCell]
-
-
-def _steps(*steps: str) -> dict[str, Any]:
-    """A robot whose program does these steps once."""
-    return {"programs": (RobotProgram(steps=steps, loop=False),)}
-
-
-def _run_program(cell: ChapterCell) -> None:
-    """Start a program that is over before SO(13) can be seen."""
-    cell.settle()
-    cell["AutoStart.Timeout"] = "T#200ms"
-    cell.execute("AutoStart")
 
 
 def test_si00_off_puts_the_controller_into_the_emergency_stop_state(start: Start) -> None:
@@ -155,7 +141,7 @@ def test_si12_acts_when_it_is_switched_from_off_to_on() -> None:
 
     Source: manual chapter 5, 2, SI(12)
     """
-    master = Master(**_steps("SOW(3)=1", "DELAY 100", "SOW(3)=2"))
+    master = Master(**steps_once("SOW(3)=1", "DELAY 100", "SOW(3)=2"))
     master.power_up()
     master.turn_and_wait("SI12", True, 1000)
     assert not master.on("SO13")
@@ -173,7 +159,7 @@ def test_si15_on_resets_the_robot_program(start: Start) -> None:
 
     Source: manual chapter 5, 2, SI(15)
     """
-    cell = start(**_steps("SO(20)=1", "WAIT SI(20)=1", "SO(21)=1", "WAIT SI(20)=0"))
+    cell = start(**steps_once("SO(20)=1", "WAIT SI(20)=1", "SO(21)=1", "WAIT SI(20)=0"))
     cell.servo_on()
     assert cell.execute("AutoStart") == 0
     assert cell.execute("ProgramStop") == 0
@@ -253,10 +239,10 @@ def test_alarms_that_si16_does_not_clear_need_a_power_restart(start: Start) -> N
 
 def test_a_robot_program_refers_to_the_value_of_an_si_port(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(20) to SI(157)."""
-    cell = start(**_steps("A=SI(157)", "B=SI15()"))
+    cell = start(**steps_once("A=SI(157)", "B=SI15()"))
     cell["WriteBit.Port"] = 157
     cell["Bit"] = True
-    _run_program(cell)
+    cell.run_short_program()
     assert cell.robot.program.variables == {"A": 1, "B": 0x80}
 
 
@@ -265,7 +251,7 @@ def test_a_robot_program_waits_for_a_general_purpose_input(start: Start) -> None
 
     Source: manual chapter 5, 2, SI(20) to SI(157)
     """
-    cell = start(**_steps("WAIT SI(20)=1", "SO(20)=1"))
+    cell = start(**steps_once("WAIT SI(20)=1", "SO(20)=1"))
     cell.servo_on()
     assert cell.execute("AutoStart") == 0
     cell.run("1s")

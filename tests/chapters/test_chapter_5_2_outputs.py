@@ -3,26 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
-from chapter_cell import ChapterCell
-from rcx_harness.robot import RobotProgram
+from chapter_cell import ChapterCell, steps_once
 
 Start = Callable[..., ChapterCell]
-
-
-def _steps(*steps: str) -> dict[str, Any]:
-    """A robot whose program does these steps once."""
-    return {"programs": (RobotProgram(steps=steps, loop=False),)}
-
-
-def _run_program(cell: ChapterCell) -> None:
-    """Start a program that is over before SO(13) can be seen."""
-    cell.settle()
-    cell["AutoStart.Timeout"] = "T#200ms"
-    cell.execute("AutoStart")
 
 
 def _return(cell: ChapterCell, axes: str) -> int:
@@ -211,8 +197,8 @@ def test_a_general_purpose_output_follows_assignment_set_reset_and_out(
     start: Start, steps: tuple[str, ...], on: bool
 ) -> None:
     """Source: manual chapter 5, 2, SO(20) to SO(157)."""
-    cell = start(**_steps(*steps))
-    _run_program(cell)
+    cell = start(**steps_once(*steps))
+    cell.run_short_program()
     cell.run("300ms")
     assert cell["ReadBit.Valid"] is True
     assert cell["ReadBit.Value"] is on

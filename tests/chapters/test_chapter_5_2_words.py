@@ -3,26 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
-from chapter_cell import ChapterCell
-from rcx_harness.robot import RobotProgram
+from chapter_cell import ChapterCell, steps_once
 
 Start = Callable[..., ChapterCell]
-
-
-def _steps(*steps: str) -> dict[str, Any]:
-    """A robot whose program does these steps once."""
-    return {"programs": (RobotProgram(steps=steps, loop=False),)}
-
-
-def _run_program(cell: ChapterCell) -> None:
-    """Start a program that is over before SO(13) can be seen."""
-    cell.settle()
-    cell["AutoStart.Timeout"] = "T#200ms"
-    cell.execute("AutoStart")
 
 
 def test_siw0_is_the_remote_command_area(start: Start) -> None:
@@ -63,9 +49,9 @@ def test_siw_words_input_word_data_to_the_robot_program(
 
     Source: manual chapter 5, 2, SIW(2) to SIW(15), SIW(24) to SIW(127)
     """
-    cell = start(size=size, **_steps(f"A=SIW({number})"))
+    cell = start(size=size, **steps_once(f"A=SIW({number})"))
     cell["Number"], cell["Value"] = number, 0xFEDC
-    _run_program(cell)
+    cell.run_short_program()
     assert cell.robot.program.variables["A"] == 0xFEDC
 
 
@@ -77,9 +63,9 @@ def test_sid_double_words_input_double_word_data_to_the_robot_program(
 
     Source: manual chapter 5, 2, SID(2) to SID(14), SID(24) to SID(126)
     """
-    cell = start(size=size, **_steps(f"A=SID({number})"))
+    cell = start(size=size, **steps_once(f"A=SID({number})"))
     cell["WritesDouble"], cell["Number"], cell["DoubleValue"] = True, number, -70_000
-    _run_program(cell)
+    cell.run_short_program()
     assert cell.robot.program.variables["A"] == -70_000
 
 
@@ -125,9 +111,9 @@ def test_sow_words_output_word_data_of_the_robot_program(
     start: Start, number: int, size: int
 ) -> None:
     """Source: manual chapter 5, 2, SOW(2) to SOW(15), SOW(24) to SOW(127)."""
-    cell = start(size=size, **_steps(f"SOW({number})=&HFEDC"))
+    cell = start(size=size, **steps_once(f"SOW({number})=&HFEDC"))
     cell["Number"] = number
-    _run_program(cell)
+    cell.run_short_program()
     assert cell["ReadWord.Valid"] is True
     assert cell["ReadWord.Value"] == 0xFEDC
 
@@ -137,9 +123,9 @@ def test_sod_double_words_output_double_word_data_of_the_robot_program(
     start: Start, number: int, size: int
 ) -> None:
     """Source: manual chapter 5, 2, SOD(2) to SOD(14), SOD(24) to SOD(126)."""
-    cell = start(size=size, **_steps(f"SOD({number})=-70000"))
+    cell = start(size=size, **steps_once(f"SOD({number})=-70000"))
     cell["Number"] = number
-    _run_program(cell)
+    cell.run_short_program()
     assert cell["ReadDouble.Value"] == -70_000
 
 
@@ -148,8 +134,8 @@ def test_sow2_to_sow15_are_the_response_area_of_a_remote_command(start: Start) -
 
     Source: manual chapter 5, 2, SOW(2) to SOW(15)
     """
-    cell = start(**_steps("SOW(2)=&HFEDC"))
-    _run_program(cell)
+    cell = start(**steps_once("SOW(2)=&HFEDC"))
+    cell.run_short_program()
     assert cell["ReadWord.Value"] == 0xFEDC
     cell["Command.Code"] = 0x0501
     cell["Command.Execute"] = True

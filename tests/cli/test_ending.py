@@ -12,7 +12,6 @@ import pytest
 from rcx_harness.cli.own_error import report
 
 _NOT_ON_WINDOWS = pytest.mark.skipif(sys.platform == "win32", reason="it has no such streams")
-_DECODED = "MovePtp (16#R001), Move (PTP movement); guide 4.2.1"
 
 
 def _ended(

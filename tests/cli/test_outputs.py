@@ -191,9 +191,7 @@ def test_after_an_error_nothing_more_is_said(tmp_path: Path) -> None:
     file.close()
 
 
-@pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
-@pytest.mark.parametrize("command", [["eds"], ["encode", "MovePtp"]])
-def test_standard_output_on_a_full_disk_is_one_line(command: list[str]) -> None:
+def _ends_in_one_line(command: list[str]) -> None:
     with _FULL.open("w") as full:
         done = subprocess.run(
             [sys.executable, "-m", "rcx_harness", *command],
@@ -208,24 +206,19 @@ def test_standard_output_on_a_full_disk_is_one_line(command: list[str]) -> None:
     )
 
 
+@pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
+@pytest.mark.parametrize("command", [["eds"], ["encode", "MovePtp"]])
+def test_standard_output_on_a_full_disk_is_one_line(command: list[str]) -> None:
+    _ends_in_one_line(command)
+
+
 @pytest.mark.exhaustive
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
 def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
     (address,) = own_addresses(1)
-    with _FULL.open("w") as full, Adapter(cyclic=0) as adapter:
-        scan = ["scan", "127.0.0.1", "--port", str(adapter.address[1]), "--for", "0s"]
-        for command in (scan, ["serve", "--address", address]):
-            done = subprocess.run(
-                [sys.executable, "-m", "rcx_harness", *command],
-                stdout=full,
-                stderr=subprocess.PIPE,
-                text=True,
-                check=False,
-            )
-            assert (done.returncode, done.stderr) == (
-                2,
-                "rcx: standard output cannot be written: No space left on device\n",
-            )
+    with Adapter(cyclic=0) as adapter:
+        _ends_in_one_line(["scan", "127.0.0.1", "--port", str(adapter.address[1]), "--for", "0s"])
+        _ends_in_one_line(["serve", "--address", address])
 
 
 @pytest.mark.exhaustive(

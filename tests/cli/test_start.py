@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from imports import PACKAGES
-from rcx_harness.cli.app import COMMANDS, app, main
+from rcx_harness.cli.app import COMMANDS, OPTION_PANELS, PANELS, Later, app, main
 from structured_text.engines.load import find_matiec
 
 #: Runs commands one after the other; after each: its exit code, and which modules are new.
@@ -144,6 +144,49 @@ def test_the_list_of_commands_gives_each_sentence_whole(
     assert main(["--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert [name for name, (_, first) in COMMANDS.items() if f"{name} {first}" not in said] == []
+
+
+def test_the_list_shows_every_command_in_one_of_five_panels(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Source: the help's own headings; `Commands:` would be the panel of those without one."""
+    assert main(["--help"]) == 0
+    shown: dict[str, list[str]] = {}
+    for line in capsys.readouterr().out.splitlines():
+        if line.endswith(":") and not line.startswith(" "):
+            panel = shown.setdefault(line[:-1], [])
+        elif line.startswith("  ") and line[2:3].strip() and shown:
+            panel.append(line.split()[0])
+    assert shown.pop("Options") == ["--version", "-h,"]
+    assert shown == {panel: [*commands] for panel, commands in PANELS.items()}
+    assert [*shown] == ["Program", "Robot", "Verify", "Network", "Data"]
+    assert sorted(name for names in shown.values() for name in names) == sorted(app.commands)
+
+
+def test_a_command_with_many_options_shows_the_rare_ones_in_panels() -> None:
+    """At most 15 without a panel; nobody searches a longer list, and no name is for nothing."""
+    rare = {name for names in OPTION_PANELS.values() for name in names.split()}
+    seen: set[str] = set()
+    for command in app.commands.values():
+        assert isinstance(command, Later)
+        options = [one for one in command.loaded().params if one.param_type_name == "option"]
+        panels = {one.name: one.rich_help_panel for one in options}
+        if len(options) > 15:
+            assert {name for name, panel in panels.items() if panel} == rare & panels.keys()
+            seen |= rare & panels.keys()
+        assert list(panels.values()).count(None) <= 15
+    assert seen == rare
+
+
+@pytest.mark.parametrize("words", [[], *([name] for name in COMMANDS)], ids=" ".join)
+def test_h_is_short_for_help(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """Source: what most commands of a shell understand."""
+    shown = []
+    for option in ("--help", "-h"):
+        assert main([*words, option]) == 0
+        shown.append(capsys.readouterr().out)
+    assert shown[0].strip()
+    assert shown[0] == shown[1]
 
 
 def test_every_command_of_the_folder_is_in_the_table() -> None:

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from jog_bench import jog_plc
 from plc_bench import ROOT, PlcBench
 
 PROGRAM = ROOT / "tests/data/library/Levels.st"
 
 #: m+2 to m+30 of the manual's example in pulses: axis 1 = 20001, axis 3 = -12345.
 PULSES = [0, 0, 0, 0x4E21, 0, 0, 0, 0xCFC7, 0xFFFF]
-
-
-def _plc() -> PlcBench:
-    plc = PlcBench(program=PROGRAM)
-    plc.power_up()
-    plc.scan(3)
-    return plc
 
 
 def _reading(plc: PlcBench, **pins: object) -> None:
@@ -29,7 +23,7 @@ def _reading(plc: PlcBench, **pins: object) -> None:
 
 def test_the_continuous_output_mode_is_enabled_in_bit_0() -> None:
     """Source: remote command guide 4.7.4: 0xR505, bit 0 of n+2."""
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc, RobotNumber=3)
     assert plc.words == [0x3505, 0x0001, *[0] * 14]
     assert plc["Robot.Inner.Command.Holder"] == 0x3505
@@ -37,7 +31,7 @@ def test_the_continuous_output_mode_is_enabled_in_bit_0() -> None:
 
 def test_positions_come_with_the_command_run_status_in_every_scan() -> None:
     """Source: remote command guide 4.7.4, continuous output mode, and its example."""
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc)
     plc.answer(0x0100, PULSES)
     plc.scan()
@@ -55,7 +49,7 @@ def test_millimetres_come_with_hand_and_arm_rotation() -> None:
 
     Source: remote command guide 4.7.4, millimeter units
     """
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc, Unit="UNIT_MM")
     assert plc.words[:2] == [0x0506, 0x0001]
     flags = 0x2 << 1 | 0x1 << 3 | 0xF << 7
@@ -72,7 +66,7 @@ def test_millimetres_come_with_hand_and_arm_rotation() -> None:
 
 def test_a_robot_without_hand_systems_shows_none() -> None:
     """Source: remote command guide 4.7.4, millimeter units: bits 2-1 are 0."""
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc, Unit="UNIT_MM")
     plc.answer(0x0100, [0, 0, 0x2, *PULSES[3:]])
     plc.scan()
@@ -84,7 +78,7 @@ def test_a_robot_without_hand_systems_shows_none() -> None:
 
 def test_the_status_reset_command_stops_it() -> None:
     """Source: remote command guide 4.7.4: it stops at the status initializing command 0x0000."""
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc)
     plc.answer(0x0100, PULSES)
     plc.scan()
@@ -103,7 +97,7 @@ def test_the_status_reset_command_stops_it() -> None:
 
 
 def test_a_block_that_is_not_called_any_more_ends_the_output_and_frees_the_channel() -> None:
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc)
     plc.answer(0x0100, PULSES)
     plc.scan()
@@ -117,7 +111,7 @@ def test_a_block_that_is_not_called_any_more_ends_the_output_and_frees_the_chann
 
 def test_the_continuous_mode_of_fb_remote_command_ends_at_its_timeout() -> None:
     """It has no end status, so nothing else could end it."""
-    plc = _plc()
+    plc = jog_plc()
     plc["First.Code"], plc["First.Data[1]"], plc["First.Timeout"] = 0x0505, 1, "T#100ms"
     plc["First.Execute"] = True
     plc.scan_until(lambda: plc.words[0] == 0x0505)
@@ -129,7 +123,7 @@ def test_the_continuous_mode_of_fb_remote_command_ends_at_its_timeout() -> None:
 
 def test_an_enable_that_falls_before_the_status_comes_ends_it_when_it_comes() -> None:
     """Source: remote command guide 1.1, note: a command is held until its status changes."""
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc)
     plc["Position.Enable"] = False
     plc.scan(3)
@@ -140,7 +134,7 @@ def test_an_enable_that_falls_before_the_status_comes_ends_it_when_it_comes() ->
 
 
 def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
-    plc = _plc()
+    plc = jog_plc()
     plc["Position.Enable"] = True
     plc.scan()
     plc["Position.Enable"] = False
@@ -151,7 +145,7 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
 
 
 def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc)
     plc.answer(0x4000, [4, 2])
     plc.scan()
@@ -169,7 +163,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
 
 def test_a_normal_end_is_none_that_this_command_can_have() -> None:
     """Source: remote command guide 4.7.4: the continuous mode ends with the status reset only."""
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc)
     plc.answer(0x0200, PULSES)
     plc.scan()
@@ -177,7 +171,7 @@ def test_a_normal_end_is_none_that_this_command_can_have() -> None:
 
 
 def test_a_status_that_falls_back_to_ready_is_a_lost_command() -> None:
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc)
     plc.answer(0x0100, PULSES)
     plc.scan(2)
@@ -191,7 +185,7 @@ def test_without_a_first_position_it_ends_at_timeout() -> None:
 
     Source: remote command guide 1.1, note
     """
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc, Timeout="T#100ms")
     plc.scan_until(lambda: bool(plc["Position.Error"]), most=15)
     assert plc["Position.ErrorID"] == 0x8011
@@ -205,7 +199,7 @@ def test_without_a_first_position_it_ends_at_timeout() -> None:
 @pytest.mark.parametrize("number", [-1, 5])
 def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int) -> None:
     """Source: remote command guide 4.7.4: R (0 to 4)."""
-    plc = _plc()
+    plc = jog_plc()
     plc["Position.RobotNumber"], plc["Position.Enable"] = number, True
     plc.scan(5)
     assert plc["Position.ErrorID"] == 0x8040
@@ -213,7 +207,7 @@ def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int) -> N
 
 
 def test_a_lost_link_ends_it_and_nothing_restarts() -> None:
-    plc = _plc()
+    plc = jog_plc()
     _reading(plc)
     plc.answer(0x0100, PULSES)
     plc.scan()

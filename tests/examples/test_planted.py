@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from planted import FAULTS, PLANTED, Fault, planted
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
 from rcx_harness.robot import RobotConfig
-from rcx_tools.bench.planted import FAULTS, PLANTED, Fault, planted
 
 Captured = pytest.CaptureFixture[str]
 

@@ -1,7 +1,6 @@
 """Faults of the kinds that are made in programs: a campaign finds each, and tells it shortly.
 
-That a campaign as its user would call it finds them in time: `make bench ONLY=planted`. Here each
-is shown by a seed of which that is known.
+Each is shown by a seed of which that is known.
 """
 
 from __future__ import annotations
@@ -12,13 +11,13 @@ from pathlib import Path
 import pytest
 
 from faulty_examples import FAULTY, Faulty, changed_example
+from planted import FAULTS, PLANTED, Fault, found_by, planted
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.app import main
 from rcx_harness.verify.storm.campaign import Seed, Storms
 from rcx_harness.verify.storm.cells import CellsOf
 from rcx_harness.verify.storm.course import RECOVERY
 from rcx_harness.verify.storm.replay import MARK
-from rcx_tools.bench.planted import FAULTS, PLANTED, Fault, found_by, planted
 
 Captured = pytest.CaptureFixture[str]
 _MOST_LINES = 20

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from both_engines import ENGINES
-from points_bench import PointsBench, points_bench
+from points_bench import PointsBench, points_bench, record
 
 #: Words n+2, n+6 to n+30 of the manual's point 100 in pulses: 10000, -20000, 5000, -18000.
 POINT_100 = [0, 0, 0x2710, 0, 0xB1E0, 0xFFFF, 0x1388, 0, 0xB9B0, 0xFFFF, 0, 0, 0, 0]
@@ -17,16 +17,6 @@ WAIT_ORG = [0, 0, 0x4157, 0x5449, 0x4F20, 0x4752, *[0x2020] * 4, 0, 0, 0, 0]
 @pytest.fixture(params=ENGINES)
 def plc(request: pytest.FixtureRequest) -> PointsBench:
     return points_bench(request.param)
-
-
-def _record(plc: PointsBench, first: int = 10, count: int = 4, missing: int = -1) -> None:
-    """Points `first` on, whose axis 1 is their number, in the array; the controller forgets."""
-    for number in range(first, first + count):
-        if number != missing:
-            plc.stored[0x100, number] = [1, 0, number, 0, *[0] * 10]
-    assert plc.run("Backup", First=first, Count=count) == 0
-    plc.stored.clear()
-    plc.sent.clear()
 
 
 @pytest.mark.parametrize(
@@ -64,7 +54,7 @@ def test_what_was_read_is_written_with_the_telegram_of_the_manual(
 
 def test_a_row_that_is_not_defined_is_not_written(plc: PointsBench) -> None:
     """Source: guide 4.3: there is no command that deletes."""
-    _record(plc, missing=12)
+    record(plc, missing=12)
     tickets = plc["Robot.Inner.Command.NextTicket"]
     assert plc.run("Restore") == 0
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 13)]
@@ -72,7 +62,7 @@ def test_a_row_that_is_not_defined_is_not_written(plc: PointsBench) -> None:
 
 
 def test_a_record_of_a_hundred_rows_is_carried_whole(plc: PointsBench) -> None:
-    _record(plc, first=29_900, count=100)
+    record(plc, first=29_900, count=100)
     assert plc.run("Restore", most=1200) == 0
     assert {number: words[2] for (_, number), words in plc.stored.items()} == {
         number: number for number in range(29_900, 30_000)
@@ -101,7 +91,7 @@ _DAMAGE: list[tuple[str, Any]] = [
 def test_nothing_is_written_from_a_record_that_was_changed(
     plc: PointsBench, place: str, value: Any
 ) -> None:
-    _record(plc)
+    record(plc)
     plc[place] = value
     for compare_only in (False, True):
         assert plc.run("Restore", CompareOnly=compare_only) == 0x8068
@@ -109,7 +99,7 @@ def test_nothing_is_written_from_a_record_that_was_changed(
         assert plc["Restore.Row"] == 1
 
 
-def test_the_robot_of_hands_belongs_to_the_record(plc: PointsBench) -> None:
+def test_the_robot_of_hands_belongs_to_therecord(plc: PointsBench) -> None:
     plc.stored[0x1110, 0] = [0, 0, 5, *[0] * 11]
     inputs: dict[str, Any] = {"Kind": "DATA_HANDS", "RobotNumber": 1, "First": 0, "Count": 1}
     assert plc.run("Backup", **inputs) == 0
@@ -137,7 +127,7 @@ def test_a_head_or_a_first_row_that_does_not_exist_is_refused(
     plc: PointsBench, change: dict[str, Any], error: int, row: int
 ) -> None:
     """Row stays a row of the array: the program takes it as an index."""
-    _record(plc)
+    record(plc)
     for place, value in change.items():
         plc[place] = value
     assert plc.run("Restore", most=1) == error
@@ -147,7 +137,7 @@ def test_a_head_or_a_first_row_that_does_not_exist_is_refused(
 
 def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: PointsBench) -> None:
     """No row is left out, though it had looked at others already."""
-    _record(plc, count=9)
+    record(plc, count=9)
     plc["Restore.FirstRow"] = 2
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: plc["Restore.Row"] == 7)
@@ -162,7 +152,7 @@ def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
     plc: PointsBench, row: int
 ) -> None:
     """Source: docs/reference/errors.md, 16#8002."""
-    _record(plc, count=9)
+    record(plc, count=9)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: plc["Restore.Row"] == row)
     plc.outputs(SO01=False)
@@ -183,7 +173,7 @@ _DIFFERENT: list[tuple[str, int]] = [("Flag", 2), *((f"Values[{k}]", 1000) for k
 @pytest.mark.parametrize(("field", "value"), _DIFFERENT)
 def test_each_field_counts_in_a_comparison(plc: PointsBench, field: str, value: int) -> None:
     """Source: guide 4.3.1: flag, and the data of six axes."""
-    _record(plc)
+    record(plc)
     assert plc.run("Restore") == 0
     place = 0 if field == "Flag" else 2 * int(field[7])
     plc.stored[0x100, 12][place] = value
@@ -199,7 +189,7 @@ def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int
 
     Source: guide 4.3.1: flag, and the data of six axes as double words with a sign.
     """
-    _record(plc)
+    record(plc)
     assert plc.run("Restore") == 0
     plc.stored[0x100, 12][place] = 0xFFFF if place else 0
     assert plc.run("Restore", CompareOnly=True) == 0
@@ -225,7 +215,7 @@ def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) ->
 
 def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> None:
     """Source: docs/reference/blocks/FB_PointRestore.md, Number; point 10 is in row 1."""
-    _record(plc)
+    record(plc)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: len(plc.sent) == 1)
     seen = []
@@ -245,7 +235,7 @@ def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
 
     Source: comments of Row and FirstRow
     """
-    _record(plc)
+    record(plc)
     plc["Restore.FirstRow"], plc["Restore.CompareOnly"] = first, compares
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: bool(plc["Restore.Done"]))
@@ -261,7 +251,7 @@ def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
 
 def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
     """Missing on one side, missing on the other, changed."""
-    _record(plc, missing=11)
+    record(plc, missing=11)
     assert plc.run("Restore") == 0
     plc.stored[0x100, 11] = list(POINT_100)
     del plc.stored[0x100, 12]
@@ -297,7 +287,7 @@ def test_pallets_and_comments_are_compared_as_they_are_stored(plc: PointsBench) 
 
 def test_it_stops_on_the_point_that_is_refused_and_goes_on_there(plc: PointsBench) -> None:
     """A pendant that has the authority: 12.76. Source: guide chapter 1, 1.2, code 0x4000."""
-    _record(plc)
+    record(plc)
     plc.refuses[12] = (12, 76)
     assert plc.run("Restore") == 0x8020
     assert (plc["Restore.Row"], plc["Restore.Number"]) == (3, 12)
@@ -310,7 +300,7 @@ def test_it_stops_on_the_point_that_is_refused_and_goes_on_there(plc: PointsBenc
 
 
 def test_the_alarm_of_a_write_is_never_taken_for_a_missing_point(plc: PointsBench) -> None:
-    _record(plc)
+    record(plc)
     plc.refuses[10] = (6, 204)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: bool(plc["Restore.Error"]))
@@ -321,7 +311,7 @@ def test_the_alarm_of_a_write_is_never_taken_for_a_missing_point(plc: PointsBenc
 
 def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench) -> None:
     """Source: manual chapter 1, 5.2."""
-    _record(plc)
+    record(plc)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: len(plc.sent) == 2)
     plc["Connected"] = False
@@ -338,7 +328,7 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
 
 def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
     """The next row is not written, though the link is there again. Source: as above."""
-    _record(plc)
+    record(plc)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: len(plc.sent) == 1)
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
@@ -350,20 +340,9 @@ def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBe
     assert [words[2] for words in plc.sent] == [10]
 
 
-def test_a_link_that_is_there_in_the_scan_after_the_edge_was_in_time(plc: PointsBench) -> None:
-    """Source: the head of FB_RcxJob: it ends at the earliest in the call after the first one."""
-    _record(plc)
-    plc["Connected"] = False
-    plc["Restore.Execute"] = True
-    plc.scan()
-    plc["Connected"] = True
-    plc.scan_until(lambda: not plc["Restore.Busy"])
-    assert plc["Restore.ErrorID"] == 0
-
-
 def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     """Source: PLCopen, edge-triggered blocks."""
-    _record(plc)
+    record(plc)
     plc["Restore.FirstRow"] = 3
     plc["Restore.Execute"] = True
     plc.scan()
@@ -379,7 +358,7 @@ def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> Non
 
 def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
     """Source: PLCopen, edge-triggered blocks."""
-    _record(plc)
+    record(plc)
     plc["Restore.Execute"] = True
     plc.scan()
     plc["Restore.Execute"] = False
@@ -391,7 +370,7 @@ def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
 
 def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBench) -> None:
     """The controller has none of the four points any more. Source: PLCopen, edge-triggered."""
-    _record(plc)
+    record(plc)
     plc["Restore.CompareOnly"], plc["Restore.Execute"] = True, True
     plc.scan()
     plc["Restore.Execute"] = False
@@ -406,7 +385,7 @@ def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBe
 
 def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: PointsBench) -> None:
     """Source: guide chapter 2: data and code are held unchanged until the end."""
-    _record(plc)
+    record(plc)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: len(plc.sent) == 1)
     plc["Rows[1].Defined"] = False
@@ -423,7 +402,7 @@ def test_a_row_that_changes_while_it_waits_for_its_turn_is_written_as_it_was(
     plc: PointsBench,
 ) -> None:
     """The backup's command is out meanwhile: it holds the command words."""
-    _record(plc)
+    record(plc)
     plc.silent = True
     plc.refuses[500] = (12, 76)
     plc["Restore.Execute"] = True
@@ -444,7 +423,7 @@ def test_a_row_that_changes_while_it_waits_for_its_turn_is_written_as_it_was(
 
 def test_the_flag_of_a_refused_write_is_not_in_the_command_that_compares(plc: PointsBench) -> None:
     """Source: guide 4.3.1, the reference: word n+2 is not used, 16#0000."""
-    _record(plc)
+    record(plc)
     plc.refuses[10] = (12, 76)
     assert plc.run("Restore") == 0x8020
     assert plc.sent == [[0x100, 1, 10, 0, 10, *[0] * 11]]
@@ -457,73 +436,12 @@ def test_the_flag_of_a_refused_write_is_not_in_the_command_that_compares(plc: Po
 
 
 def test_after_a_head_that_was_refused_another_one_is_taken(plc: PointsBench) -> None:
-    _record(plc)
+    record(plc)
     plc["Head.Count"] = 0
     assert plc.run("Restore", most=1) == 0x8044
     plc["Head.Count"] = 4
     assert plc.run("Restore") == 0
     assert len(plc.sent) == 4
-
-
-def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench) -> None:
-    _record(plc)
-    plc.silent = True
-    assert plc.run("Restore", Timeout="T#200ms", most=40) == 0x8011
-    assert plc["Restore.Number"] == 10
-
-
-def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
-    plc: PointsBench,
-) -> None:
-    """500 scans of 10 ms from its turn on.
-
-    Source: docs/reference/blocks/FB_PointRestore.md, Timeout.
-    """
-    _record(plc)
-    plc.silent = True
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Restore.Active"]))
-    plc.scan(499)
-    assert (plc["Restore.Busy"], plc["Restore.Active"]) == (True, True)
-    plc.scan()
-    assert (plc["Restore.Error"], plc["Restore.ErrorID"]) == (True, 0x8011)
-
-
-def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(plc: PointsBench) -> None:
-    """Source: PLCopen, edge-triggered blocks."""
-    _record(plc)
-    plc.refuses[11] = (12, 76)
-    plc["Restore.Execute"] = True
-    plc.scan()
-    plc["Restore.Execute"] = False
-    plc.scan_until(lambda: bool(plc["Restore.Error"]))
-    assert (plc["Restore.ErrorID"], plc["Restore.AlarmGroup"]) == (0x8020, 12)
-    plc.scan()
-    assert (plc["Restore.Error"], plc["Restore.ErrorID"], plc["Restore.AlarmGroup"]) == (
-        *(False, 0, 0),
-    )
-
-
-@pytest.mark.parametrize("answered", [True, False])
-def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
-    plc: PointsBench, answered: bool
-) -> None:
-    """Nothing is left of the command that failed, or that was not answered.
-
-    Source: PLCopen, edge-triggered blocks
-    """
-    _record(plc)
-    plc.refuses[11] = (12, 76)
-    plc.silent = not answered
-    plc["Restore.Timeout"] = "T#200ms"
-    plc["Restore.Execute"] = True
-    plc.scan()
-    plc["Restore.Execute"] = False
-    plc.scan_until(lambda: bool(plc["Restore.Error"]))
-    assert plc["Restore.ErrorID"] == (0x8020 if answered else 0x8011)
-    plc.refuses.clear()
-    plc.silent = False
-    assert plc.run("Restore") == 0
 
 
 @pytest.mark.parametrize("when", ["Row", "Active", "Number"])
@@ -532,7 +450,7 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
 
     Source: docs/explanation/scan-model.md, one scan
     """
-    _record(plc)
+    record(plc)
     plc["Restore.Execute"] = True
     wanted = {"Row": 3, "Active": True, "Number": 11}[when]
     if when == "Number":
@@ -555,7 +473,7 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
 @pytest.mark.parametrize("when", ["Row", "Active", "Number"])
 def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, when: str) -> None:
     """Source: docs/explanation/scan-model.md, one scan."""
-    _record(plc)
+    record(plc)
     plc["Restore.Execute"] = True
     wanted = {"Row": 3, "Active": True, "Number": 11}[when]
     if when == "Number":

@@ -14,7 +14,7 @@ import pytest
 from alone import Alone
 from both_engines import ENGINES
 from rcx_harness.robot.kinematics import UnreachableError
-from rcx_tools.bench.kinematics import Pose
+from scara_poses import Pose
 
 _RIGHT: tuple[list[float], list[float]] = ([140.0, 170.0, 5.0, 90.0], [130.0, 240.0, 5.0, 180.0])
 

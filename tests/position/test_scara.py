@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from rcx_tools.bench.kinematics import LIMITS, Pose, compare, poses
 from scara_bench import ON_BOTH, UNIT, forward, inverse, scara, with_arm
+from scara_poses import LIMITS, Pose, compare, poses
 
 
 @ON_BOTH
@@ -430,8 +430,6 @@ def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
 @ON_BOTH
 def test_both_agree_with_the_model_of_the_controller(engine: str) -> None:
     """A few hundred poses of all models, with hands and shifts, in the bounds of the heads.
-
-    `python -m rcx_tools.bench.kinematics` does it with a million.
 
     Source: heads of FB_ScaraForward and FB_ScaraInverse; harness/rcx_harness/robot/kinematics.py
     """

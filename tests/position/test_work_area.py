@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
 from typing import Any
 
 import pytest
 
-from alone import Alone
+from area_blocks import WorkArea
 from both_engines import ENGINES
 
 _ON_BOTH = pytest.mark.parametrize("engine", ENGINES)
@@ -20,36 +19,6 @@ _TUBE: dict[str, Any] = {
     "Corner2": [999.0, 999.0, 150.0],
     "Radius": 50.0,
 }
-
-
-@cache
-def _block(engine: str) -> Alone:
-    return Alone("FB_WorkArea", {}, engine)
-
-
-class _Area:
-    """A work area, and a tool whose position is valid and new."""
-
-    def __init__(self, engine: str = "auto", **inputs: Any) -> None:
-        self._block = _block(engine)
-        self._block.restart()
-        for name, value in {"PositionValid": True, "Age": "T#0ms", **inputs}.items():
-            self[name] = value
-
-    def __setitem__(self, pin: str, value: Any) -> None:
-        long = [*value, *[0.0] * (6 - len(value))] if isinstance(value, list) else value
-        self._block[f"Block.{pin}"] = long
-
-    def __getitem__(self, pin: str) -> Any:
-        return self._block[f"Block.{pin}"]
-
-    def at(self, *place: float) -> str:
-        """One scan with the tool there: what the bits say."""
-        self["PositionMm"] = list(place)
-        self._block.scan(0)
-        assert not (self["Inside"] and self["Outside"])
-        assert self["Error"] is (self["ErrorID"] != 0)
-        return "inside" if self["Inside"] else "outside" if self["Outside"] else "-"
 
 
 @_ON_BOTH
@@ -75,7 +44,7 @@ def test_a_box_lies_between_two_corners_in_any_order(
 ) -> None:
     """From (100, 200, 300) to (200, 400, 600): the nearest side counts."""
     corners = {"Corner1": _BOX["Corner2"], "Corner2": _BOX["Corner1"]} if swapped else _BOX
-    area = _Area(engine, **corners)
+    area = WorkArea(engine, **corners)
     assert area.at(*place) == ("inside" if depth > 0 else "outside")
     assert area["Depth"] == pytest.approx(depth)
     assert area["Valid"]
@@ -102,65 +71,16 @@ def test_a_cylinder_stands_on_the_middle_of_its_end(
 
     30 and 40 mm off are 50 mm, 24 and 32 mm 40 mm, 60 and 80 mm 100 mm.
     """
-    area = _Area(engine, **_TUBE)
+    area = WorkArea(engine, **_TUBE)
     area.at(*place)
     assert area["Depth"] == pytest.approx(depth, abs=1e-4)
 
 
-def test_a_bit_falls_at_the_border_and_rises_beyond_the_dead_band() -> None:
-    """5 mm: inside from 105 on until below 100, outside from 95 on until 100."""
-    area = _Area(**_BOX, DeadBand=5.0)
-    told = [area.at(x, 300, 450) for x in (104.5, 105, 100, 99.5, 95.5, 95, 99.5, 100, 104.5)]
-    assert told == ["-", "inside", "inside", "-", "-", "outside", "outside", "-", "-"]
-
-
 def test_the_dead_band_is_a_millimetre_and_may_be_none() -> None:
-    area = _Area(**_BOX)
+    area = WorkArea(**_BOX)
     assert [area.at(x, 300, 450) for x in (100.5, 101, 99.5, 99)] == ["-", "inside", "-", "outside"]
     area["DeadBand"] = 0.0
     assert [area.at(x, 300, 450) for x in (100, 99.5)] == ["inside", "outside"]
-
-
-@pytest.mark.parametrize("inside", [True, False])
-def test_nothing_is_sure_without_valid_data(inside: bool) -> None:
-    area = _Area(**_BOX)
-    where = (150 if inside else 50, 300, 450)
-    told = "inside" if inside else "outside"
-    assert area.at(*where) == told
-    area["PositionValid"] = False
-    assert area.at(*where) == "-"
-    assert not area["Valid"]
-    assert not area["Error"]
-    area["PositionValid"] = True
-    assert area.at(*where) == told
-
-
-@pytest.mark.parametrize("inside", [True, False])
-def test_nothing_is_sure_by_data_older_than_max_age(inside: bool) -> None:
-    """A second; it is no error, a movement may take longer."""
-    area = _Area(**_BOX, Age="T#1000ms")
-    where = (150 if inside else 50, 300, 450)
-    assert area.at(*where) == ("inside" if inside else "outside")
-    area["Age"] = "T#1001ms"
-    assert area.at(*where) == "-"
-    assert not area["Valid"]
-    assert not area["Error"]
-    area["MaxAge"] = "T#1001ms"
-    assert area.at(*where) == ("inside" if inside else "outside")
-
-
-def test_after_a_gap_the_dead_band_counts_again() -> None:
-    area = _Area(**_BOX, DeadBand=5.0)
-    assert [area.at(x, 300, 450) for x in (110, 102)] == ["inside", "inside"]
-    area["PositionValid"] = False
-    area.at(102, 300, 450)
-    area["PositionValid"] = True
-    assert area.at(102, 300, 450) == "-"
-    assert area.at(95, 300, 450) == "outside"
-    area["Age"] = "T#1h"
-    area.at(99, 300, 450)
-    area["Age"] = "T#0s"
-    assert area.at(99, 300, 450) == "-"
 
 
 _EDGE = 8191.9985
@@ -172,7 +92,7 @@ _EDGE = 8191.9985
     [(0.0, False), (_EDGE, False), (-0.001, True), (8192.5, True), (math.nan, True)],
 )
 def test_sizes_are_not_below_0(pin: str, value: float, wrong: bool) -> None:
-    area = _Area(**_TUBE)
+    area = WorkArea(**_TUBE)
     area[pin] = value
     area.at(100, 200, 100)
     assert (area["ErrorID"] == 0x8045) is wrong
@@ -187,7 +107,7 @@ def test_sizes_are_not_below_0(pin: str, value: float, wrong: bool) -> None:
 )
 def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
     """X, Y and Z; the others do not count."""
-    area = _Area(**_BOX)
+    area = WorkArea(**_BOX)
     assert area.at(150, 300, 450) == "inside"
     coordinates = [150.0, 300.0, 450.0, 0.0]
     coordinates[k] = value
@@ -202,25 +122,9 @@ def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, w
         assert area["ErrorID"] == 0
 
 
-@pytest.mark.parametrize(
-    ("pin", "wrong", "right", "error"),
-    [("DeadBand", -1.0, 1.0, 0x8045), ("Corner1", [0.0, 9000.0], _BOX["Corner1"], 0x8047)],
-)
-def test_an_error_goes_with_its_cause(pin: str, wrong: Any, right: Any, error: int) -> None:
-    area = _Area(**_BOX)
-    place = (150, 300, 450)
-    assert area.at(*place) == "inside"
-    area[pin] = wrong
-    assert area.at(*place) == "-"
-    assert (area["ErrorID"], area["Valid"], area["Depth"]) == (error, False, 0)
-    area[pin] = right
-    assert area.at(*place) == "inside"
-    assert (area["ErrorID"], area["Valid"], area["Depth"]) == (0, True, 50)
-
-
 def test_the_radius_is_a_millimetre_unless_it_is_given() -> None:
     """0.6 and 0.8 mm are 1 mm from the line of the cylinder."""
-    area = _Area(Shape="AREA_CYLINDER", Corner2=[0.0, 0.0, 10.0])
+    area = WorkArea(Shape="AREA_CYLINDER", Corner2=[0.0, 0.0, 10.0])
     area.at(0, 0, 5)
     assert area["Depth"] == 1
     area.at(0.6, 0.8, 5)

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from rcx_harness import Cell
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
-from rcx_harness.robot import Controller, RobotConfig
+from rcx_harness.robot import Controller, RobotConfig, RobotProgram
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from structured_text.engines.base import Program, Value
 
-__all__ = ["ChapterCell"]
+__all__ = ["ChapterCell", "steps_once"]
+
+
+def steps_once(*steps: str) -> dict[str, Any]:
+    """Return the properties of a robot whose program does these steps once."""
+    return {"programs": (RobotProgram(steps=steps, loop=False),)}
 
 
 class ChapterCell:
@@ -31,6 +38,12 @@ class ChapterCell:
     def run(self, duration: str) -> None:
         """Let time pass."""
         self.cell.run(duration)
+
+    def run_short_program(self) -> None:
+        """Start a program that is over before SO(13) can be seen."""
+        self.settle()
+        self["AutoStart.Timeout"] = "T#200ms"
+        self.execute("AutoStart")
 
     def on(self, output: str) -> bool:
         """A dedicated output `SO02`, as the PLC has read it."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["ABSENT", "PointsBench", "points_bench"]
+__all__ = ["ABSENT", "PointsBench", "points_bench", "record"]
 
 #: "Point doesn't exist", "Undefined pallet" of the public list of alarms.
 ABSENT = {0x101: (6, 204), 0x105: (6, 204), 0x109: (6, 236)}
@@ -117,3 +117,13 @@ def points_bench(engine: str) -> PointsBench:
     made = _made(engine)
     made.restart()
     return made
+
+
+def record(plc: PointsBench, first: int = 10, count: int = 4, missing: int = -1) -> None:
+    """Read points `first` on, whose axis 1 is their number, and let the controller forget them."""
+    for number in range(first, first + count):
+        if number != missing:
+            plc.stored[0x100, number] = [1, 0, number, 0, *[0] * 10]
+    assert plc.run("Backup", First=first, Count=count) == 0
+    plc.stored.clear()
+    plc.sent.clear()

@@ -9,7 +9,7 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["NORMAL_END", "Master", "abnormal_end", "powered_up"]
+__all__ = ["NORMAL_END", "Master", "abnormal_end", "answer_of", "powered_up"]
 
 #: Words m to m+30 of a normal end without response data.
 NORMAL_END = (0x0200,) + (0,) * 15
@@ -116,3 +116,10 @@ def powered_up(**config: Any) -> Master:
     master = Master(**config)
     master.power_up()
     return master
+
+
+def answer_of(master: Master, *words: int) -> tuple[int, ...]:
+    """Return words m+2 to m+30 of a normal end."""
+    status, *response = master.execute(*words)
+    assert status == 0x0200
+    return tuple(response)

@@ -13,103 +13,137 @@ from typer.core import TyperCommand, TyperGroup
 
 from structured_text.errors import InputError, OutputError, refused
 
-__all__ = ["COMMANDS", "Later", "app", "main"]
+__all__ = ["COMMANDS", "OPTION_PANELS", "PANELS", "Later", "app", "main"]
 
-#: In the order of `rcx --help`: the function of a command, by its module in this folder, and the
-#: first sentence of its docstring. An `EPILOG` of the module stands at the end of its help.
-COMMANDS = {
-    "run": ("run:run", "Run a program in a virtual cell."),
-    "check": (
-        "check:check",
-        "Check ST sources: syntax, types, portability, calls; with matiec too, where it is found.",
+#: In the order of `rcx --help`: its panels, and in each the function of a command, by its module in
+#: this folder, and the first sentence of its docstring. An `EPILOG` of the module stands at the end
+#: of its help.
+PANELS = {
+    "Program": {
+        "run": ("run:run", "Run a program in a virtual cell."),
+        "check": (
+            "check:check",
+            "Check ST sources: syntax, types, portability, calls; with matiec too, where it "
+            "is found.",
+        ),
+        "demo": (
+            "demo:demo",
+            "Run the first example against the virtual robot: its timing chart, and a page "
+            "to look at.",
+        ),
+        "new": (
+            "new:new",
+            "Write a repository for a cell of your own: program, tests, virtual robot, CI files.",
+        ),
+        "debug": (
+            "debug:debug",
+            "Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards.",
+        ),
+        "import": (
+            "import_:import_",
+            "Write the Structured Text of a project as .st files, one for each declaration.",
+        ),
+        "export": (
+            "export:export",
+            "Write the library for a PLC tool; `docs/how-to/export.md` says what was checked.",
+        ),
+    },
+    "Robot": {
+        "serve": (
+            "serve:serve",
+            "Serve virtual controllers over EtherNet/IP in real time, for a real PLC.",
+        ),
+        "points": (
+            "points:points",
+            "Back up, restore or compare points, comments, shifts, hands and pallets of a "
+            "controller.",
+        ),
+        "probe": (
+            "probe:probe",
+            "Ask a real controller what is assumed of it, step by step; you confirm each of them.",
+        ),
+        "compare": (
+            "compare:compare",
+            "Feed the virtual controller with what a PLC sent, and show where the recording "
+            "differs.",
+        ),
+    },
+    "Verify": {
+        "campaign": (
+            "campaign:campaign",
+            "Let everything go wrong in a cell, at random: which rules and properties break?",
+        ),
+        "sweep": (
+            "sweep:sweep",
+            "Inject faults at every scan of a good run: from which moments does the cell not "
+            "recover?",
+        ),
+        "explore": (
+            "explore:explore",
+            "Go through all states of a small program, with a small controller in every order of "
+            "events.",
+        ),
+        "prove": (
+            "prove:prove",
+            "Prove a program: in every run, with every answer of the robot and every input.",
+        ),
+        "mutants": (
+            "mutants:mutants",
+            "Make one small mistake after the other in a program, and see whether its tests "
+            "find it.",
+        ),
+    },
+    "Network": {
+        "scan": (
+            "scan:scan",
+            "Open a cyclic connection as a PLC does, and print identity, both areas and "
+            "every change.",
+        ),
+        "bridge": (
+            "bridge:bridge",
+            "Bridge a PLC with Modbus TCP, such as OpenPLC, and a controller on EtherNet/IP.",
+        ),
+        "record": (
+            "record:record",
+            "Capture the traffic between a PLC and its controllers; nothing is sent.",
+        ),
+        "judge": (
+            "judge:judge",
+            "Judge a recording of a PLC and its controllers: who broke a rule of the wire, "
+            "and when.",
+        ),
+        "eds": (
+            "eds:eds",
+            "Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration "
+            "tool.",
+        ),
+    },
+    "Data": {
+        "encode": (
+            "codec:encode",
+            "Print the telegram of a remote command, in words and in plain language.",
+        ),
+        "decode": ("codec:decode", "Say what the words of a telegram mean."),
+        "view": (
+            "view:view",
+            "Write a recording as one page of HTML, which works without a network.",
+        ),
+    },
+}
+COMMANDS = {name: entry for commands in PANELS.values() for name, entry in commands.items()}
+
+#: Where a command has more options than this, its help shows the rare ones in these panels, by the
+#: names of their parameters. All others are the common ones, which come first.
+_MOST_OPTIONS = 15
+OPTION_PANELS = {
+    "Network and clocks": "link size m n rpi jitter timeout phases on_loss",
+    "Real time and other controllers": (
+        "realtime panel connect yes input_instance output_instance input_size output_size "
+        "config_instance config_data heartbeat port address"
     ),
-    "compare": (
-        "compare:compare",
-        "Feed the virtual controller with what a PLC sent, and show where the recording differs.",
-    ),
-    "encode": (
-        "codec:encode",
-        "Print the telegram of a remote command, in words and in plain language.",
-    ),
-    "decode": ("codec:decode", "Say what the words of a telegram mean."),
-    "bridge": (
-        "bridge:bridge",
-        "Bridge a PLC with Modbus TCP, such as OpenPLC, and a controller on EtherNet/IP.",
-    ),
-    "campaign": (
-        "campaign:campaign",
-        "Let everything go wrong in a cell, at random: which rules and properties break?",
-    ),
-    "debug": (
-        "debug:debug",
-        "Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards.",
-    ),
-    "demo": (
-        "demo:demo",
-        "Run the first example against the virtual robot: its timing chart, and a page to look at.",
-    ),
-    "eds": (
-        "eds:eds",
-        "Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration "
-        "tool.",
-    ),
-    "explore": (
-        "explore:explore",
-        "Go through all states of a small program, with a small controller in every order of "
-        "events.",
-    ),
-    "export": (
-        "export:export",
-        "Write the library for a PLC tool; `docs/how-to/export.md` says what was checked where.",
-    ),
-    "import": (
-        "import_:import_",
-        "Write the Structured Text of a project as .st files, one for each declaration.",
-    ),
-    "judge": (
-        "judge:judge",
-        "Judge a recording of a PLC and its controllers: who broke a rule of the wire, and when.",
-    ),
-    "mutants": (
-        "mutants:mutants",
-        "Make one small mistake after the other in a program, and see whether its tests find it.",
-    ),
-    "new": (
-        "new:new",
-        "Write a repository for a cell of your own: program, tests, virtual robot, CI files.",
-    ),
-    "points": (
-        "points:points",
-        "Back up, restore or compare points, comments, shifts, hands and pallets of a controller.",
-    ),
-    "probe": (
-        "probe:probe",
-        "Ask a real controller what is assumed of it, step by step; you confirm each of them.",
-    ),
-    "prove": (
-        "prove:prove",
-        "Prove a program: in every run, with every answer of the robot and every input.",
-    ),
-    "record": (
-        "record:record",
-        "Capture the traffic between a PLC and its controllers; nothing is sent.",
-    ),
-    "scan": (
-        "scan:scan",
-        "Open a cyclic connection as a PLC does, and print identity, both areas and every change.",
-    ),
-    "serve": (
-        "serve:serve",
-        "Serve virtual controllers over EtherNet/IP in real time, for a real PLC.",
-    ),
-    "sweep": (
-        "sweep:sweep",
-        "Inject faults at every scan of a good run: from which moments does the cell not recover?",
-    ),
-    "view": (
-        "view:view",
-        "Write a recording as one page of HTML, which works without a network.",
-    ),
+    "Output": "trace chart vcd view watch positions scale show",
+    "Coverage": "coverage coverage_out coverage_library cover_fail_under",
+    "Cluster": "cluster cluster_ca cluster_cert cluster_key cluster_plain",
 }
 
 _HINT_EMPTY = "a variable of the shell may not be set; . is the current folder"
@@ -118,6 +152,7 @@ _SETTINGS: dict[str, Any] = {
     "rich_markup_mode": "markdown",
     "pretty_exceptions_enable": False,
     "add_completion": False,
+    "context_settings": {"help_option_names": ["--help", "-h"]},
 }
 
 
@@ -127,6 +162,15 @@ class _Commands(TyperGroup):
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write it."""
         super(TyperGroup, self).format_help(ctx, formatter)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands of each panel; all sentences begin in the same column."""
+        width = max(map(len, COMMANDS))
+        for panel, commands in PANELS.items():
+            with formatter.section(panel):
+                formatter.write_dl(
+                    [(f"{name:{width}}", first) for name, (_, first) in commands.items()]
+                )
 
 
 _app = typer.Typer(
@@ -141,10 +185,6 @@ _app = typer.Typer(
 class Later(TyperCommand):
     """A command that is listed with its first sentence, and loaded when it is called."""
 
-    def get_short_help_str(self, limit: int = 0) -> str:
-        """The sentence, whole; it goes on in the next line where it has to."""
-        return str(self.help)
-
     def loaded(self) -> Any:
         """The command itself."""
         module, _, function = COMMANDS[str(self.name)][0].partition(":")
@@ -155,7 +195,12 @@ class Later(TyperCommand):
             gc.enable()
         alone = typer.Typer(**_SETTINGS)
         alone.command(self.name, epilog=getattr(home, "EPILOG", None))(getattr(home, function))
-        return typer.main.get_command(alone)
+        command = typer.main.get_command(alone)
+        options = [each for each in command.params if each.param_type_name == "option"]
+        panel = {name: title for title, names in OPTION_PANELS.items() for name in names.split()}
+        for each in options if len(options) > _MOST_OPTIONS else ():
+            vars(each)["rich_help_panel"] = panel.get(str(each.name))
+        return command
 
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any

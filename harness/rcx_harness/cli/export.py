@@ -45,7 +45,7 @@ def export(
         bool, typer.Option("--force", help="Take the place of what was exported there before.")
     ] = False,
 ) -> None:
-    """Write the library for a PLC tool; `docs/how-to/export.md` says what was checked where.
+    """Write the library for a PLC tool; `docs/how-to/export.md` says what was checked.
 
     Exit code: 0; 1 if something is not carried, and nothing is written then without
     `--allow-missing`; 2 on errors in the sources and where the output exists.

@@ -29,18 +29,10 @@ _FILE_WIDTH = 140
 POINTS: dict[str, str] = {
     "handshake": "scans of commands and sequences beside the minimum (docs/explanation/timing.md)",
     "sizes": "bytes per instance on matiec and STruC++",
-    "cost": "a scan of matiec's C beside C written by hand",
     "scan": "what areas, idle blocks and handshakes take on matiec and STruC++",
-    "simulation": "simulated seconds a second, compile times",
-    "growth": "blocks, robots, traces, captures, seeds: a doubling doubles, memory stays",
-    "waiting": "start of commands, tests of a project, cells; memory of rcx serve",
-    "debug": "a step back after 10 minutes under the debugger, and what its past weighs",
-    "explicit": "explicit messages beside stock cpppo, scans in lock-step",
+    "speed": "the run of make demo beside real time, start of commands",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
     "language": "files of public libraries that the front end accepts (RCX_LIBRARIES)",
-    "farm": "seeds in 1, 2 and 4 workers: efficiency, the same verdicts (docs/how-to/cluster.md)",
-    "planted": "campaign and sweep on a cell with five planted faults (docs/how-to/campaign.md)",
-    "view": "the page of a million scans: written, opened, moved (chromium)",
     "suite": "the tests: time, the ten slowest, the same results in any order and processes",
 }
 

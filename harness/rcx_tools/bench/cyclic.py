@@ -11,7 +11,6 @@ start.
 from __future__ import annotations
 
 import json
-import os
 import select
 import socket
 import sys
@@ -54,8 +53,6 @@ __all__ = [
     "cases",
     "figures",
     "flood",
-    "foreseen_s",
-    "is_too_much",
     "loop",
     "measure",
     "run",
@@ -74,12 +71,8 @@ _PATIENT = 5
 _PROMISED_US, _SHORTEST_US = 2_000, 1_000
 #: Half of what a packet took before both ends were rewritten [us of CPU time].
 _CPU_US = 65
-#: More of them: how many, and their interval [us]; with `quick` the first only.
-_MANY = ((4, 2_000), (16, 10_000), (16, 2_000))
-#: What of all processors may be taken by packets with real-time priority.
-_SHARE = 0.75
-#: What a run takes besides its packets [s]: itself, and each of its controllers.
-_RUN_S, _START_S = 1.0, 1.0
+#: More of them: how many, and their interval [us]; none of them with `quick`.
+_MANY = (16, 10_000)
 
 
 class Case(NamedTuple):
@@ -150,16 +143,12 @@ def measure(options: Options) -> dict[str, Figure]:
     seconds = 1.0 if options.quick else options.seconds
     console = Console(highlight=False)
     planned = cases(options)
-    length = foreseen_s(planned, seconds)
-    console.print(f"  {len(planned)} runs of {seconds:g} s, with their starts about {length:.0f} s")
+    console.print(f"  {len(planned)} runs of {seconds:g} s")
     found: dict[str, Figure] = {}
     quiet: dict[Case, Run] = {}
-    costs_us: list[float] = []
-    for number, one in enumerate(planned, start=1):
-        too_much = is_too_much(one, min(costs_us, default=0.0))
-        case = one._replace(ordinary=True) if too_much else one
+    for number, case in enumerate(planned, start=1):
         told = ", without real-time priority" if case.ordinary else ""
-        console.print(f"  {number} of {len(planned)}: {one.name}, {case.rate:g} packets/s{told}")
+        console.print(f"  {number} of {len(planned)}: {case.name}, {case.rate:g} packets/s{told}")
         loops_us = [bare(case.rpi_us, seconds / 2)] if case.is_compared else []
         done = run(case, seconds)
         if case.is_compared:
@@ -168,44 +157,21 @@ def measure(options: Options) -> dict[str, Figure]:
             found |= figures(done, quiet[case._replace(flooded=False)])
         else:
             quiet[case] = done
-            costs_us.append(done.cpu_us)
             found |= figures(done, None, loops_us)
     return found
 
 
 def cases(options: Options) -> list[Case]:
     """The runs in their order: each alone, then under flood; the shortest without priority, too."""
-    single = [(1, rpi_us) for rpi_us in options.rpi_us]
-    many = _MANY[: 1 if options.quick else None]
-    ordinary = [
-        Case(rpi_us, 1, flooded=False, ordinary=True)
-        for rpi_us in options.rpi_us
-        if rpi_us <= _PROMISED_US
-    ]
-    return [
-        *(Case(rpi_us, count, flooded) for count, rpi_us in single for flooded in (False, True)),
-        *ordinary,
-        *(Case(rpi_us, count, flooded) for count, rpi_us in many for flooded in (False, True)),
-    ]
+    alone = [Case(rpi_us, 1, flooded=False) for rpi_us in options.rpi_us]
+    ordinary = [case._replace(ordinary=True) for case in alone if case.rpi_us <= _PROMISED_US]
+    many = [] if options.quick else [Case(_MANY[1], _MANY[0], flooded=False)]
+    return [*_flooded(alone), *ordinary, *_flooded(many)]
 
 
-def foreseen_s(planned: Sequence[Case], seconds: float) -> float:
-    """How long runs of so many seconds will take with what they start [s]."""
-    loops = sum(case.is_compared for case in planned)
-    runs = sum(seconds + _RUN_S + _START_S * case.controllers for case in planned)
-    return runs + loops * (seconds + 2 * _RUN_S)
-
-
-def is_too_much(case: Case, cost_us: float) -> bool:
-    """Would its packets leave other programs, and each other, too little time?
-
-    With real-time priority they would be served first; a machine that they fill stands still.
-
-    Args:
-        case: What is to be run.
-        cost_us: CPU time of a packet, as runs of one controller have shown.
-    """
-    return case.rate * cost_us / 1e6 > _SHARE * (os.cpu_count() or 1)
+def _flooded(quiet: Sequence[Case]) -> list[Case]:
+    """Return each run, and after it the same under a flood."""
+    return [case._replace(flooded=flooded) for case in quiet for flooded in (False, True)]
 
 
 def run(case: Case, seconds: float) -> Run:
@@ -286,7 +252,7 @@ def figures(run: Run, quiet: Run | None, loops_us: Sequence[float] = ()) -> dict
     }
     if case.controllers == 1 and case.rpi_us == _SHORTEST_US and quiet is None:
         found[f"{name}_rate"] = at_least(rate, "of nominal", 0.95 if case.ordinary else 0.98)
-    if (case.controllers, case.rpi_us) == (16, 10_000) and quiet is None:
+    if (case.controllers, case.rpi_us) == _MANY and quiet is None:
         found[f"{name}_missing"] = at_most(run.missing, "packets", 0)
     if case.rpi_us < _PROMISED_US or case.controllers > 1:
         return found

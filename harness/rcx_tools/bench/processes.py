@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -12,33 +11,10 @@ from pathlib import Path
 
 from structured_text.errors import InputError
 
-__all__ = [
-    "PROC",
-    "begin",
-    "children",
-    "cpu_of_children",
-    "first_line",
-    "in_ordinary_time",
-    "keeping",
-    "on_one_processor",
-    "peak_memory",
-    "running",
-]
+__all__ = ["begin", "cpu_of_children", "first_line", "in_ordinary_time", "running"]
 
-#: Where Linux tells of its processes; without it CPU time and memory cannot be measured.
-PROC = Path("/proc")
-
-
-def keeping(folder: Path) -> dict[str, str]:
-    """An environment in which what is compiled is kept, in a folder.
-
-    Nothing of temporary files is kept, and the repository may be among them: the folder is that
-    of temporary files, too.
-    """
-    temporary = folder.resolve() / "tmp"
-    temporary.mkdir(parents=True, exist_ok=True)
-    kept = {name: os.environ[name] for name in os.environ if name != "RCX_CACHE"}
-    return kept | {"TMPDIR": str(temporary), "XDG_CACHE_HOME": str(folder.resolve())}
+#: Where Linux tells of its processes; without it CPU time cannot be measured.
+_PROC = Path("/proc")
 
 
 def cpu_of_children(module: str) -> float:
@@ -67,11 +43,11 @@ def _ticks_of_children(module: str) -> dict[int, int]:
     Raises:
         InputError: this system does not tell.
     """
-    if not (PROC / "self" / "stat").exists():
+    if not (_PROC / "self" / "stat").exists():
         raise InputError("CPU time of other processes is measured on Linux only")
     parents: dict[int, int] = {}
     ticks: dict[int, int] = {}
-    for entry in PROC.iterdir():
+    for entry in _PROC.iterdir():
         with suppress(OSError, ValueError):  # it has ended meanwhile, or is no process
             number = int(entry.name)
             fields = (entry / "stat").read_text().rpartition(")")[2].split()
@@ -81,16 +57,6 @@ def _ticks_of_children(module: str) -> dict[int, int]:
     return {one: used for one, used in ticks.items() if _is_below(one, parents, os.getpid())}
 
 
-def children(pid: int) -> list[int]:
-    """The processes below a process."""
-    parents: dict[int, int] = {}
-    for entry in PROC.iterdir():
-        with suppress(OSError, ValueError):  # it has ended meanwhile, or is no process
-            fields = (entry / "stat").read_text().rpartition(")")[2].split()
-            parents[int(entry.name)] = int(fields[1])
-    return [one for one in parents if _is_below(one, parents, pid)]
-
-
 def _is_below(pid: int, parents: dict[int, int], above: int) -> bool:
     """Is it a child of this process, or a child of one?"""
     while pid in parents:
@@ -98,20 +64,6 @@ def _is_below(pid: int, parents: dict[int, int], above: int) -> bool:
         if pid == above:
             return True
     return False
-
-
-def peak_memory() -> int:
-    """The most memory that this process has held so far [KiB]; `getrusage` tells the parent's too.
-
-    Raises:
-        InputError: this system does not tell.
-    """
-    file = PROC / "self" / "status"
-    if not file.exists():
-        raise InputError("the memory of a process is measured on Linux only")
-    found = re.search(r"^VmHWM:\s+(\d+) kB", file.read_text(encoding="ascii"), re.MULTILINE)
-    assert found is not None
-    return int(found[1])
 
 
 @contextmanager
@@ -150,21 +102,3 @@ def begin(process: subprocess.Popen[str]) -> None:
     assert process.stdin is not None
     process.stdin.write("\n")
     process.stdin.flush()
-
-
-@contextmanager
-def on_one_processor() -> Iterator[None]:
-    """Keep this process, and those that it starts meanwhile, together, where the system can.
-
-    Who asks and who answers take turns, and need no second processor. With two of them the
-    system's choice where each runs would decide how long it takes to wake the other one.
-    """
-    if not hasattr(os, "sched_setaffinity"):
-        yield
-        return
-    before = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {max(before)})
-    try:
-        yield
-    finally:
-        os.sched_setaffinity(0, before)

@@ -158,11 +158,7 @@ def _text(name: str) -> str:
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Every row on every compiler.
-
-    Args:
-        options: Whether to see only that it works.
-    """
+    """Measure every row on every compiler."""
     rounds, scans = (3, 200) if options.quick else (15, 20_000)
     found: dict[str, Figure] = {}
     for engine in ENGINES:

@@ -151,11 +151,7 @@ def _sorted(places: Mapping[str, str], found: Iterable[int]) -> list[Size]:
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """The sizes that have a target; all of them are printed.
-
-    Args:
-        options: Nothing of it matters here.
-    """
+    """Return the sizes that have a target, and print all of them."""
     del options
     strucpp, beside = find_strucpp(), find_cxx_compiler()
     other = strucpp_sizes(strucpp, beside) if strucpp and beside else []

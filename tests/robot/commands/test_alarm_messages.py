@@ -5,17 +5,10 @@ from __future__ import annotations
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end, powered_up
+from robot_master import NORMAL_END, abnormal_end, answer_of, powered_up
 
 MESSAGE = 0x509
 ROBOT_2 = 0x2000
-
-
-def _answer(master: Master, *words: int) -> tuple[int, ...]:
-    """Words m+2 to m+30 of a normal end."""
-    status, *response = master.execute(*words)
-    assert status == 0x0200
-    return tuple(response)
 
 
 def test_the_example_shows_the_10th_message() -> None:
@@ -29,14 +22,14 @@ def test_the_example_shows_the_10th_message() -> None:
         master.robot.machine.raise_alarm(f"99.{category}")
     master.robot.machine.raise_alarm("12.551")
     expected = (0x000C, 0x0227, 0x0101, 0x0301)
-    assert _answer(master, 0x0509, 0, 1)[:4] == expected
-    assert _answer(master, 0x0509, 0, 10)[:4] == (99, 1, 0x0101, 0)
+    assert answer_of(master, 0x0509, 0, 1)[:4] == expected
+    assert answer_of(master, 0x0509, 0, 10)[:4] == (99, 1, 0x0101, 0)
     oldest = powered_up(newest_message_first=False)
     for category in range(1, 10):
         oldest.robot.machine.raise_alarm(f"99.{category}")
     oldest.robot.machine.raise_alarm("12.551")
-    assert _answer(oldest, 0x0509, 0, 0x000A) == (*expected, *(0,) * 11)
-    assert _answer(oldest, 0x0509, 0, 1)[:2] == (99, 1)
+    assert answer_of(oldest, 0x0509, 0, 0x000A) == (*expected, *(0,) * 11)
+    assert answer_of(oldest, 0x0509, 0, 1)[:2] == (99, 1)
 
 
 def test_the_place_of_a_network_alarm_is_the_slot_of_its_unit() -> None:
@@ -45,7 +38,7 @@ def test_the_place_of_a_network_alarm_is_the_slot_of_its_unit() -> None:
     for units, place in slots.items():
         master = powered_up(option_slots=units)
         master.robot.machine.raise_alarm("12.552")
-        assert _answer(master, 0x0509, 0, 1)[2:4] == (0x0101, place)
+        assert answer_of(master, 0x0509, 0, 1)[2:4] == (0x0101, place)
 
 
 def test_messages_that_are_not_there_are_empty() -> None:
@@ -71,8 +64,8 @@ def test_the_example_shows_the_soft_limit_of_axis_1_as_the_latest_alarm() -> Non
     master.pulse("SI01")
     assert master.execute(0x0001, 4, 0, 50, 19) == abnormal_end("2.334")
     expected = (0x0002, 0x014E, 0x0001, 0x0101, *(0,) * 11)
-    assert _answer(master, 0x0515) == expected
-    assert _answer(master, 0x0509, 0, 1) == expected
+    assert answer_of(master, 0x0515) == expected
+    assert answer_of(master, 0x0509, 0, 1) == expected
 
 
 @pytest.mark.parametrize("code", [0x0003, 0x0020, 0x0021])
@@ -87,7 +80,7 @@ def test_a_soft_limit_names_the_axis_of_lines_and_jogs(code: int) -> None:
     master.execute(0x0100, 0, 500, 0, 1000, 0, 1000)
     words = (4, 0, 50, 500) if code == 0x0003 else (0, 2)
     assert master.execute(ROBOT_2 | code, *words)[:3] == (0x4000, 2, 334)
-    assert _answer(master, 0x0515)[2:4] == (0x0002, 0x0102)
+    assert answer_of(master, 0x0515)[2:4] == (0x0002, 0x0102)
 
 
 def test_the_latest_alarm_is_that_of_a_remote_command() -> None:
@@ -100,10 +93,10 @@ def test_the_latest_alarm_is_that_of_a_remote_command() -> None:
     assert master.execute(0x0515) == NORMAL_END
     master.execute(ROBOT_2 | 0x001, 4, 0, 50, 19)
     master.robot.inject("alarm", group=7, category=8)
-    assert _answer(master, 0x0515)[:4] == (5, 7, 0x0002, 0)
-    assert _answer(master, 0x0509, 0, 1)[:4] == (7, 8, 0x0101, 0)
+    assert answer_of(master, 0x0515)[:4] == (5, 7, 0x0002, 0)
+    assert answer_of(master, 0x0509, 0, 1)[:4] == (7, 8, 0x0101, 0)
     master.turn_and_wait("SI06", False)
     master.execute(ROBOT_2 | 0x001, 4, 0, 50, 19)
-    assert _answer(master, 0x0515)[:4] == (12, 400, 0x0101, 0)
+    assert answer_of(master, 0x0515)[:4] == (12, 400, 0x0101, 0)
     assert master.execute(0x0FFF)[:3] == (0x4000, 12, 75)
-    assert _answer(master, 0x0515)[:4] == (12, 75, 0x0101, 0x0301)
+    assert answer_of(master, 0x0515)[:4] == (12, 75, 0x0101, 0x0301)

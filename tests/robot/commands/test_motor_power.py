@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 OFF, ON, PWR = 0x0041, 0x0042, 0x0043
 TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2))
-
-
-def _powered_up(**config: Any) -> Master:
-    """No emergency stop; motor power and servos are still off."""
-    master = Master(**config)
-    master.power_up()
-    return master
 
 
 def _states(master: Master) -> list[int]:
@@ -30,7 +21,7 @@ def test_on_turns_the_motor_power_and_all_system_servos_on() -> None:
     Rule: motor-power, servo-output.
     Source: remote command guide 4.2.20
     """
-    master = _powered_up(axes=TWO_ROBOTS)
+    master = powered_up(axes=TWO_ROBOTS)
     assert not master.on("SO02")
     assert master.execute(ON) == NORMAL_END
     assert _states(master) == [1, 1, 1]
@@ -43,7 +34,7 @@ def test_off_turns_the_motor_power_and_all_system_servos_off() -> None:
     Rule: motor-power, servo-output.
     Source: remote command guide 4.2.20
     """
-    master = _powered_up(axes=TWO_ROBOTS)
+    master = powered_up(axes=TWO_ROBOTS)
     master.execute(ON)
     master.execute(0x0036, 0, 0x0001)
     assert _states(master) == [2, 1, 1]
@@ -58,7 +49,7 @@ def test_pwr_turns_only_the_motor_power_on() -> None:
     Rule: motor-power, servo-output.
     Source: remote command guide 4.2.20
     """
-    master = _powered_up()
+    master = powered_up()
     assert master.execute(PWR) == NORMAL_END
     assert _states(master) == [0, 0, 0, 0]
     assert master.on("SO02")
@@ -69,7 +60,7 @@ def test_pwr_turns_only_the_motor_power_on() -> None:
 
 def test_the_servo_on_input_switches_the_servos_on_after_pwr() -> None:
     """Source: manual chapter 5, 2, SI(01)."""
-    master = _powered_up()
+    master = powered_up()
     master.execute(PWR)
     master.pulse("SI01")
     assert _states(master) == [1, 1, 1, 1]
@@ -77,7 +68,7 @@ def test_the_servo_on_input_switches_the_servos_on_after_pwr() -> None:
 
 def test_with_the_motor_power_alone_nothing_moves() -> None:
     """Source: remote command guide 4.2.20."""
-    master = _powered_up(servo_off_alarm="1.5")
+    master = powered_up(servo_off_alarm="1.5")
     master.execute(PWR)
     assert master.execute(0x0001, 0, 0, 0, 19) == abnormal_end("1.5")
     master.execute(ON)
@@ -91,7 +82,7 @@ def test_words_that_are_not_used_must_be_0(code: int, at: int) -> None:
 
     Source: remote command guide 4.2.20
     """
-    master = _powered_up()
+    master = powered_up()
     words = [code] + [0] * 15
     words[at] = 1
     assert master.execute(*words) == abnormal_end("4.2")
@@ -104,7 +95,7 @@ def test_the_motor_power_command_designates_no_robot(code: int) -> None:
 
     Source: remote command guide 4.2.20
     """
-    master = _powered_up(undefined_code_alarm="1.2")
+    master = powered_up(undefined_code_alarm="1.2")
     assert master.execute(code | 0x1000) == abnormal_end("1.2")
 
 
@@ -122,7 +113,7 @@ def test_the_motor_power_takes_its_time() -> None:
 
     Rule: servo-on-command.
     """
-    master = _powered_up(servo_on_delay=50)
+    master = powered_up(servo_on_delay=50)
     master.send(ON)
     master.run(50)
     assert (master.status, master.on("SO02")) == (0x0100, False)
@@ -132,7 +123,7 @@ def test_the_motor_power_takes_its_time() -> None:
 
 def test_off_stops_a_robot_program_and_a_return_to_origin() -> None:
     """Rule: servo-off-command."""
-    master = _powered_up(origin_time=400)
+    master = powered_up(origin_time=400)
     master.execute(ON)
     master.pulse("SI15")
     master.pulse("SI12")

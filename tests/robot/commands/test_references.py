@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end, powered_up
+from robot_master import NORMAL_END, abnormal_end, answer_of, powered_up
 
 CONFIGURATION, SERVOS, PULSES, MM = 0x502, 0x503, 0x505, 0x506
 SPEEDS, DESIGNATION, ARM, ORIGINS = 0x50A, 0x50B, 0x50C, 0x50F
@@ -28,13 +28,6 @@ NO_AXIS = 9
 TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2, robot_type=5000), Axis(robot=2, robot_type=5001))
 
 
-def _answer(master: Master, *words: int) -> tuple[int, ...]:
-    """Words m+2 to m+30 of a normal end."""
-    status, *response = master.execute(*words)
-    assert status == 0x0200
-    return tuple(response)
-
-
 def _data(*words: int) -> tuple[int, ...]:
     """m+4 and on; m+2 and all behind is 0."""
     return (0, *words, *(0,) * (14 - len(words)))
@@ -49,7 +42,7 @@ def test_the_example_shows_a_yk250x_of_four_axes() -> None:
     Rule: references.
     Source: remote command guide 4.7.2
     """
-    assert _answer(powered_up(), 0x0502) == _data(2000, 0, 2000, 2000, 2000, 2000)
+    assert answer_of(powered_up(), 0x0502) == _data(2000, 0, 2000, 2000, 2000, 2000)
 
 
 def test_each_robot_has_its_own_configuration() -> None:
@@ -59,8 +52,8 @@ def test_each_robot_has_its_own_configuration() -> None:
     Source: remote command guide 4.7.2
     """
     master = powered_up(axes=TWO_ROBOTS)
-    assert _answer(master, 0x1502) == _data(2000, 0, 2000, 2000)
-    assert _answer(master, 0x2502) == _data(5000, 0, 5000, 5001)
+    assert answer_of(master, 0x1502) == _data(2000, 0, 2000, 2000)
+    assert answer_of(master, 0x2502) == _data(5000, 0, 5000, 5001)
 
 
 # Servos
@@ -72,12 +65,12 @@ def test_the_example_shows_servo_on_and_one_axis_free() -> None:
     Source: remote command guide 4.7.3
     """
     master = powered_up()
-    assert _answer(master, 0x0503) == _data(0, 0, 0, 0, NO_AXIS, NO_AXIS)
+    assert answer_of(master, 0x0503) == _data(0, 0, 0, 0, NO_AXIS, NO_AXIS)
     master.pulse("SI01")
-    assert _answer(master, 0x0503) == _data(1, 1, 1, 1, NO_AXIS, NO_AXIS)
+    assert answer_of(master, 0x0503) == _data(1, 1, 1, 1, NO_AXIS, NO_AXIS)
     assert master.execute(0x036, 0, 0b100) == NORMAL_END
-    assert _answer(master, 0x0503) == _data(1, 1, 2, 1, NO_AXIS, NO_AXIS)
-    assert _answer(powered_up(axes=TWO_ROBOTS), 0x2503) == _data(0, 0, *(NO_AXIS,) * 4)
+    assert answer_of(master, 0x0503) == _data(1, 1, 2, 1, NO_AXIS, NO_AXIS)
+    assert answer_of(powered_up(axes=TWO_ROBOTS), 0x2503) == _data(0, 0, *(NO_AXIS,) * 4)
 
 
 # Current position
@@ -91,8 +84,8 @@ def test_the_examples_show_the_current_position() -> None:
     master = powered_up()
     master.robot.positions[0], master.robot.positions[2] = 20001, -12345
     place = (0x4E21, 0, 0, 0, 0xCFC7, 0xFFFF, 0, 0, 0, 0, 0, 0)
-    assert _answer(master, 0x0505) == (0, 0, 0, *place)
-    assert _answer(master, 0x0506) == (0, 0, 1, *place)
+    assert answer_of(master, 0x0505) == (0, 0, 0, *place)
+    assert answer_of(master, 0x0506) == (0, 0, 1, *place)
 
 
 @pytest.mark.parametrize(("arm", "flag"), [(0, 0b011), (1, 0b101)])
@@ -107,9 +100,9 @@ def test_the_hand_system_is_that_of_the_arm_where_the_controller_shows_it(
     master = powered_up(position_hand=True, scara_robots=(1,), axes=TWO_ROBOTS)
     for robot in (1, 2):
         master.robot.machine.settings.of(robot).arm_status = arm
-    assert _answer(master, 0x1506)[2] == flag
-    assert _answer(master, 0x2506)[2] == 1
-    assert _answer(powered_up(), 0x0506)[2] == 1
+    assert answer_of(master, 0x1506)[2] == flag
+    assert answer_of(master, 0x2506)[2] == 1
+    assert answer_of(powered_up(), 0x0506)[2] == 1
 
 
 @pytest.mark.parametrize("code", [PULSES, MM])
@@ -146,7 +139,7 @@ def test_the_example_shows_the_speeds() -> None:
     master = powered_up()
     for code in (0x038, 0x039, 0x03A):
         assert master.execute(code, 0, 50) == NORMAL_END
-    assert _answer(master, 0x050A) == _data(0x32, 0x32, 0x32)
+    assert answer_of(master, 0x050A) == _data(0x32, 0x32, 0x32)
 
 
 def test_speeds_are_read_back_as_they_were_set_for_each_robot() -> None:
@@ -158,8 +151,8 @@ def test_speeds_are_read_back_as_they_were_set_for_each_robot() -> None:
     master = powered_up(axes=TWO_ROBOTS, auto_speed=1, manual_speed=2, program_speed=3)
     for code, percent in ((0x039, 11), (0x038, 12), (0x03A, 13)):
         master.execute(ROBOT_2 | code, 0, percent)
-    assert _answer(master, 0x150A) == _data(1, 2, 3)
-    assert _answer(master, 0x250A) == _data(11, 12, 13)
+    assert answer_of(master, 0x150A) == _data(1, 2, 3)
+    assert answer_of(master, 0x250A) == _data(11, 12, 13)
 
 
 def test_the_examples_show_the_left_handed_system() -> None:
@@ -168,21 +161,21 @@ def test_the_examples_show_the_left_handed_system() -> None:
     Source: remote command guide 4.7.9, 4.7.10
     """
     master = powered_up()
-    assert _answer(master, 0x050B) == _answer(master, 0x050C) == _data(0)
+    assert answer_of(master, 0x050B) == answer_of(master, 0x050C) == _data(0)
     assert master.execute(0x03D, 0, 1) == NORMAL_END
-    assert _answer(master, 0x050B) == _data(1)
-    assert _answer(master, 0x050C) == _data(0)
+    assert answer_of(master, 0x050B) == _data(1)
+    assert answer_of(master, 0x050C) == _data(0)
     master.pulse("SI01")
     assert master.execute(0x001, 4, 0, 50, 100)[0] == 0x0200
-    assert _answer(master, 0x050C) == _data(1)
+    assert answer_of(master, 0x050C) == _data(1)
 
 
 @pytest.mark.parametrize("code", [DESIGNATION, ARM])
 def test_a_robot_other_than_a_scara_robot_shows_9(code: int) -> None:
     """Source: remote command guide 4.7.9, 4.7.10."""
     master = powered_up(axes=TWO_ROBOTS, scara_robots=(2,))
-    assert _answer(master, code) == _data(9)
-    assert _answer(master, ROBOT_2 | code) == _data(0)
+    assert answer_of(master, code) == _data(9)
+    assert answer_of(master, ROBOT_2 | code) == _data(0)
 
 
 @pytest.mark.parametrize("code", [SPEEDS, DESIGNATION, ARM])
@@ -193,7 +186,7 @@ def test_0_is_shown_where_the_robot_has_no_axis(code: int) -> None:
     Source: remote command guide 4.7.8, 4.7.9, 4.7.10
     """
     master = powered_up(scara_robots=())
-    assert _answer(master, ROBOT_2 | code) == _data(0)
+    assert answer_of(master, ROBOT_2 | code) == _data(0)
     assert master.execute(0x5000 | code) == abnormal_end("4.204")
 
 
@@ -210,10 +203,10 @@ def test_the_example_shows_the_inching_amount() -> None:
     Source: remote command guide 4.7.16
     """
     master = powered_up(axes=TWO_ROBOTS)
-    assert _answer(master, 0x0514) == _data(0x64)
+    assert answer_of(master, 0x0514) == _data(0x64)
     master.execute(0x2027, 0, 10000)
-    assert _answer(master, 0x2514) == _data(0x2710)
-    assert _answer(master, 0x1514) == _data(0x64)
+    assert answer_of(master, 0x2514) == _data(0x2710)
+    assert answer_of(master, 0x1514) == _data(0x64)
 
 
 # Origins
@@ -226,9 +219,9 @@ def test_the_example_shows_the_origins_of_robot_1() -> None:
     """
     master = powered_up()
     master.robot.origins[2] = False
-    assert _answer(master, 0x150F) == _data(1, 1, 0, 1, NO_AXIS, NO_AXIS)
+    assert answer_of(master, 0x150F) == _data(1, 1, 0, 1, NO_AXIS, NO_AXIS)
     for pattern in (0, 3, 4, 5, 6, 7):
-        assert _answer(master, 0x150F, 0, pattern) == _data(1, 1, 0, 1, NO_AXIS, NO_AXIS)
+        assert answer_of(master, 0x150F, 0, pattern) == _data(1, 1, 0, 1, NO_AXIS, NO_AXIS)
 
 
 def test_robot_0_is_the_entire_system() -> None:
@@ -239,12 +232,12 @@ def test_robot_0_is_the_entire_system() -> None:
     """
     axes = (Axis(), Axis(robot=2, type="incremental"))
     master = powered_up(axes=axes)
-    assert _answer(master, 0x050F) == _data(1)
+    assert answer_of(master, 0x050F) == _data(1)
     master.robot.origins[1] = False
-    assert _answer(master, 0x050F) == _data(0)
-    assert _answer(master, 0x050F, 0, 2) == _data(0)
-    assert _answer(master, 0x150F) == _data(1, *(NO_AXIS,) * 5)
-    assert _answer(master, 0x250F) == _data(0, *(NO_AXIS,) * 5)
+    assert answer_of(master, 0x050F) == _data(0)
+    assert answer_of(master, 0x050F, 0, 2) == _data(0)
+    assert answer_of(master, 0x150F) == _data(1, *(NO_AXIS,) * 5)
+    assert answer_of(master, 0x250F) == _data(0, *(NO_AXIS,) * 5)
 
 
 def test_the_motor_type_chooses_axes_and_the_others_are_not_applicable() -> None:
@@ -255,8 +248,8 @@ def test_the_motor_type_chooses_axes_and_the_others_are_not_applicable() -> None
     axes = (Axis(), Axis(type="incremental"), Axis(type="semi_absolute"), Axis())
     master = powered_up(axes=axes)
     master.robot.origins[0] = False
-    assert _answer(master, 0x150F, 0, 1) == _data(9, 1, 1, 9, 9, 9)
-    assert _answer(master, 0x150F, 0, 2) == _data(0, 9, 9, 1, 9, 9)
+    assert answer_of(master, 0x150F, 0, 1) == _data(9, 1, 1, 9, 9, 9)
+    assert answer_of(master, 0x150F, 0, 2) == _data(0, 9, 9, 1, 9, 9)
     assert master.execute(0x150F, 0, 8) == abnormal_end("4.2")
 
 
@@ -271,12 +264,12 @@ def test_the_examples_show_the_torque_of_axis_3_alone() -> None:
     """
     axes = tuple(Axis(holding_torque=20) for _ in range(4))
     master = powered_up(axes=axes)
-    assert _answer(master, 0x0510, 0, 4) == _data(0)
+    assert answer_of(master, 0x0510, 0, 4) == _data(0)
     master.pulse("SI01")
-    assert _answer(master, 0x0510, 0, 4) == _data(0, 0, 0x14)
-    assert _answer(master, 0x0516, 0, 4) == _data(0, 0, 0x64)
-    assert _answer(master, 0x0510) == _data(20, 20, 20, 20)
-    assert _answer(master, 0x0516, 0, 0b1001) == _data(100, 0, 0, 100)
+    assert answer_of(master, 0x0510, 0, 4) == _data(0, 0, 0x14)
+    assert answer_of(master, 0x0516, 0, 4) == _data(0, 0, 0x64)
+    assert answer_of(master, 0x0510) == _data(20, 20, 20, 20)
+    assert answer_of(master, 0x0516, 0, 0b1001) == _data(100, 0, 0, 100)
 
 
 def test_a_moving_axis_needs_torque_in_its_direction() -> None:
@@ -303,8 +296,8 @@ def test_a_negative_torque_is_shown_as_such() -> None:
     """
     master = powered_up(axes=(Axis(holding_torque=-5),))
     master.pulse("SI01")
-    assert _answer(master, 0x0510) == _data(0xFFFB)
-    assert _answer(master, 0x0516) == _data(0xFFE7)
+    assert answer_of(master, 0x0510) == _data(0xFFFB)
+    assert answer_of(master, 0x0516) == _data(0xFFE7)
 
 
 def test_the_max_torque_limits_what_is_shown() -> None:
@@ -314,18 +307,18 @@ def test_the_max_torque_limits_what_is_shown() -> None:
     """
     master = powered_up(axes=(Axis(holding_torque=90),))
     master.pulse("SI01")
-    assert _answer(master, 0x0510) == _data(90)
+    assert answer_of(master, 0x0510) == _data(90)
     assert master.execute(0x048, 0, 1, 30) == NORMAL_END
-    assert _answer(master, 0x0510) == _data(90)
+    assert answer_of(master, 0x0510) == _data(90)
     master.execute(0x001, 4, 0, 100, 19)
-    assert _answer(master, 0x0510) == _data(30)
+    assert answer_of(master, 0x0510) == _data(30)
 
 
 @pytest.mark.parametrize("code", [OF_MAX, OF_RATED])
 def test_the_torque_is_0_for_axes_that_are_not_connected(code: int) -> None:
     """Source: remote command guide 4.7.12, 4.7.18."""
     master = powered_up(no_axis_alarm="9.7")
-    assert _answer(master, code, 0, 0b10000) == _data(0, 0, 0, 0, 0, 0)
+    assert answer_of(master, code, 0, 0b10000) == _data(0, 0, 0, 0, 0, 0)
     assert master.execute(code, 0, 0b1000000) == abnormal_end("4.2")
 
 
@@ -338,9 +331,9 @@ def test_the_example_shows_the_option_slots_of_controller_1() -> None:
     Rule: option-slots.
     Source: remote command guide 4.7.15
     """
-    assert _answer(powered_up(), 0x0513, 0, 1) == _data(0x0401, 0x0100)
+    assert answer_of(powered_up(), 0x0513, 0, 1) == _data(0x0401, 0x0100)
     master = powered_up(option_slots=(0x0300, 0, 0x0900, 0x0401), ivy2_unit=0x0802)
-    assert _answer(master, 0x0513, 0, 1) == _data(0x0300, 0, 0x0900, 0x0401, 0x0802)
+    assert answer_of(master, 0x0513, 0, 1) == _data(0x0300, 0, 0x0900, 0x0401, 0x0802)
 
 
 def test_controllers_are_numbered_1_to_4_and_there_is_one() -> None:

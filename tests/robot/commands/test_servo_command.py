@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
+from movements import mover
 from rcx_harness.robot import Axis
 from robot_master import NORMAL_END, Master, abnormal_end
 
@@ -13,13 +12,6 @@ ON, OFF, FREE = 0x034, 0x035, 0x036
 #: As the servo status reference shows them (guide, 4.7.3).
 STATE = {ON: 1, OFF: 0, FREE: 2}
 TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2), Axis(robot=2))
-
-
-def _master(**config: Any) -> Master:
-    """Motor power and all servos ON."""
-    master = Master(**config)
-    master.servo_on()
-    return master
 
 
 def _states(master: Master) -> list[int]:
@@ -32,7 +24,7 @@ def test_the_servo_of_axis_4_of_robot_1_becomes_free() -> None:
     Rule: servo-command, servo-output.
     Source: remote command guide 4.2.13
     """
-    master = _master()
+    master = mover()
     assert master.execute(FREE, 0, 0x0008) == NORMAL_END
     assert _states(master) == [1, 1, 1, 2]
     assert master.on("SO02")
@@ -44,7 +36,7 @@ def test_one_axis_goes_off_or_free_and_comes_back_on(code: int) -> None:
 
     Source: remote command guide 4.2.13
     """
-    master = _master()
+    master = mover()
     assert master.execute(code, 0, 0x0002) == NORMAL_END
     assert _states(master) == [1, STATE[code], 1, 1]
     assert master.execute(ON, 0, 0x0002) == NORMAL_END
@@ -58,7 +50,7 @@ def test_all_the_robot_servos_are_switched_if_no_axis_is_specified(robot: int) -
     Rule: servo-command.
     Source: remote command guide 4.2.13
     """
-    master = _master(axes=TWO_ROBOTS)
+    master = mover(axes=TWO_ROBOTS)
     for code in (FREE, OFF, ON):
         assert master.execute(code | robot << 12) == NORMAL_END
         assert _states(master) == [STATE[code], STATE[code], 1, 1]
@@ -66,7 +58,7 @@ def test_all_the_robot_servos_are_switched_if_no_axis_is_specified(robot: int) -
 
 def test_all_the_servos_of_the_designated_robot_are_switched() -> None:
     """Source: remote command guide 4.2.13, R."""
-    master = _master(axes=TWO_ROBOTS)
+    master = mover(axes=TWO_ROBOTS)
     assert master.execute(OFF | 0x2000) == NORMAL_END
     assert _states(master) == [1, 1, 0, 0]
     assert master.execute(ON | 0x2000, 0, 0x0002) == NORMAL_END
@@ -87,7 +79,7 @@ def test_all_the_servos_of_the_designated_robot_are_switched() -> None:
 )
 def test_only_one_axis_can_be_specified(code: int, data: tuple[int, ...]) -> None:
     """Source: remote command guide 4.2.13."""
-    master = _master()
+    master = mover()
     assert master.execute(code, *data) == abnormal_end("4.2")
     assert _states(master) == [1, 1, 1, 1]
 
@@ -95,7 +87,7 @@ def test_only_one_axis_can_be_specified(code: int, data: tuple[int, ...]) -> Non
 @pytest.mark.parametrize("code", [ON, OFF, FREE])
 def test_an_axis_that_the_robot_does_not_have_is_refused(code: int) -> None:
     """Source: remote command guide 4.2.13, tt."""
-    master = _master(axes=TWO_ROBOTS, no_axis_alarm="1.6")
+    master = mover(axes=TWO_ROBOTS, no_axis_alarm="1.6")
     assert master.execute(code, 0, 0x0004) == abnormal_end("1.6")
     assert _states(master) == [1, 1, 1, 1]
 
@@ -106,7 +98,7 @@ def test_an_axis_moves_only_with_its_servo_on(code: int) -> None:
 
     Source: remote command guide 4.2.13
     """
-    master = _master(servo_off_alarm="1.5")
+    master = mover(servo_off_alarm="1.5")
     master.execute(code, 0, 0x0002)
     assert master.execute(0x0001, 0, 0, 0, 19) == abnormal_end("1.5")
     assert master.execute(0x0001, 0x0001, 0x0001, 0, 19)[0] == 0x0200
@@ -121,7 +113,7 @@ def test_the_servo_on_input_brings_back_what_a_command_switched_off() -> None:
 
     Source: manual chapter 5, 2, SI(01)
     """
-    master = _master()
+    master = mover()
     master.execute(OFF, 0, 0x0001)
     master.execute(FREE, 0, 0x0002)
     master.pulse("SI01")
@@ -133,7 +125,7 @@ def test_an_emergency_stop_switches_the_servos_off_with_their_brakes() -> None:
 
     Source: manual chapter 5, 3.1
     """
-    master = _master()
+    master = mover()
     master.execute(FREE, 0, 0x0001)
     master.turn_and_wait("SI00", False)
     assert _states(master) == [0, 0, 0, 0]
@@ -145,7 +137,7 @@ def test_servo_on_takes_its_time() -> None:
 
     Rule: servo-on-command.
     """
-    master = _master(servo_on_delay=50)
+    master = mover(servo_on_delay=50)
     master.execute(OFF)
     master.send(ON)
     master.run(50)
@@ -159,7 +151,7 @@ def test_servo_on_goes_on_in_a_copy_of_the_state() -> None:
 
     Rule: servo-on-command.
     """
-    master = _master(servo_on_delay=50)
+    master = mover(servo_on_delay=50)
     master.execute(OFF)
     master.send(ON)
     master.run(20)
@@ -183,7 +175,7 @@ def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
 
     Source: remote command guide 1.2
     """
-    master = _master(servo_on_delay=200)
+    master = mover(servo_on_delay=200)
     master.execute(OFF)
     master.send(ON)
     master.run(50)
@@ -194,7 +186,7 @@ def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
 
 def test_servo_on_at_a_serious_alarm_ends_with_its_number() -> None:
     """Rule: servo-on-command."""
-    master = _master()
+    master = mover()
     master.robot.inject("alarm", group=17, category=4)
     master.run(50)
     assert master.execute(ON) == abnormal_end("17.4")
@@ -203,7 +195,7 @@ def test_servo_on_at_a_serious_alarm_ends_with_its_number() -> None:
 
 def test_servo_on_without_main_power_is_refused() -> None:
     """Rule: servo-on-command."""
-    master = _master(motor_power_alarm="1.4")
+    master = mover(motor_power_alarm="1.4")
     master.robot.inject("main_power_off")
     master.run(50)
     assert master.execute(ON) == abnormal_end("1.4")
@@ -242,7 +234,7 @@ def test_off_and_free_end_a_return_to_origin_of_the_axis(code: int) -> None:
 
     Rule: servo-off-command.
     """
-    master = _master(origin_time=400)
+    master = mover(origin_time=400)
     master.turn_and_wait("SI14", True)
     assert master.robot.machine.origin_running
     master.execute(code, 0, 0x0001)

@@ -1,8 +1,7 @@
-"""The plan of the cyclic bench: which runs, how long, in which order things are started."""
+"""The plan of the cyclic bench: which runs, in which order things are started."""
 
 from __future__ import annotations
 
-import os
 from contextlib import AbstractContextManager, nullcontext
 from types import SimpleNamespace
 from typing import Any
@@ -10,15 +9,15 @@ from typing import Any
 import pytest
 
 from rcx_tools.bench import cyclic
-from rcx_tools.bench.cyclic import Case, Run, cases, foreseen_s, is_too_much, measure
+from rcx_tools.bench.cyclic import Case, Run, cases, measure
 from rcx_tools.bench.figure import Options
 
 
 def test_every_interval_and_number_of_controllers_runs_alone_and_then_under_a_flood() -> None:
-    """Source: docs/explanation/timing.md: 10, 5, 2 and 1 ms; 1, 4 and 16 controllers."""
+    """Source: docs/explanation/timing.md: 10, 5, 2 and 1 ms; 1 and 16 controllers."""
     planned = [case for case in cases(Options()) if not case.ordinary]
     assert [(case.rpi_us, case.controllers) for case in planned[::2]] == [
-        (10_000, 1), (5_000, 1), (2_000, 1), (1_000, 1), (2_000, 4), (10_000, 16), (2_000, 16),
+        (10_000, 1), (5_000, 1), (2_000, 1), (1_000, 1), (10_000, 16),
     ]  # fmt: skip
     assert [case._replace(flooded=True) for case in planned[::2]] == planned[1::2]
     assert not any(case.flooded for case in planned[::2])
@@ -31,41 +30,15 @@ def test_the_shortest_intervals_run_without_priority_too() -> None:
     assert [case.name for case in ordinary] == ["cyclic_2ms_ordinary", "cyclic_1ms_ordinary"]
 
 
-def test_a_few_controllers_are_enough_to_see_that_it_works() -> None:
+def test_one_controller_is_enough_to_see_that_it_works() -> None:
     """Source: make bench MORE=--quick: small samples."""
-    assert {case.controllers for case in cases(Options(quick=True))} == {1, 4}
+    assert {case.controllers for case in cases(Options(quick=True))} == {1}
 
 
-def test_the_length_of_all_runs_is_foreseen() -> None:
-    """10 s of packets, 1 s for the run and 1 s for each controller: 12 and 27 s.
-
-    Source: the measured starts of 1, 4 and 16 controllers.
-    """
-    planned = [Case(10_000, 1, False), Case(10_000, 16, True)]
-    assert foreseen_s(planned, 10.0) == 39.0
-
-
-@pytest.mark.parametrize(("cost_us", "too_much"), [(90.0, False), (100.0, True)])
-def test_packets_that_fill_the_machine_have_no_real_time_priority(
-    monkeypatch: pytest.MonkeyPatch, cost_us: float, too_much: bool
-) -> None:
-    """16,000 packets/s at 90 and 100 us take 1.44 and 1.6 of two processors; 1.5 are allowed.
-
-    Source: sched(7): a process with SCHED_FIFO runs until it waits.
-    """
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    assert is_too_much(Case(2_000, 16, False), cost_us) is too_much
-    assert not is_too_much(Case(10_000, 16, False), cost_us)
-
-
-def test_a_line_tells_of_each_run_and_the_first_of_their_length(
+def test_a_line_tells_of_each_run(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """At 300 us a packet 4 controllers at 2 ms take 1.2 of two processors, 16 take 4.8.
-
-    Source: docs/explanation/timing.md: long work shows progress.
-    """
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    """Source: docs/explanation/timing.md: long work shows progress."""
 
     def done(case: Case, seconds: float) -> Run:
         packets = round(case.rate * seconds)
@@ -76,19 +49,14 @@ def test_a_line_tells_of_each_run_and_the_first_of_their_length(
     monkeypatch.setattr(cyclic, "bare", lambda rpi_us, seconds: next(loops_us))
     found = measure(Options(seconds=10.0, rpi_us=(2_000,)))
     assert [line.strip() for line in capsys.readouterr().out.splitlines()] == [
-        "9 runs of 10 s, with their starts about 198 s",
-        "1 of 9: cyclic_2ms, 1000 packets/s",
-        "2 of 9: cyclic_2ms_flood, 1000 packets/s",
-        "3 of 9: cyclic_2ms_ordinary, 1000 packets/s, without real-time priority",
-        "4 of 9: cyclic_2ms_x4, 4000 packets/s",
-        "5 of 9: cyclic_2ms_x4_flood, 4000 packets/s",
-        "6 of 9: cyclic_10ms_x16, 3200 packets/s",
-        "7 of 9: cyclic_10ms_x16_flood, 3200 packets/s",
-        "8 of 9: cyclic_2ms_x16, 16000 packets/s, without real-time priority",
-        "9 of 9: cyclic_2ms_x16_flood, 16000 packets/s, without real-time priority",
+        "5 runs of 10 s",
+        "1 of 5: cyclic_2ms, 1000 packets/s",
+        "2 of 5: cyclic_2ms_flood, 1000 packets/s",
+        "3 of 5: cyclic_2ms_ordinary, 1000 packets/s, without real-time priority",
+        "4 of 5: cyclic_10ms_x16, 3200 packets/s",
+        "5 of 5: cyclic_10ms_x16_flood, 3200 packets/s",
     ]
     assert found["cyclic_2ms_flood_rate"].unit == "of the quiet run"
-    assert "cyclic_2ms_x16_ordinary_rate" in found
     told = {name: found[f"cyclic_2ms_{name}cpu"] for name in ("", "ordinary_")}
     assert [(one.target, one.met) for one in told.values()] == [("<= 65", False)] * 2
     assert "bare loops 55 and 56 us" in told[""].peer

@@ -20,9 +20,9 @@ from rcx_tools.bench.figure import (
     shown,
     store,
 )
-from rcx_tools.bench.growth import bend
-from rcx_tools.bench.simulation import demo_cell
+from rcx_tools.bench.processes import first_line, running
 from rcx_tools.bench.suite import read
+from structured_text.errors import InputError
 
 _QUIET = Run(Case(2_000, 1, False), 60.0, 60_000, 60_000.0, 0, 1_999, 2_200, 2_100, 0, 25.0)
 
@@ -122,8 +122,8 @@ def test_the_bench_ends_with_1_where_a_target_is_not_met(
     """Source: the head of rcx_tools/bench/__main__.py; what is out of reach is listed apart."""
     monkeypatch.chdir(tmp_path)
     found = {"far": at_least(far, "x", 2, OUT_OF_REACH), "near": at_least(near, "x", 1)}
-    monkeypatch.setattr("rcx_tools.bench.view.measure", lambda _: found)
-    assert main(["--only", "view"]) == code
+    monkeypatch.setattr("rcx_tools.bench.sizes.measure", lambda _: found)
+    assert main(["--only", "sizes"]) == code
     said = capsys.readouterr().out
     assert ("out of reach: far" in said) is (far < 2)
     assert ("missed: near" in said) is (near < 1)
@@ -178,27 +178,6 @@ def test_a_wrong_duration_is_told_in_one_message(capsys: pytest.CaptureFixture[s
     assert "not a duration: 'soon'" in capsys.readouterr().err
 
 
-def test_a_straight_line_has_no_bend() -> None:
-    """10 + 2 n at 1, 10 and 50; the middle 11 above is a tenth of the last.
-
-    Source: docs/explanation/timing.md: linear.
-    """
-    assert bend((1, 10, 50), (12.0, 30.0, 110.0)) == pytest.approx(0.0)
-    assert bend((1, 10, 50), (12.0, 41.0, 110.0)) == pytest.approx(0.1)
-
-
-def test_the_demo_keeps_its_robot_busy_and_breaks_no_rule() -> None:
-    """Two commands take turns; the second robot's blocks have no link and do no harm.
-
-    Source: docs/explanation/timing.md: the whole cell.
-    """
-    with demo_cell("builtin", robots=2, blocks=2) as cell:
-        before = cell.commands
-        cell.run("1s")
-        assert cell.commands >= before + 10
-        assert not cell.violations
-
-
 def test_results_of_tests_are_read_as_pytest_writes_them(tmp_path: Path) -> None:
     """Source: pytest: --junitxml."""
     file = tmp_path / "tests.xml"
@@ -212,3 +191,10 @@ def test_results_of_tests_are_read_as_pytest_writes_them(tmp_path: Path) -> None
         ("a::two", "failed", 2.0),
         ("b::three", "skipped", 0.0),
     ]
+
+
+def test_a_process_that_ends_at_its_start_is_told() -> None:
+    """Source: docs/explanation/timing.md: what is missing is said to be missing."""
+    said = pytest.raises(InputError, match="has ended at its start")
+    with running("rcx_tools.bench.peer_that_is_not", []) as process, said:
+        first_line(process)

@@ -1,4 +1,4 @@
-"""What `make bench` says of the blocks: bytes per instance and, on matiec, cost per scan."""
+"""What `make bench` says of the blocks: bytes per instance."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cell.sources import default_lib
-from rcx_tools.bench import cost, sizes
+from rcx_tools.bench import sizes
 from rcx_tools.bench.figure import Options
 from structured_text.engines.load import (
     MISSING,
@@ -37,12 +37,11 @@ def _printed() -> dict[str, int]:
     return found
 
 
-@pytest.mark.parametrize("module", [sizes, cost])
 def test_without_matiec_the_figures_are_said_to_be_missing(
-    monkeypatch: pytest.MonkeyPatch, module: object
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(module, "find_matiec", lambda: None)
-    measured = module.measure(Options())  # type: ignore[attr-defined]
+    monkeypatch.setattr(sizes, "find_matiec", lambda: None)
+    measured = sizes.measure(Options())
     assert measured
     for figure in measured.values():
         assert (figure.value, figure.peer, figure.met) == (None, MISSING, False)

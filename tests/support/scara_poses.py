@@ -1,28 +1,21 @@
-"""`python -m rcx_tools.bench.kinematics`: the library's SCARA kinematics beside the model's.
+"""The library's SCARA kinematics beside the model's.
 
 Random poses of every SCARA robot of spec/robots.toml within its soft limits, with hands on and
 beside the R axis, shifts, zeros far away and whole turns. FB_ScaraForward is compared with the
 virtual controller's own arithmetic in double precision; FB_ScaraInverse with it, too, and by where
-its pulses bring the tool. The largest differences are printed beside the bounds that the heads of
-the blocks state.
+its pulses bring the tool.
 """
 
 from __future__ import annotations
 
-import argparse
 import random
 import struct
-import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
-
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
 
 from rcx_harness.cell.sources import default_lib
 from rcx_harness.robot.config.models import axis_keys
@@ -32,13 +25,12 @@ from rcx_harness.spec.robots import robot_models
 from structured_text.engines import build
 from structured_text.projects.needed import needed
 
-__all__ = ["LIMITS", "Pose", "Worst", "compare", "main", "poses"]
+__all__ = ["LIMITS", "Pose", "Worst", "compare", "poses"]
 
 #: Angle of axis 2 from stretched and from folded below which its pulses are not compared [deg].
 _NEAR = 20.0
 #: What rounding to 0.001 mm moves no axis by there; whole turns are far more [pulse].
 _SAME = 1000
-_SEED = 22
 _MOST_HAND, _MOST_SHIFT = 300, 500
 #: Of the shift and of the R axis, beyond what they may be without; and of the zeros [pulse].
 _MOST_TURNS, _MOST_ZERO = 10, 900_000_000
@@ -255,30 +247,3 @@ def _note(
 def _real(value: float) -> float:
     """What a REAL makes of it: near 8000 degrees it is up to 0.00024 from what was asked for."""
     return float(struct.unpack("f", struct.pack("f", value))[0])
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Compare and print; 0 where everything is within its bound."""
-    parser = argparse.ArgumentParser(prog="python -m rcx_tools.bench.kinematics")
-    parser.add_argument("--poses", type=int, default=1_000_000, help="about so many in all")
-    parser.add_argument("--engine", default="auto", help="what runs the blocks")
-    parser.add_argument("--seed", type=int, default=_SEED)
-    given = parser.parse_args(arguments)
-    arms = sum(model.scara for model in robot_models().values())
-    each = -(-given.poses // arms)
-    every = poses(random.Random(given.seed), each)
-    console = Console(highlight=False)
-    shown = track(every, "poses", each * arms, console=console, transient=True)
-    worst = compare(shown, given.engine)
-    table = Table("largest difference", "found", "bound", box=None)
-    for one in fields(worst):
-        value = getattr(worst, one.name)
-        if one.name in LIMITS:
-            table.add_row(one.name, f"{value:.6f}", f"{LIMITS[one.name]:g}")
-    console.print(f"{worst.poses:,} poses of {arms} robots, seed {given.seed}")
-    console.print(table)
-    return 0 if all(getattr(worst, name) <= limit for name, limit in LIMITS.items()) else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,0 +1,95 @@
+"""FB_PointBackup and FB_PointRestore: edges of Execute, time-outs, errors; the same rules."""
+
+from __future__ import annotations
+
+import pytest
+
+from both_engines import ENGINES
+from points_bench import PointsBench, points_bench, record
+
+_on_both = pytest.mark.parametrize("block", ["Backup", "Restore"])
+
+
+@pytest.fixture(params=ENGINES)
+def plc(request: pytest.FixtureRequest) -> PointsBench:
+    """Return a controller without points, and an array with the points 10 to 13."""
+    plc = points_bench(request.param)
+    record(plc)
+    plc["Backup.First"], plc["Backup.Count"] = 10, 4
+    return plc
+
+
+@_on_both
+def test_a_link_that_is_there_in_the_scan_after_the_edge_was_in_time(
+    plc: PointsBench, block: str
+) -> None:
+    """Source: the head of FB_RcxJob: it ends at the earliest in the call after the first one."""
+    plc["Connected"] = False
+    plc[f"{block}.Execute"] = True
+    plc.scan()
+    plc["Connected"] = True
+    plc.scan_until(lambda: not plc[f"{block}.Busy"])
+    assert plc[f"{block}.ErrorID"] == 0
+
+
+@_on_both
+def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench, block: str) -> None:
+    plc.silent = True
+    assert plc.run(block, Timeout="T#200ms", most=40) == 0x8011
+    assert plc[f"{block}.Number"] == 10
+    assert plc[f"{block}.Active"] is False
+
+
+@_on_both
+def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
+    plc: PointsBench, block: str
+) -> None:
+    """500 scans of 10 ms from its turn on; the backup gets its turn in the first scan.
+
+    Source: FB_PointBackup.md, FB_PointRestore.md, Timeout.
+    """
+    plc.silent = True
+    plc[f"{block}.Execute"] = True
+    plc.scan_until(lambda: bool(plc[f"{block}.Active"]), most=1 if block == "Backup" else 20)
+    plc.scan(499)
+    assert (plc[f"{block}.Busy"], plc[f"{block}.Active"]) == (True, True)
+    plc.scan()
+    assert (plc[f"{block}.Error"], plc[f"{block}.ErrorID"]) == (True, 0x8011)
+
+
+@_on_both
+def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(
+    plc: PointsBench, block: str
+) -> None:
+    """Source: PLCopen, edge-triggered blocks."""
+    plc.refuses[11] = (12, 76)
+    plc[f"{block}.Execute"] = True
+    plc.scan()
+    plc[f"{block}.Execute"] = False
+    plc.scan_until(lambda: bool(plc[f"{block}.Error"]))
+    assert (plc[f"{block}.ErrorID"], plc[f"{block}.AlarmGroup"]) == (0x8020, 12)
+    plc.scan()
+    shown = [plc[f"{block}.{pin}"] for pin in ("Error", "ErrorID", "AlarmGroup")]
+    assert shown == [False, 0, 0]
+
+
+@_on_both
+@pytest.mark.parametrize("answered", [True, False])
+def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
+    plc: PointsBench, block: str, answered: bool
+) -> None:
+    """Nothing is left of the command that failed, or that was not answered.
+
+    Source: PLCopen, edge-triggered blocks
+    """
+    plc.refuses[11] = (12, 76)
+    plc.silent = not answered
+    plc[f"{block}.Timeout"] = "T#200ms"
+    plc[f"{block}.Execute"] = True
+    plc.scan()
+    plc[f"{block}.Execute"] = False
+    plc.scan_until(lambda: bool(plc[f"{block}.Error"]))
+    assert plc[f"{block}.ErrorID"] == (0x8020 if answered else 0x8011)
+    plc.refuses.clear()
+    plc.silent = False
+    assert plc.run(block) == 0

@@ -1,0 +1,55 @@
+"""FB_AxisArea and FB_WorkArea with a position that is valid and new."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from alone import Alone
+
+__all__ = ["AxisArea", "WorkArea"]
+
+
+@cache
+def _block(name: str, engine: str) -> Alone:
+    return Alone(name, {}, engine)
+
+
+class _Area:
+    """An area, and a position that is valid and new; missing elements of a list are zeros."""
+
+    block = position = ""
+    zero: float = 0
+
+    def __init__(self, engine: str = "auto", **inputs: Any) -> None:
+        self._block = _block(self.block, engine)
+        self._block.restart()
+        for name, value in {"PositionValid": True, "Age": "T#0ms", **inputs}.items():
+            self[name] = value
+
+    def __setitem__(self, pin: str, value: Any) -> None:
+        long = [*value, *[self.zero] * (6 - len(value))] if isinstance(value, list) else value
+        self._block[f"Block.{pin}"] = long
+
+    def __getitem__(self, pin: str) -> Any:
+        return self._block[f"Block.{pin}"]
+
+    def at(self, *place: float) -> str:
+        """Scan once with the position there, and return what the bits say."""
+        self[self.position] = list(place)
+        self._block.scan(0)
+        assert not (self["Inside"] and self["Outside"])
+        assert self["Error"] is (self["ErrorID"] != 0)
+        return "inside" if self["Inside"] else "outside" if self["Outside"] else "-"
+
+
+class AxisArea(_Area):
+    """FB_AxisArea."""
+
+    block, position = "FB_AxisArea", "Pulses"
+
+
+class WorkArea(_Area):
+    """FB_WorkArea."""
+
+    block, position, zero = "FB_WorkArea", "PositionMm", 0.0

@@ -1,0 +1,54 @@
+"""A user's cell, and five faults that can be planted in it: tests/data/planted."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from structured_text.output.toml_files import load_toml
+
+__all__ = ["FAULTS", "PLANTED", "Fault", "found_by", "planted"]
+
+PLANTED = Path(__file__).resolve().parents[1] / "data/planted"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One row of faults.toml; `before` stands once in `file`, and becomes `after`."""
+
+    name: str
+    file: str
+    what: str
+    breaks: str
+    before: str
+    after: str
+
+
+FAULTS = tuple(Fault(**row) for row in load_toml(PLANTED / "faults.toml")["fault"])
+
+
+def planted(folder: Path, fault: Fault | None = None) -> Path:
+    """Copy the project into a new folder `cell` in `folder`, with the fault in it.
+
+    Returns:
+        The project's folder.
+
+    Raises:
+        ValueError: `before` does not stand once in the file.
+    """
+    project = Path(shutil.copytree(PLANTED / "cell", folder / "cell"))
+    if fault:
+        file = folder / fault.file
+        text = file.read_text(encoding="utf-8")
+        if text.count(fault.before) != 1:
+            raise ValueError(f"{fault.name}: `before` does not stand once in {fault.file}")
+        file.write_text(text.replace(fault.before, fault.after), encoding="utf-8")
+    return project
+
+
+def found_by(fault: Fault, told: Sequence[str]) -> bool:
+    """Is there a failure of the property that a fault breaks?"""
+    kinds = (fault.breaks, f"always {fault.breaks}")
+    return any(one.startswith(tuple(f"{kind} at " for kind in kinds)) for one in told)
