@@ -124,16 +124,18 @@ def test_demands_that_cannot_be_are_one_message(
 
 
 @pytest.mark.parametrize("words", [_CAMPAIGN, _SWEEP])
-@pytest.mark.parametrize("value", ["true", "7"])
+@pytest.mark.parametrize(
+    "entry", ['set = { "Main.Goo" = true }', 'set = { "Main.Goo" = 7 }', 'expect = "Main.Goo"']
+)
 def test_an_unknown_variable_of_a_good_run_is_named_with_its_line(
-    here: Path, capsys: Captured, words: list[str], value: str
+    here: Path, capsys: Captured, words: list[str], entry: str
 ) -> None:
     feeder(here)
-    (here / "good.toml").write_text(f'[[at]]\ntime = "1s"\nset = {{ "Main.Goo" = {value} }}\n')
+    (here / "good.toml").write_text(f'[[at]]\ntime = "1s"\n{entry}\n')
     (here / "campaign.toml").write_text("")
     assert main([*words, *(["--stimulus", "good.toml"] if words is _CAMPAIGN else [])]) == 2
     said = capsys.readouterr().err
-    assert said.splitlines()[-1].startswith("rcx: good.toml:1: Main of type ")
+    assert said.splitlines()[-1].startswith("rcx: good.toml:1: ")
 
 
 @pytest.mark.exhaustive

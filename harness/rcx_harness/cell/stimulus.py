@@ -179,6 +179,7 @@ class Stimulus:
             for entry in self.entries:
                 with _at_line(self.file, entry.line):
                     _try(entry, cell)
+                    conditions(cell.program, entry.expect)
         finally:
             cell.program.restore(before[0])
             for robot, state in zip(cell.robots, before[1], strict=True):
