@@ -8,7 +8,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-__all__ = ["InputError", "OutputError", "did_you_mean", "legible", "refused"]
+__all__ = ["InputError", "OutputError", "UnreadError", "did_you_mean", "legible", "refused"]
 
 #: All control characters but tab and end of line.
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
@@ -64,6 +64,10 @@ class InputError(Exception):
 
 class OutputError(OSError):
     """Standard output cannot be written; any other OSError is about something else."""
+
+
+class UnreadError(OutputError):
+    """Nobody reads standard output any more; without a number, by which click would end with 1."""
 
 
 def did_you_mean(names: Sequence[str]) -> str:

@@ -97,13 +97,17 @@ def test_a_file_of_the_users_is_not_written_over(here: Path, capsys: Captured) -
         ('[[always]]\nthat = "Main.Runing"\n', "did you mean Running"),
         ("[[always]]\nthat = 3\n", "[[always]] 1: that is not a text"),
         ('[[eventually]]\nthat = "Main.Go"\n', "[[eventually]] 1: within is missing"),
+        ('[operator]\nbuttons = ["Main.Goo"]\n', "rcx: campaign.toml:2: [operator]: "),
         ('[operator]\nbuttons = ["Main.Goo"]\n', "did you mean Go"),
-        ('[operator]\nbuttons = ["Main.Speed"]\n', "Main.Speed is no BOOL"),
+        (
+            '[operator]\nbuttons = ["Main.Speed"]\n',
+            "campaign.toml:2: [operator]: Main.Speed is no BOOL",
+        ),
         ('[operator]\nvalues = { "Main.Speed" = [40000] }\n', "40000"),
         ('[faults]\nonly = ["link_dwn"]\n', "did you mean link_down"),
         ('[recover]\nwhen = "Main.Running"\n', "[recover]: within is missing"),
         ('[recover]\nsteps = [ { pres = "Main.Go" } ]\n', "unknown key 'pres'"),
-        ('[recover]\nsteps = [ { press = "Main.Goo" } ]\n', "did you mean Go"),
+        ('[recover]\nsteps = [ { press = "Main.Goo" } ]\n', "rcx: campaign.toml: [recover]: "),
         ('length = "0s"\n', "length is 0"),
         ("[oprator]\n", "did you mean operator"),
     ],
@@ -117,6 +121,21 @@ def test_demands_that_cannot_be_are_one_message(
     said = capsys.readouterr().err
     assert message in said
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("words", [_CAMPAIGN, _SWEEP])
+@pytest.mark.parametrize(
+    "entry", ['set = { "Main.Goo" = true }', 'set = { "Main.Goo" = 7 }', 'expect = "Main.Goo"']
+)
+def test_an_unknown_variable_of_a_good_run_is_named_with_its_line(
+    here: Path, capsys: Captured, words: list[str], entry: str
+) -> None:
+    feeder(here)
+    (here / "good.toml").write_text(f'[[at]]\ntime = "1s"\n{entry}\n')
+    (here / "campaign.toml").write_text("")
+    assert main([*words, *(["--stimulus", "good.toml"] if words is _CAMPAIGN else [])]) == 2
+    said = capsys.readouterr().err
+    assert said.splitlines()[-1].startswith("rcx: good.toml:1: ")
 
 
 @pytest.mark.exhaustive

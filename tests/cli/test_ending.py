@@ -64,6 +64,28 @@ def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code(
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "")
 
 
+@_NOT_ON_WINDOWS
+@pytest.mark.parametrize("words", [("run", "--help"), ("eds",), ("encode", "MovePtp")])
+def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) -> None:
+    """With 1 a check would have found something.
+
+    Source: what a shell gives for a process that SIGPIPE has ended: 128 + 13.
+    """
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _COMMAND, *words],
+            stdin=subprocess.DEVNULL,
+            stdout=writer,
+            stderr=subprocess.PIPE,
+            check=False,
+        )
+    finally:
+        os.close(writer)
+    assert (done.returncode, done.stderr) == (141, b"")
+
+
 #: Runs the command, and sends SIGTERM when a function of this name begins.
 _TERMINATED = """
 import os, signal, sys

@@ -16,6 +16,7 @@ from structured_text.errors import InputError
 from structured_text.export.output import Output, write
 from structured_text.export.parts import Sources
 from structured_text.language.load import check, load
+from structured_text.output.exported import MARK
 
 Captured = pytest.CaptureFixture[str]
 
@@ -75,6 +76,14 @@ def test_what_is_there_is_not_written_over_unless_asked_to(
     assert main(arguments) == 2
     assert capsys.readouterr().err == f"rcx: {out}: is there already; --force writes over it\n"
     assert out.read_text() == "mine"
+    assert main([*arguments, "--force"]) == 2
+    said = f"rcx: {out}: is no export's; nothing was written; move it away\n"
+    assert capsys.readouterr().err == said
+    assert out.read_text() == "mine"
+    out.write_text("")
+    assert main([*arguments, "--force"]) == 0
+    assert capsys.readouterr().out == f"written: {out}\n"
+    assert main(arguments) == 2
     assert main([*arguments, "--force"]) == 0
     assert capsys.readouterr().out == f"written: {out}\n"
     assert "PROGRAM PowerUp" in out.read_text()
@@ -94,7 +103,7 @@ def test_an_input_is_never_written_over(tmp_path: Path, capsys: Captured) -> Non
 
 
 def test_of_several_files_none_is_written_if_one_is_there(tmp_path: Path) -> None:
-    (tmp_path / "b").write_text("mine")
+    (tmp_path / "b").write_text(MARK)
     with pytest.raises(InputError, match="is there already"):
         write(Output({"a": "1", "b": "2"}), tmp_path)
     assert not (tmp_path / "a").exists()

@@ -73,13 +73,14 @@ def test_a_full_disk_leaves_the_old_file_as_it_was(
 ) -> None:
     out = plc / "out" / "cell"
     out.parent.mkdir()
-    out.write_bytes(b"the old one")
     program = ["--needed", "--program", "Mine.st", "-o", str(out)]
     more = [str(out)] if arguments == ["eds"] else program
+    assert main([*arguments, *more]) == 0
+    before = out.read_bytes()
     with _full():
         assert main([*arguments, *more, "--force"]) == 2
     assert f"{out}: cannot be written: File too large" in capsys.readouterr().err
-    assert _texts(out.parent) == {"cell": b"the old one"}
+    assert _texts(out.parent) == {"cell": before}
 
 
 def test_a_full_disk_leaves_the_old_folder_as_it_was_and_makes_no_new_one(
@@ -120,8 +121,26 @@ def test_without_its_record_no_file_of_a_folder_is_written(
     assert not (plc / "out").exists()
 
 
+@pytest.mark.parametrize("arguments", [["export", "st"], ["export", "plcopen"], ["eds"]])
+def test_a_file_of_the_users_is_not_written_over_and_an_earlier_export_is(
+    plc: Path, arguments: list[str], capsys: Captured
+) -> None:
+    program = ["--needed", "--program", "Mine.st", "-o", "robot.toml"]
+    words = [*arguments, *(["robot.toml"] if arguments == ["eds"] else program), "--force"]
+    mine = plc / "robot.toml"
+    mine.write_bytes(b"the user's")
+    assert main(words) == 2
+    said = "rcx: robot.toml: is no export's; nothing was written; move it away\n"
+    assert capsys.readouterr().err == said
+    assert mine.read_bytes() == b"the user's"
+    mine.unlink()
+    assert main(words) == 0
+    assert main(words) == 0
+
+
 def test_a_link_stays_a_link_and_the_rights_stay(plc: Path) -> None:
-    (plc / "real").write_text("old")
+    assert _export("st", "real") == 0
+    (plc / "real").write_text((plc / "real").read_text()[:1_000])
     (plc / "real").chmod(0o640)
     (plc / "link").symlink_to("real")
     assert _export("st", "link", "--force") == 0

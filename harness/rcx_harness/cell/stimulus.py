@@ -155,7 +155,21 @@ class Stimulus:
         return f"{entries} of {self.file} {verb} at or after the end ({end_us / 1e6:g} s)"
 
     def schedule(self, cell: Cell) -> None:
-        """Let the entries happen in `cell`, after all were tried on its state and taken back.
+        """Let the entries happen in `cell`, after all were tried.
+
+        Raises:
+            InputError: a path, value, event or signal that does not exist.
+        """
+        self.check(cell)
+        expected = self._expected(cell)
+        for one in self.entries:
+            if one in expected:
+                cell.at(one.t_us, partial(_judge, cell, expected[one]))
+            for part in one.parts():
+                cell.at(part.t_us, partial(part.apply, cell))
+
+    def check(self, cell: Cell) -> None:
+        """Try the entries on the state of `cell`, and take them back.
 
         Raises:
             InputError: a path, value, event or signal that does not exist.
@@ -165,16 +179,11 @@ class Stimulus:
             for entry in self.entries:
                 with _at_line(self.file, entry.line):
                     _try(entry, cell)
+                    conditions(cell.program, entry.expect)
         finally:
             cell.program.restore(before[0])
             for robot, state in zip(cell.robots, before[1], strict=True):
                 robot.restore(state)
-        expected = self._expected(cell)
-        for one in self.entries:
-            if one in expected:
-                cell.at(one.t_us, partial(_judge, cell, expected[one]))
-            for part in one.parts():
-                cell.at(part.t_us, partial(part.apply, cell))
 
     def _expected(self, cell: Cell) -> dict[Entry, list[Condition]]:
         """What entries expect, ready to be asked."""

@@ -26,7 +26,7 @@ def eds(
     product_code: Annotated[int, typer.Option(help="As given to `rcx serve`.")] = 5,
     revision: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "1.1",
     rpi_min: Annotated[str, typer.Option(help="As given to `rcx serve`.")] = "2ms",
-    force: Annotated[bool, typer.Option("--force", help="Write over what is there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Write over an earlier sheet.")] = False,
 ) -> None:
     """Write the virtual controller's electronic data sheet (EDS) for a PLC's configuration tool.
 
@@ -42,5 +42,5 @@ def eds(
     if file is None:
         print(text, end="")
         return
-    write(Output({"": text}), file, force=force)
+    write(Output({"": text}, mark="written by `rcx eds`"), file, force=force)
     print(f"written: {file}")

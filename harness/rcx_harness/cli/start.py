@@ -10,13 +10,16 @@ __all__ = ["INTERRUPTED", "main"]
 #: Exit code after Ctrl-C, as shells give it.
 INTERRUPTED = 130
 _OWN_ERROR = 3
+#: Exit code where nobody reads on, as shells give it for a process that SIGPIPE has ended.
+_UNREAD = 141
 
 
 def main() -> int:
     """Load the command line and run it.
 
     Returns:
-        The exit code: 0, 1 or 2; 3 after an error of our own, 130 after Ctrl-C, 143 after SIGTERM.
+        The exit code: 0, 1 or 2; 3 after an error of our own, 130 after Ctrl-C, 143 after SIGTERM,
+        141 where nobody reads the output any more.
     """
     came: list[int] = []  # signals that end a process as Ctrl-C does
     try:
@@ -39,7 +42,7 @@ def main() -> int:
 
 
 def _run() -> int:
-    from structured_text.errors import OutputError
+    from structured_text.errors import OutputError, UnreadError
     from structured_text.output import streams
 
     streams.prepare()
@@ -54,12 +57,11 @@ def _run() -> int:
             gc.enable()
         code = command()
         sys.stdout.flush()
-    except OutputError as error:  # a full disk, or nobody reads it
+    except UnreadError:
         streams.discard_output()
-        from structured_text.output.system import nobody_reads
-
-        if nobody_reads(error):
-            return 1
+        return _UNREAD
+    except OutputError as error:  # a full disk
+        streams.discard_output()
         print(f"rcx: standard output cannot be written: {error.strerror}", file=sys.stderr)
         return 2
     except Exception as error:

@@ -268,6 +268,12 @@ def _header(line: bytes, path: str | Path) -> dict[str, Any]:
     header = _load(line, path, 1)
     given = header.get("format")
     if given == FORMAT:
+        for key in ("scan_us", "cycle_us", "size"):
+            value = header.get(key, 1)
+            if type(value) is not int or value < 1:
+                raise InputError(
+                    f"{key} is {value!r:.40}, and not a number from 1", file=path, line=1
+                )
         return header
     if str(given).startswith(FORMAT.partition("/")[0]):
         text = f"is a trace of format {given:.40}, and this version of rcx reads {FORMAT}"

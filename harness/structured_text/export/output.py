@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from structured_text.errors import InputError
-from structured_text.output.exported import RECORD, digest, record, recorded
+from structured_text.output.exported import MARK, RECORD, digest, is_marked, record, recorded
 from structured_text.output.files import replace_files
 from structured_text.output.paths import real
 
@@ -48,6 +48,7 @@ class Output:
         inputs: What it was made from; never written over.
         notes: What to know of it besides, one line each.
         recorded: A folder of it gets a record, by which a later export knows its own files.
+        mark: Stands at the head of each of its files that has no record, by which it is known.
     """
 
     files: dict[str, str]
@@ -56,6 +57,7 @@ class Output:
     inputs: frozenset[Path] = frozenset()
     notes: tuple[str, ...] = ()
     recorded: bool = False
+    mark: str = MARK
 
     @property
     def left_out(self) -> tuple[str, ...]:
@@ -89,9 +91,9 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
     Args:
         output: What to write.
         place: The file; or the folder, where the export has several.
-        force: Write over a file that exists. In a folder with a record: take the place of the
-            earlier export, of which what has been changed since stays, or write beside files of
-            others, of which none is written over.
+        force: Write over an earlier export; a file without its mark, unless it is empty, stays.
+            In a folder with a record: take the place of the earlier export, of which what has been
+            changed since stays, or write beside files of others, of which none is written over.
 
     Raises:
         InputError: a file is there already, is an input, has a file in place of its folder, or
@@ -115,6 +117,8 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
     for file in paths.values():
         if os.path.exists(file) and not force:
             raise InputError("is there already", file=file, hint="--force writes over it")
+        if os.path.isfile(file) and os.path.getsize(file) and not is_marked(file, output.mark):
+            raise InputError("is no export's; nothing was written", file=file, hint="move it away")
     replace_files({paths[path]: data for path, data in contents.items()})
     return Written(list(paths.values()), [], [])
 

@@ -47,6 +47,7 @@ ELEMENTARY = {
     "STRING": "string",
 }
 
+_PRODUCT = f"{COMMAND} export"
 #: The schema asks for a date. A constant: the same sources give the same file.
 _DATE = "2026-01-01T00:00:00"
 
@@ -77,7 +78,8 @@ def to_plcopen(sources: Sources) -> Output:
     _document(root, sources.notice)
     ET.indent(root)
     text = ET.tostring(root, encoding="unicode")
-    return Output({"": f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'})
+    head = '<?xml version="1.0" encoding="utf-8"?>'
+    return Output({"": f"{head}\n{text}\n"}, mark=f'productName="{_PRODUCT}"')
 
 
 def _headers(root: ET.Element, names: Names) -> None:
@@ -85,7 +87,7 @@ def _headers(root: ET.Element, names: Names) -> None:
         root,
         "fileHeader",
         companyName=names.owner,
-        productName=f"{COMMAND} export",
+        productName=_PRODUCT,
         productVersion=version(DISTRIBUTION),
         creationDateTime=_DATE,
     )

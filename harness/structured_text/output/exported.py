@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 from structured_text import COMMAND
 from structured_text.output.paths import real
 
-__all__ = ["MARK", "RECORD", "digest", "own_output", "record", "recorded", "resolved"]
+__all__ = ["MARK", "RECORD", "digest", "is_marked", "own_output", "record", "recorded", "resolved"]
 
 #: Stands at the head of each file that is exported by itself.
 MARK = f"Written by `{COMMAND} export`; change the sources, not this file."
@@ -71,7 +71,7 @@ def resolved(files: Iterable[Path]) -> dict[Path, Path]:
 def own_output(files: Mapping[Path, Path]) -> set[Path]:
     """Which of some ST files, with their resolved paths, an export has written."""
     known: dict[Path, _Records] = {}
-    return {one for one, place in files.items() if _is_recorded(place, known) or _is_marked(one)}
+    return {one for one, place in files.items() if _is_recorded(place, known) or is_marked(one)}
 
 
 def _is_recorded(file: Path, known: dict[Path, _Records]) -> bool:
@@ -89,9 +89,10 @@ def _records(folder: Path, known: dict[Path, _Records]) -> _Records:
     return known[folder]
 
 
-def _is_marked(file: Path) -> bool:
+def is_marked(file: Path, mark: str = MARK) -> bool:
+    """Whether the head of a file has the mark of an export."""
     try:
         with file.open("rb") as stream:
-            return MARK.encode() in stream.read(_HEAD)
+            return mark.encode() in stream.read(_HEAD)
     except OSError:
         return False

@@ -8,7 +8,8 @@ import os
 import sys
 from typing import TextIO
 
-from structured_text.errors import OutputError
+from structured_text.errors import OutputError, UnreadError
+from structured_text.output.system import nobody_reads
 
 __all__ = ["discard_output", "prepare"]
 
@@ -21,6 +22,8 @@ class _Output(io.FileIO):
         try:
             return super().write(data)
         except OSError as error:
+            if nobody_reads(error):
+                raise UnreadError from None
             raise OutputError(error.errno, error.strerror) from None
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import weakref
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -113,14 +113,11 @@ class CellsOf:
             if configs:
                 options["robot"] = configs
             made = Demands.load(demands, stimulus[0] if stimulus else None)
-            # The copies are gone when a property is asked: its errors name the user's file.
+            # The copies are gone when demands are asked: their errors name the user's files.
             homes = {
                 str(file): home for file, (home, _, _) in zip(here, self.parcel.files, strict=True)
             }
-            properties = tuple(
-                replace(one, home=homes.get(str(one.file))) for one in made.properties
-            )
-            return Cells(compiled, options, replace(made, properties=properties))
+            return Cells(compiled, options, made.at_home(homes))
 
 
 def _with_projects(named: Sequence[Path]) -> Iterator[Path]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from rcx_harness.verify.recovery import Recovery, recovery_of
 from structured_text.errors import InputError, did_you_mean
 from structured_text.language.types import ElementaryType
 from structured_text.output.reading import check_file
-from structured_text.output.toml_files import load_toml
+from structured_text.output.toml_files import load_toml, toml_text
 from structured_text.units import parse_us
 
 __all__ = ["FAULTS", "Demands"]
@@ -48,6 +49,8 @@ class Demands:
         properties: What always holds, or has to come.
         recovery: The way back; None: none is demanded.
         start: What happens at the beginning instead of the way back; empty: that.
+        start_file: Where that was written.
+        places: File and line of each input that the operator has, where it is known.
     """
 
     buttons: tuple[str, ...] = ()
@@ -59,6 +62,8 @@ class Demands:
     properties: tuple[Declared, ...] = ()
     recovery: Recovery | None = None
     start: tuple[Entry, ...] = ()
+    start_file: str = ""
+    places: Mapping[str, tuple[str, int | None]] = field(default_factory=dict)
 
     @classmethod
     def load(cls, files: Sequence[Path], stimulus: Path | None = None) -> Demands:
@@ -96,6 +101,7 @@ class Demands:
         _check_names(properties)
         start = tuple(Stimulus.load(stimulus).entries) if stimulus is not None else ()
         made: dict[str, Any] = {"properties": tuple(properties), "start": start}
+        made["start_file"] = str(stimulus)
         if "operator" in tables:
             made |= _operator(*tables["operator"])
         elif start:
@@ -111,20 +117,42 @@ class Demands:
             made["recovery"] = recovery_of(value, file)
         return cls(**made)
 
+    def at_home(self, homes: Mapping[str, str]) -> Demands:
+        """Return these with the user's names of files; `homes` has them by those of copies."""
+        recovery = self.recovery
+        if recovery is not None and recovery.file is not None:
+            recovery = replace(recovery, file=homes.get(recovery.file, recovery.file))
+        return replace(
+            self,
+            properties=tuple(
+                replace(one, home=homes.get(str(one.file))) for one in self.properties
+            ),
+            recovery=recovery,
+            start_file=homes.get(self.start_file, self.start_file),
+            places={
+                path: (homes.get(file, file), line) for path, (file, line) in self.places.items()
+            },
+        )
+
     def check(self, cell: Cell) -> None:
         """Refuse what the cell does not have.
 
         Raises:
             InputError: an unknown variable (with near names), or a value that it cannot have.
         """
-        for path in (*self.buttons, *self.switches):
-            if cell.program.type_of(path) != ElementaryType("BOOL"):
-                hint = "name it under values"
-                raise InputError(f"[operator]: {path} is no BOOL", hint=hint)
+        Stimulus(Path(self.start_file), list(self.start)).check(cell)
         before = cell.program.snapshot()
-        for path, values in self.values.items():
-            for value in values:
-                cell.program.write(path, typed(cell, path, value))
+        for path in (*self.buttons, *self.switches, *self.values):
+            try:
+                pressed = path in self.buttons or path in self.switches
+                if pressed and cell.program.type_of(path) != ElementaryType("BOOL"):
+                    raise InputError(f"{path} is no BOOL", hint="name it under values")
+                for value in self.values.get(path, ()):
+                    cell.program.write(path, typed(cell, path, value))
+            except InputError as error:
+                file, line = self.places.get(path, (None, None))
+                text = f"[operator]: {error.message}"
+                raise InputError(text, file=file, line=line, hint=error.hint) from None
         cell.program.restore(before)
 
 
@@ -162,7 +190,19 @@ def _operator(table: Any, file: Path) -> dict[str, Any]:
         hint = 'write values = { "Main.Speed" = [5.0, 50.0] }'
         raise InputError("[operator]: values is no table of lists", file=file, hint=hint)
     made["values"] = {path: tuple(several) for path, several in values.items()}
+    paths = (*made["buttons"], *made["switches"], *values)
+    made["places"] = {path: (str(file), _line(file, path)) for path in paths}
     return made
+
+
+def _line(file: Path, path: str) -> int | None:
+    """Return the line of `[operator]` that names an input, if one does as it stands."""
+    told = False
+    for number, line in enumerate(toml_text(file).splitlines(), 1):
+        told = told or "operator" in line
+        if told and re.search(rf"""["']{re.escape(path)}["']""", line):
+            return number
+    return None
 
 
 def _faults(table: Any, file: Path) -> dict[str, Any]:
