@@ -40,9 +40,10 @@ def parts(node: Any) -> Iterator[Any]:
     """Yield the nodes directly inside a node, without names that are no variables."""
     kind: Any = type(node)
     for one in node if kind is tuple else [getattr(node, name) for name in _fields(kind) or ()]:
-        if type(one) is tuple:
+        kind = type(one)
+        if kind is tuple:
             yield from parts(one)
-        elif _fields(type(one)) is not None:
+        elif _fields(kind) is not None:
             yield one
 
 
@@ -78,7 +79,9 @@ def bodies(one: _One) -> list[tuple[_One, ...]]:
     """Return the bodies of a statement: of an IF or CASE one for each way, also an empty one."""
     branches: Any = getattr(one, "branches", None)
     if branches is not None:
-        inner = [way.body if isinstance(way, s.CaseBranch) else way[1] for way in branches]
+        inner: list[Any] = [
+            way.body if isinstance(way, s.CaseBranch) else way[1] for way in branches
+        ]
         return [*inner, getattr(one, "otherwise", ())]
     return [one.body] if hasattr(one, "body") else []
 
@@ -87,8 +90,8 @@ def statements(body: Iterable[_One]) -> Iterator[_One]:
     """Yield the statements of a body, those inside others too, in the order of the text."""
     for one in body:
         yield one
-        for inner in bodies(one):
-            yield from statements(inner)
+        for body_of_one in bodies(one):
+            yield from statements(body_of_one)
 
 
 def calls_of(body: Iterable[t.Statement]) -> Iterator[t.CallBlock]:
