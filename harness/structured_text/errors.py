@@ -5,11 +5,22 @@ from __future__ import annotations
 import errno
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 
-__all__ = ["InputError", "OutputError", "UnreadError", "did_you_mean", "legible", "refused"]
+__all__ = [
+    "InputError",
+    "OutputError",
+    "UnreadError",
+    "did_you_mean",
+    "legible",
+    "near",
+    "refused",
+]
 
+#: Names are all shown up to this length [characters].
+_LISTED = 200
 #: All control characters but tab and end of line.
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
@@ -73,6 +84,18 @@ class UnreadError(OutputError):
 def did_you_mean(names: Sequence[str]) -> str:
     """A hint that names what was perhaps meant; empty without any."""
     return f"did you mean {' or '.join(names)}" if names else ""
+
+
+def near(name: str, known: Iterable[str], every: str = "there are") -> str:
+    """Return the hint on a name that is not known: what is near, else all there are."""
+    names = list(known)
+    if meant := get_close_matches(name, names):
+        return did_you_mean(meant)
+    listed = ", ".join(names)
+    if len(listed) <= _LISTED:
+        return f"{every} {listed}"
+    nearest = ", ".join(get_close_matches(name, names, cutoff=0.0))
+    return f"the nearest of {len(names)} are {nearest}"
 
 
 def refused(error: OSError) -> InputError:

@@ -207,7 +207,7 @@ def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, tmp_path: Path)
         ("[[at]]\ntime = '1s'\narea = '00'\nconnected = 0\n", ":1: connected is not true or"),
         ("[[at]]\ntime = '1s'\nconnected = true\n", ":1: connected goes with the bytes of an"),
         ("[[at]]\ntime = '1s'\narea = 'robot'\nconnected = true\n", ":1: connected goes with"),
-        ("[[att]]\ntime = '1s'\n", "unknown key 'att'; a stimulus consists of [[at]] tables"),
+        ("[[att]]\ntime = '1s'\n", "unknown key 'att'; did you mean at"),
         ("at = 5\n", "'at' is not a list of tables"),
         ("[[at]\n", "not valid TOML"),
         (

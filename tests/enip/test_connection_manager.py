@@ -352,7 +352,7 @@ def test_an_explicit_connection_is_closed_by_its_triad_too(bench: Any) -> None:
     """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close)."""
     bench.ask(forward_open(transport="A3", path="2002 2401", o_to_t="F843", t_to_o="F843"))
     assert bench.ask(forward_close(path="")) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
-    assert bench.device.connections.explicit_connections == 0
+    assert bench.ask(forward_close(path="")) == refused("0701", "CE")
 
 
 @pytest.mark.parametrize(

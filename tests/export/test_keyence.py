@@ -11,9 +11,9 @@ import pytest
 from exported import example_sources, sample, written
 from exported_dialect import declared, differing, untyped
 from structured_text.export import TARGETS
-from structured_text.export.expressions import init_text
 from structured_text.export.parts import Sources
 from structured_text.language import syntax as s
+from structured_text.language.printer import init_text
 
 #: What a public project types into the tables of KV STUDIO 12 (KV-X520); see docs/how-to/export.md.
 _TYPES = {*("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "LREAL", "TIME", "STRING[80]")}

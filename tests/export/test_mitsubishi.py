@@ -13,9 +13,9 @@ from exported import example_sources, sample, written
 from exported_dialect import declared, differing, untyped
 from rcx_harness.cell.exports import export
 from structured_text.export import TARGETS
-from structured_text.export.expressions import init_text
 from structured_text.export.parts import Sources
 from structured_text.language import syntax as s
+from structured_text.language.printer import init_text
 
 #: Source: MELSEC Communication Protocol Reference Manual, label access, data type ID (page 132).
 _TYPES = {

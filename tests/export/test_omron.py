@@ -13,10 +13,10 @@ from exported import recorded, trace_of, written
 from exported_dialect import WITH_INITIAL_VALUES, declared, untyped
 from rcx_harness.cell.exports import export
 from structured_text.engines.load import build
-from structured_text.export.expressions import init_text
 from structured_text.export.parts import Sources
 from structured_text.language import syntax as s
 from structured_text.language.load import check
+from structured_text.language.printer import init_text
 
 #: Elementary types of NJ and NX controllers. Source: Omron W501, page 6-32, and W506, 8-7.
 _TYPES = {

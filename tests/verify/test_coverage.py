@@ -14,7 +14,6 @@ from rcx_tools.evidence.coverage.run import Run
 from rcx_tools.evidence.coverage.text import full_text
 from structured_text.coverage.formats import tracefile
 from structured_text.coverage.html import pages
-from structured_text.coverage.listing import text_of
 from structured_text.coverage.measure import FileResult, judge, measure
 from structured_text.coverage.parts import merge, part_of
 from structured_text.coverage.report import gaps
@@ -22,6 +21,7 @@ from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.collector import Collector
 from structured_text.engines.builtin.coverage import Decision, Plan
 from structured_text.language.load import load
+from structured_text.language.printer import expression_text
 from structured_text.projects.needed import needed
 
 _SIZE = """\
@@ -228,7 +228,7 @@ def _decision(text: str, tmp_path: Path) -> Decision:
         f"PROGRAM Logic\n  VAR\n    A, B, C, D, Z : BOOL;\n  END_VAR\n  Z := {text};\nEND_PROGRAM\n"
     )
     (decision,) = Plan.of(load([file]).pous["LOGIC"]).decisions
-    assert text_of(decision.root) == text
+    assert expression_text(decision.root) == text
     return decision
 
 
@@ -394,7 +394,7 @@ def test_every_reason_names_a_condition_of_the_library(repository: Path, tmp_pat
     )
     library = sorted((repository / "plc/lib").rglob("*.st"))
     known = {
-        (pou.name, text_of(decision.root), text_of(condition))
+        (pou.name, expression_text(decision.root), expression_text(condition))
         for pou in load([program, *needed([program], library)]).pous.values()
         for decision in Plan.of(pou).decisions
         for condition in decision.conditions

@@ -21,7 +21,7 @@ from rcx_harness.robot import Violation
 from structured_text.engines.conditions import Condition, conditions
 from structured_text.errors import InputError
 from structured_text.language.types import ArrayType, ElementaryType, StructType, Type
-from structured_text.output.toml_files import load_toml, toml_text
+from structured_text.output.toml_files import check_keys, load_toml, toml_text
 from structured_text.units import parse_us
 
 __all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text", "typed"]
@@ -129,11 +129,7 @@ class Stimulus:
         """
         file = Path(path)
         table = load_toml(file)
-        for key in table:
-            if key != "at":
-                raise InputError(
-                    f"unknown key {key!r}", file=file, hint="a stimulus consists of [[at]] tables"
-                )
+        check_keys(table, ["at"], file=file)
         tables = table.get("at", [])
         if not isinstance(tables, list) or not all(isinstance(one, dict) for one in tables):
             raise InputError("'at' is not a list of tables", file=file, hint="write [[at]]")
@@ -218,11 +214,7 @@ def _entry_lines(file: Path) -> list[int]:
 
 
 def _entry(table: Mapping[str, Any], line: int) -> Entry:
-    for key in table:
-        if key not in KEYS:
-            near = get_close_matches(key, KEYS, n=1)
-            hint = f"did you mean {near[0]}" if near else "keys are " + ", ".join(KEYS)
-            raise InputError(f"unknown key {key!r}", hint=hint)
+    check_keys(table, KEYS, every="keys are")
     if "time" not in table:
         raise InputError("the entry has no time", hint='write time = "100ms"')
     if not isinstance(table["time"], str):

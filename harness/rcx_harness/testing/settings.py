@@ -16,7 +16,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.robot import RobotConfig
 from rcx_harness.testing import OPTIONS, VALUES
 from structured_text.engines.load import why_not
-from structured_text.errors import InputError, did_you_mean
+from structured_text.errors import InputError, did_you_mean, near
 from structured_text.units import parse_us
 
 __all__ = ["RULES", "artifacts", "check_settings", "header", "is_on", "known", "project"]
@@ -133,9 +133,7 @@ def known(changes: Mapping[str, Any]) -> None:
     """
     for name in changes:
         if name not in _KEYS:
-            near = did_you_mean(get_close_matches(name, _KEYS))
-            hint = near or f"use {', '.join(_KEYS)}"
-            raise InputError(f"a cell has no option {name!r}", hint=hint)
+            raise InputError(f"a cell has no option {name!r}", hint=near(name, _KEYS, "use"))
 
 
 def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -33,6 +33,7 @@ from structured_text.engines.base import Program
 from structured_text.engines.conditions import Condition, conditions
 from structured_text.errors import InputError
 from structured_text.language.displayed import value_text
+from structured_text.output.toml_files import check_keys, line_of
 from structured_text.units import format_us, parse_us
 
 __all__ = [
@@ -449,20 +450,18 @@ def declared_in(table: Mapping[str, Any], file: Path) -> list[Declared]:
         if not isinstance(tables, list) or not all(isinstance(one, dict) for one in tables):
             raise InputError(f"{kind!r} is no list of tables", file=file, hint=f"write [[{kind}]]")
         for number, one in enumerate(tables, 1):
-            where = f"[[{kind}]] {number}"
+            where, line = f"[[{kind}]] {number}", line_of(file, kind, number)
+            check_keys(one, sorted(knows), where, file, every="keys are")
             for key, value in one.items():
-                if key not in knows:
-                    hint = f"keys are {', '.join(sorted(knows))}"
-                    raise InputError(f"{where}: unknown key {key!r}", file=file, hint=hint)
                 if not isinstance(value, str):
-                    raise InputError(f"{where}: {key} is not a text", file=file)
+                    raise InputError(f"{where}: {key} is not a text", file=file, line=line)
             for key in sorted(needs - one.keys()):
-                raise InputError(f"{where}: {key} is missing", file=file)
+                raise InputError(f"{where}: {key} is missing", file=file, line=line)
             try:
                 within_us = parse_us(one["within"]) if kind == "eventually" else None
             except InputError as error:
                 text = f"{where}: {error.message}"
-                raise InputError(text, file=file, hint=error.hint) from None
+                raise InputError(text, file=file, line=line, hint=error.hint) from None
             name = one.get("name", one["that"])
             found.append(Declared(name, one["that"], within_us, one.get("after"), str(file)))
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -12,6 +12,7 @@ from rcx_harness.cell.stimulus import Entry, typed
 from structured_text.engines.conditions import Condition, conditions
 from structured_text.errors import InputError
 from structured_text.language.displayed import value_text
+from structured_text.output.toml_files import check_keys
 from structured_text.units import format_us, parse_us
 
 __all__ = ["NotRecoveredError", "Operator", "Recovery", "Step", "recovery_of"]
@@ -180,7 +181,8 @@ def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
     Raises:
         InputError: a key that is not known, is missing, or has a wrong value.
     """
-    _known(table, ("set", "steps", "when", "within"), "[recover]", file)
+    keys = ("set", "steps", "when", "within")
+    check_keys(table, keys, "[recover]", file, every="keys are")
     steps = []
     if "set" in table:
         steps.append(Step(values=_table(table["set"], "[recover]: set", file)))
@@ -198,7 +200,8 @@ def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
 
 
 def _step(table: Mapping[str, Any], where: str, file: Path) -> Step:
-    _known(table, ("set", "press", "for", "until", "within", "wait"), where, file)
+    keys = ("set", "press", "for", "until", "within", "wait")
+    check_keys(table, keys, where, file, every="keys are")
     press = table.get("press", [])
     names = press if isinstance(press, list) else [press]
     if not all(isinstance(one, str) for one in names):
@@ -223,13 +226,6 @@ def _step(table: Mapping[str, Any], where: str, file: Path) -> Step:
         time("within", 0),
         time("wait", 0),
     )
-
-
-def _known(table: Mapping[str, Any], keys: Sequence[str], where: str, file: Path) -> None:
-    for key in table:
-        if key not in keys:
-            hint = f"keys are {', '.join(keys)}"
-            raise InputError(f"{where}: unknown key {key!r}", file=file, hint=hint)
 
 
 def _table(value: object, what: str, file: Path) -> Mapping[str, Any]:

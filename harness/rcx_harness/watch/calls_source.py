@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from structured_text.language import cache
 from structured_text.language import syntax as s
+from structured_text.language.walk import bodies, statements
 
 __all__ = ["AREAS", "CallFinding", "CallPlan", "call_findings", "call_plan", "steady_instances"]
 
@@ -282,7 +283,7 @@ class _Calls:
                 if block is not None:
                     way = self._call(one, block, way, guards, loop)
             elif isinstance(one, (s.If, s.Case)):
-                after = [self._branch(inner, way, guards, loop) for inner in _bodies_of(one)]
+                after = [self._branch(inner, way, guards, loop) for inner in bodies(one)]
                 live = [end for end in after if end is not None]
                 if not live:
                     return None
@@ -314,13 +315,9 @@ class _Calls:
         return block if block is not None and block.watched else None
 
     def _all(self, body: Iterable[s.Statement]) -> Iterator[tuple[s.CallStatement, _Block]]:
-        for one in body:
-            if isinstance(one, s.CallStatement):
-                block = self._called(one)
-                if block is not None:
-                    yield one, block
-            for inner in _bodies_of(one):
-                yield from self._all(inner)
+        for one in statements(body):
+            if isinstance(one, s.CallStatement) and (block := self._called(one)) is not None:
+                yield one, block
 
     # --- one call ---
 
@@ -485,7 +482,7 @@ def _steady(body: tuple[s.Statement, ...]) -> set[str]:
     for statement in body:
         if not returned:
             top |= _called(statement)
-        for inner in _flat(statement):
+        for inner in statements([statement]):
             calls.update(_called(inner))
             if isinstance(inner, s.Return):
                 returned = True
@@ -506,22 +503,3 @@ def _start_of(target: s.Variable) -> set[str]:
     if not isinstance(target, s.Field) or target.name.key not in _STARTS:
         return set()
     return {target.base.key} if isinstance(target.base, s.Name) else set()
-
-
-def _flat(statement: s.Statement) -> Iterator[s.Statement]:
-    """The statement and all inside it, in the order of the text."""
-    yield statement
-    for body in _bodies_of(statement):
-        for inner in body:
-            yield from _flat(inner)
-
-
-def _bodies_of(statement: s.Statement) -> list[tuple[s.Statement, ...]]:
-    """The bodies inside a statement: of an IF or CASE one for each way, also an empty one."""
-    if isinstance(statement, s.If):
-        return [*(body for _, body in statement.branches), statement.otherwise]
-    if isinstance(statement, s.Case):
-        return [*(branch.body for branch in statement.branches), statement.otherwise]
-    if isinstance(statement, (s.For, s.While, s.Repeat)):
-        return [statement.body]
-    return []

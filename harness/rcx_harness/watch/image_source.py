@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple, get_args
 
 from rcx_harness.watch.calls_source import AREAS, CallFinding
 from structured_text.language import cache
@@ -20,13 +19,12 @@ from structured_text.language.checked import analysed
 from structured_text.language.project import Project
 from structured_text.language.syntax import Position
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
+from structured_text.language.walk import nodes, statements
 
 __all__ = ["ImageUse", "image_use", "reads_located"]
 
 _HERE = Path(__file__)
 _INPUT = "INPUTAREA"
-#: Fields of the tree that are no code.
-_NO_CODE = ("at", "type", "block", "symbol", "method")
 
 #: A variable: its POU (empty for a global one), its name, members down to it; in upper case.
 _Place = tuple[str, ...]
@@ -140,16 +138,18 @@ class _Images:
     # --- reading the code ---
 
     def _read(self, pou: t.Pou) -> None:
-        for node, at in _nodes(pou.body, pou.at):
-            if isinstance(node, t.Assign):
-                self._assign(node.target, node.value, at, pou)
-            elif isinstance(node, t.CallBlock):
-                self._call(node, at, pou)
-            elif isinstance(node, (t.CallFunction, t.CallMethod)):
-                given = [one for one in node.arguments if one is not None]
-                for _, variable in (*node.in_outs, *node.outputs):
-                    self._assign(variable, tuple(given), at, pou)
-                    self._feed(variable, tuple(one for _, one in node.in_outs), pou)
+        for statement in statements(pou.body):
+            at = statement.at
+            for node in nodes(statement, get_args(t.Statement)):
+                if isinstance(node, t.Assign):
+                    self._assign(node.target, node.value, at, pou)
+                elif isinstance(node, t.CallBlock):
+                    self._call(node, at, pou)
+                elif isinstance(node, (t.CallFunction, t.CallMethod)):
+                    given = [one for one in node.arguments if one is not None]
+                    for _, variable in (*node.in_outs, *node.outputs):
+                        self._assign(variable, tuple(given), at, pou)
+                        self._feed(variable, tuple(one for _, one in node.in_outs), pou)
 
     def _call(self, node: t.CallBlock, at: Position, pou: t.Pou) -> None:
         block = node.block.name.upper()
@@ -190,7 +190,7 @@ class _Images:
 
     def _uses(self, value: object, pou: t.Pou) -> Iterator[_Place]:
         """Yield the variables in an expression; of a block's pin also the pin of its type."""
-        for node, _ in _nodes(value, pou.at):
+        for node in nodes(value):
             if isinstance(node, (t.Use, t.Member)) and (place := self._place(node, pou)):
                 yield place
 
@@ -294,16 +294,3 @@ def _name(variable: t.Expression) -> str:
     if isinstance(variable, t.Member):
         return variable.name
     return _name(variable.base) if isinstance(variable, (t.Index, t.Deref)) else "the image"
-
-
-def _nodes(node: object, at: Position) -> Iterator[tuple[Any, Position]]:
-    """Yield every statement and expression inside something, each with its statement's place."""
-    if isinstance(node, tuple):
-        for one in node:
-            yield from _nodes(one, at)
-    elif is_dataclass(node) and not isinstance(node, (type, t.Symbol, t.Pou)):
-        at = getattr(node, "at", at)
-        yield node, at
-        for part in fields(node):
-            if part.name not in _NO_CODE:
-                yield from _nodes(getattr(node, part.name), at)

@@ -6,14 +6,14 @@ the user's own blocks, so that a robot has one identity wherever a VAR_IN_OUT ca
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field
 
 from rcx_harness.watch.calls_source import AREAS
 from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
+from structured_text.language.walk import nodes, parts
 
 __all__ = ["Call", "Robot", "RobotsUsed", "pins_of", "robot_pins"]
 
@@ -200,7 +200,7 @@ class RobotsUsed:
             if pou.file not in self._files:  # it extends a block of the library
                 continue
             self._note_uses(frame.pou, pou.body)
-            for node in _nodes(pou.body):
+            for node in nodes(pou.body):
                 self._take(node, frame, pou)
 
     def _take(self, node: object, frame: _Frame, pou: t.Pou) -> None:
@@ -275,15 +275,13 @@ class RobotsUsed:
 
     def _note_uses(self, owner: t.Pou, node: object) -> None:
         """Note which instances are used by their pins, and which as a whole."""
-        if isinstance(node, tuple):
-            for one in node:
-                self._note_uses(owner, one)
-        elif isinstance(node, t.Member) and isinstance(node.base, t.Use):
+        if isinstance(node, t.Member) and isinstance(node.base, t.Use):
             self._members.add((owner, node.base.symbol.name.upper()))
         elif isinstance(node, t.Use):
             self._bare.add((owner, node.symbol.name.upper()))
         else:
-            self._note_uses(owner, _parts(node))
+            for one in parts(node):
+                self._note_uses(owner, one)
 
     # --- places ---
 
@@ -340,23 +338,6 @@ def _has_robot(kind: Type) -> bool:
         return _has_robot(kind.element)
     inner = kind.fields if isinstance(kind, StructType) else ()
     return _is_robot(kind) or any(_has_robot(one) for _, one in inner)
-
-
-def _parts(node: object) -> tuple[Any, ...]:
-    """Return what a statement or expression consists of."""
-    if not is_dataclass(node) or isinstance(node, (type, t.Symbol, t.Pou)):
-        return ()
-    return tuple(getattr(node, part.name) for part in fields(node) if part.name not in _NO_CODE)
-
-
-def _nodes(node: object) -> Iterator[Any]:
-    """Yield every statement and expression inside something, in the order of the code."""
-    if isinstance(node, tuple):
-        for one in node:
-            yield from _nodes(one)
-    elif parts := _parts(node):
-        yield node
-        yield from _nodes(parts)
 
 
 def _text(variable: t.Expression) -> str:

@@ -9,7 +9,8 @@ from rcx_harness.watch.calls_source import AREAS
 from structured_text.language import cache
 from structured_text.language.checked import analysed
 from structured_text.language.project import Project
-from structured_text.language.tree import CallBlock, Use
+from structured_text.language.tree import Use
+from structured_text.language.walk import calls_of
 
 __all__ = ["safety_inputs"]
 
@@ -38,21 +39,10 @@ def _found(every: Sequence[Path]) -> list[str]:
 
 def _variables(project: Project) -> Iterator[str]:
     for instance, block in project.instances.items():
-        for call in _calls(project.pous[block.name.upper()].body):
+        for call in calls_of(project.pous[block.name.upper()].body):
+            if AREAS.get(call.block.name.upper()) != "write":
+                continue
             for pin, value in call.inputs:
                 if pin.upper() in _PINS and isinstance(value, Use) and not value.symbol.constant:
                     outside = value.symbol.section in ("VAR_EXTERNAL", "VAR_GLOBAL")
                     yield value.symbol.name if outside else f"{instance}.{value.symbol.name}"
-
-
-def _calls(body: object) -> Iterator[CallBlock]:
-    """Yield the calls of FB_WriteArea in a body, in the order of the code."""
-    if isinstance(body, CallBlock):
-        if AREAS.get(body.block.name.upper()) == "write":
-            yield body
-    elif isinstance(body, tuple):
-        for one in body:
-            yield from _calls(one)
-    else:
-        for part in ("branches", "otherwise", "body"):
-            yield from _calls(getattr(body, part, ()))

@@ -1,18 +1,86 @@
-"""Copies of the library: as it is, and with one block broken on purpose, to be found."""
+"""Copies of the library: as it is, and with one block broken on purpose, to be found.
+
+The bugs stand in tables under `tests/tools/evidence`, each a `[[bug]]` with `name`, `file`, `old`
+and `new`, and what the check wants to know that looks for it.
+"""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any, TypeVar
 
 from rcx_tools.evidence.results import ROOT
+from structured_text.errors import InputError
+from structured_text.output.toml_files import line_of, load_toml
 
-__all__ = ["broken_library", "library_copy"]
+__all__ = ["Bug", "broken_library", "bugs", "library_copy"]
 
 _LIBRARY = ROOT / "plc" / "lib"
+
+
+@dataclass(frozen=True)
+class Bug:
+    """One row of a table; `old` stands once in `file`, and becomes `new`."""
+
+    name: str
+    file: str
+    old: str
+    new: str
+
+    def check(self, folder: Path) -> None:
+        """See that it can be put in.
+
+        Raises:
+            InputError: `old` does not stand once in the file.
+        """
+        file = folder / self.file
+        text = file.read_text(encoding="utf-8") if file.is_file() else ""
+        times = text.count(self.old)
+        if times != 1 or self.old == self.new:
+            raise InputError(
+                f"the seeded bug {self.name!r}: `old` stands {times} times in {self.file}",
+                hint="give text that stands there once, and another one instead",
+            )
+
+    def put_into(self, folder: Path) -> None:
+        """Change a copy."""
+        file = folder / self.file
+        text = file.read_text(encoding="utf-8")
+        file.write_text(text.replace(self.old, self.new), encoding="utf-8")
+
+
+_Bug = TypeVar("_Bug", bound=Bug)
+
+
+def bugs(files: Iterable[Path], kind: type[_Bug]) -> list[_Bug]:
+    """Read the rows of tables.
+
+    Args:
+        files: The tables.
+        kind: What a row says: its fields are the keys, all of which must be there, lists as tuples.
+
+    Raises:
+        InputError: no TOML, a row that lacks something, or a name that is there twice.
+    """
+    found: dict[str, _Bug] = {}
+    keys = [one.name for one in fields(kind)]
+    for file in files:
+        for number, row in enumerate(load_toml(file).get("bug", []), 1):
+            line = line_of(file, "bug", number)
+            if set(row) != set(keys) or [] in row.values():
+                text = f"seeded bug {number} has {', '.join(row)}"
+                hint = f"it needs {', '.join(keys)}, none of them empty"
+                raise InputError(text, file=file, line=line, hint=hint)
+            if row["name"] in found:
+                raise InputError(f"a second seeded bug {row['name']!r}", file=file, line=line)
+            made: Any = {key: tuple(v) if isinstance(v, list) else v for key, v in row.items()}
+            found[row["name"]] = kind(**made)
+    return list(found.values())
 
 
 @contextmanager

@@ -403,6 +403,9 @@ CHECKS: tuple[Check, ...] = (
             ("differences", _count("differences")),
             ("broken blocks found", _number("broken blocks found")),
         ),
-        ("plc/examples", "docs/explanation/charts", "harness/rcx_harness/enip"),
+        (
+            *("plc/examples", "docs/explanation/charts", "harness/rcx_harness/enip"),
+            "tests/tools/evidence/relation_bugs.toml",
+        ),
     ),
 )

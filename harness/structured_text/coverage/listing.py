@@ -12,11 +12,11 @@ from typing import NamedTuple
 from structured_text.engines.builtin.coverage import Plan, Postfix
 from structured_text.language import tree as t
 from structured_text.language.lexer import tokens
-from structured_text.language.scalars import ANY_CHARS, ANY_DURATION
+from structured_text.language.printer import expression_text, label_text
 from structured_text.language.source import origin, source_text
-from structured_text.language.types import ElementaryType, EnumType, ReferenceType, Type
+from structured_text.language.types import EnumType
 
-__all__ = ["Branch", "Listed", "Listing", "Point", "Text", "listing", "text_of"]
+__all__ = ["Branch", "Listed", "Listing", "Point", "Text", "listing"]
 
 _OPENS = ("IF", "CASE", "WHILE", "FOR", "REPEAT")
 _REASON = re.compile(r"\(\*\s*unreachable:\s*((?s:.*?))\s*\*\)|//[ \t]*unreachable:[ \t]*(.*)")
@@ -169,9 +169,9 @@ class _Lister:
         self._words = words
         self._forks = 0
         for one in plan.decisions:
-            texts = [text_of(condition) for condition in one.conditions]
+            texts = [expression_text(condition) for condition in one.conditions]
             line = one.line
-            found.decisions.append(Listed(line, line, text_of(one.root), texts, one.code))
+            found.decisions.append(Listed(line, line, expression_text(one.root), texts, one.code))
 
     def statements(self, body: tuple[t.Statement, ...]) -> None:
         """List the statements of a body and what is in them."""
@@ -228,7 +228,7 @@ class _Lister:
         counters = self._bodies(node, [body for _, body in node.branches])
         ways = zip(words.branches, node.branches, counters, strict=True)
         for k, (line, (condition, _), counter) in enumerate(ways):
-            yield line, counter, f"{'ELSIF' if k else 'IF'} {text_of(condition)}"
+            yield line, counter, f"{'ELSIF' if k else 'IF'} {expression_text(condition)}"
         if node.otherwise:
             yield words.otherwise, self._plan.body(node, node.otherwise), "ELSE"
         else:
@@ -245,7 +245,7 @@ class _Lister:
             shown = []
             for low, high in labels:
                 members = {value for value in members if not low <= value <= high}
-                shown.append("..".join(_label(kind, end) for end in dict.fromkeys((low, high))))
+                shown.append("..".join(label_text(kind, end) for end in dict.fromkeys((low, high))))
             line = body[0].at.line if body else node.at.line
             yield line, counter, f"CASE {', '.join(shown)}"
         if node.otherwise:
@@ -261,10 +261,6 @@ class _Lister:
         begins = _counts(node) if isinstance(node, t.For) else _begins(node.condition, before)
         if not begins:
             yield line, self._plan.empty[id(node)], f"{name} without a round"
-
-
-def _label(kind: Type, value: int) -> str:
-    return (kind.member_of(value) if isinstance(kind, EnumType) else None) or str(value)
 
 
 def _counts(node: t.For) -> bool:
@@ -293,92 +289,3 @@ def _begins(condition: t.Expression, before: t.Statement | None) -> bool:
         and condition.op in _COMPARE
         and bool(_COMPARE[condition.op](start.value, end.value))
     )
-
-
-_STRENGTH = {
-    **dict.fromkeys(("OR", "OR_ELSE"), 1),
-    "XOR": 2,
-    **dict.fromkeys(("AND", "AND_THEN"), 3),
-    **dict.fromkeys(("=", "<>", "<", ">", "<=", ">="), 4),
-    **dict.fromkeys(("+", "-"), 5),
-    **dict.fromkeys(("*", "/", "MOD"), 6),
-    "**": 8,
-}
-_UNARY = 7
-_BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
-
-
-def text_of(node: t.Expression, within: int = 0) -> str:
-    """An expression as one would write it, in parentheses if its place binds more strongly.
-
-    Args:
-        node: The expression.
-        within: How strongly the operator binds whose operand it is.
-    """
-    if isinstance(node, t.Constant):
-        return _constant(node)
-    if isinstance(node, t.Use):
-        return node.symbol.name
-    if isinstance(node, t.Member):
-        return f"{text_of(node.base)}.{node.name}"
-    if isinstance(node, t.Index):
-        return f"{text_of(node.base)}[{', '.join(map(text_of, node.indices))}]"
-    if isinstance(node, t.Unary):
-        word = "NOT " if node.op == "NOT" else node.op
-        return f"{word}{text_of(node.operand, _UNARY)}"
-    if isinstance(node, t.Binary):
-        strength = _STRENGTH[node.op]
-        left, right = text_of(node.left, strength), text_of(node.right, strength + 1)
-        text = f"{left} {node.op} {right}"
-        return f"({text})" if strength < within else text
-    if not isinstance(node, (t.CallFunction, t.Standard)):
-        return _pointing(node)
-    name = node.function if isinstance(node, t.CallFunction) else node.name
-    given = [text_of(item) for item in node.arguments if item is not None]
-    return f"{name}({', '.join(given)})"
-
-
-def _pointing(node: t.Expression) -> str:
-    """The text of a method's call, a pointer or a reference."""
-    if isinstance(node, t.This):
-        return "THIS^"
-    if isinstance(node, t.Null):
-        return "0"
-    if isinstance(node, t.Same):
-        return f"{text_of(node.left)} {node.op} {text_of(node.right)}"
-    if isinstance(node, t.Valid):
-        return f"__ISVALIDREF({text_of(node.reference)})"
-    if isinstance(node, t.Recast):
-        return text_of(node.base)
-    if isinstance(node, t.Address):
-        return f"ADR({text_of(node.variable)})"
-    if isinstance(node, t.Offset):
-        return f"{text_of(node.base)} {'+' if node.sign > 0 else '-'} {text_of(node.bytes)}"
-    if isinstance(node, t.Deref):
-        if node.offset is not None:
-            return f"{text_of(node.base)}[{text_of(node.offset)}]"
-        kind = node.base.type
-        reference = isinstance(kind, ReferenceType) and kind.kind == "REFERENCE"
-        return text_of(node.base) if reference else f"{text_of(node.base)}^"
-    assert isinstance(node, t.CallMethod)
-    _, name, *accessor = node.method.name.split(".")
-    called = f"{'SUPER^' if node.final else text_of(node.instance)}.{name}"
-    if accessor:
-        return called
-    given = [text_of(item) for item in node.arguments if item is not None]
-    return f"{called}({', '.join(given)})"
-
-
-def _constant(node: t.Constant) -> str:
-    kind, value = node.type, node.value
-    if isinstance(kind, EnumType):
-        return _label(kind, int(value))
-    name = kind.name if isinstance(kind, ElementaryType) else ""
-    if name in _BITS:
-        return f"{name}#16#{int(value):0{_BITS[name]}X}"
-    if name == "BOOL":
-        return "TRUE" if value else "FALSE"
-    if name in ANY_DURATION:
-        prefix = "T" if name == "TIME" else "LTIME"
-        return f"{prefix}#{int(value) // 1_000_000}ms"
-    return f"'{value}'" if name in ANY_CHARS else str(value)

@@ -25,6 +25,7 @@ from structured_text.language.project import Project
 from structured_text.language.registry import Declared, Registry
 from structured_text.language.scalars import BOOL
 from structured_text.language.types import Type
+from structured_text.language.walk import nodes
 
 __all__ = ["Compiled", "Expressions"]
 
@@ -116,7 +117,7 @@ class Expressions:
             node = checker.check(found, want)
         except InputError as error:
             raise InputError(f"{text}: {error.message}", hint=error.hint) from None
-        if _calls_method(node):
+        if any(isinstance(one, t.CallMethod) for one in nodes(node)):
             hint = "methods may change the program; look at the variables instead"
             raise InputError(f"{text}: a method is not called from here", hint=hint)
         return self._written(scope, node, text)
@@ -192,17 +193,3 @@ def _scopes(project: Project) -> dict[str, Scope]:
             if same is not None:  # what only the bodies tell
                 symbol.addressed, symbol.shared = same.addressed, same.shared
     return {key: replace(scope) for key, scope in scopes.items() if key in project.pous}
-
-
-def _calls_method(node: Any) -> bool:
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        if isinstance(one, t.CallMethod):
-            return True
-        for name in ("operand", "left", "right", "base", "instance", "variable", "reference"):
-            if (part := getattr(one, name, None)) is not None:
-                waiting.append(part)
-        for name in ("arguments", "indices"):
-            waiting += [part for part in getattr(one, name, ()) or () if part is not None]
-    return False

@@ -15,7 +15,7 @@ from structured_text.engines.builtin.statements import Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
 from structured_text.language.project import Project
-from structured_text.prove.tree import statements
+from structured_text.language.walk import statements
 
 __all__ = ["Code", "Places", "real_path"]
 

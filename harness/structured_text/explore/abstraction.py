@@ -30,13 +30,13 @@ from random import Random
 from struct import Struct
 from typing import Any, NamedTuple
 
-from structured_text.coverage.listing import text_of
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.blocks import CLASSES
 from structured_text.engines.builtin.storage import address_slot, is_scalar
 from structured_text.errors import InputError
 from structured_text.explore.kept import Kept, Tables
 from structured_text.language import tree as t
+from structured_text.language.printer import expression_text
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -48,7 +48,7 @@ from structured_text.language.types import (
     Type,
 )
 from structured_text.language.values import describe
-from structured_text.prove.tree import calls_of
+from structured_text.language.walk import calls_of
 
 __all__ = ["NOW_US", "Abstraction", "Part"]
 
@@ -370,7 +370,7 @@ class Abstraction:
         for call in calls_of(pou.body) if pou else ():
             if call.block.name.upper() == self._tables.job and isinstance(call.instance, t.Use):
                 pins = {pin.upper(): value for pin, value in call.in_outs}
-                channel = text_of(pins["CHANNEL"]).upper()
+                channel = expression_text(pins["CHANNEL"]).upper()
                 if channel.endswith((".COMMAND", ".SEQUENCE")):
                     found[call.instance.symbol.name.upper()] = channel.rpartition(".")[2].lower()
         return found

@@ -8,12 +8,12 @@ from xml.etree import ElementTree as ET
 
 from structured_text import COMMAND, DISTRIBUTION
 from structured_text.export.body import Body, Scope
-from structured_text.export.expressions import expression_text, init_text
 from structured_text.export.output import Output
 from structured_text.export.parts import Part, Sources
 from structured_text.export.words import words
 from structured_text.language import syntax as s
 from structured_text.language.library import Names
+from structured_text.language.printer import expression_text, init_text
 
 __all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "to_plcopen"]
 

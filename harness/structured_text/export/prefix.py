@@ -13,8 +13,8 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.lexer import tokens
 from structured_text.language.parser import parse
-from structured_text.language.registry import parts_of
 from structured_text.language.source import source_text
+from structured_text.language.walk import nodes
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles, st_files
 
@@ -177,22 +177,18 @@ def _uses(declaration: s.TypeDecl | s.Pou | s.Configuration, names: _Names) -> I
     hidden = names.hidden
     if isinstance(declaration, s.Pou):
         hidden |= frozenset(name.key for name in _variables(declaration.sections))
-    waiting: list[Any] = [declaration]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, tuple):
-            waiting += node
-        elif isinstance(node, s.Name):
-            if node.key in names.keys and node.key not in hidden:
+    members: set[s.Name] = set()
+    for node in nodes(declaration):
+        if isinstance(node, s.Name):
+            if node.key in names.keys and node.key not in hidden and node not in members:
                 yield node.at
         elif isinstance(node, s.StructInit):
-            waiting += [value for _, value in node.fields]
+            members.update(name for name, _ in node.fields)
         elif isinstance(node, s.Literal):
             if node.text.partition("#")[0].upper() in names.known_keys:
                 yield node.at
         else:
             yield from (name.at for name in _named(node) if name.key in names.keys)
-            waiting += [getattr(node, part) for part in parts_of(node)]
 
 
 def _named(node: Any) -> Iterable[s.Name]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from structured_text.export.body import Body, Scope
-from structured_text.export.expressions import expression_text, init_text
 from structured_text.export.initial import is_scalar, literal, runs, zero
 from structured_text.export.losses import lost_configuration, reaching_out, sections
 from structured_text.export.output import Missing, Output
@@ -15,6 +14,7 @@ from structured_text.export.parts import Part, Sources
 from structured_text.export.starts import Starts, each_call
 from structured_text.export.words import blocks_of, unwritten, words
 from structured_text.language import syntax as s
+from structured_text.language.printer import expression_text, init_text
 from structured_text.language.tree import Symbol
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import array_length

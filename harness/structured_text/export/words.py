@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from structured_text.export.losses import missing
 from structured_text.export.output import Missing
 from structured_text.export.parts import Part
 from structured_text.language import syntax as s
 from structured_text.language.standard import BLOCKS, FUNCTIONS, conversion, reserved
+from structured_text.language.walk import nodes
 from structured_text.output.toml_files import load_toml
 
 __all__ = ["FOLDER", "Form", "Words", "blocks_of", "mentioned", "unwritten", "words"]
@@ -254,16 +254,15 @@ def blocks_of(part: Part) -> set[str]:
 
 def mentioned(part: Part) -> Iterator[str]:
     """All names in a part, in upper case."""
-    for node in _nodes(part.node):
-        if isinstance(node, s.Name):
-            yield node.key
+    every = nodes(part.node, names=True)
+    return (node.key for node in every if isinstance(node, s.Name))
 
 
 def _used(
     node: s.Pou | s.TypeDecl, functions: Collection[str]
 ) -> Iterator[tuple[str, str, s.Position]]:
     """Kind and name of each standard thing that is used; a function with how many arguments."""
-    for one in _nodes(node):
+    for one in nodes(node):
         if isinstance(one, s.Call) and one.function.key not in functions:
             key = one.function.key
             if key in FUNCTIONS or conversion(key) is not None:
@@ -276,22 +275,3 @@ def _used(
             yield "block", one.name.key, one.name.at
         elif isinstance(one, s.If | s.Case | s.For | s.While | s.Repeat | s.Exit | s.Return):
             yield "statement", type(one).__name__.upper(), one.at
-
-
-def _nodes(node: Any) -> Iterator[Any]:
-    """A syntax tree's nodes, in the order of the text."""
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        kind: Any = type(one)
-        if kind is tuple:
-            waiting += one[::-1]
-        elif names := _fields(kind):
-            yield one
-            waiting += [getattr(one, name) for name in names]
-
-
-@cache
-def _fields(kind: type[Any]) -> tuple[str, ...]:
-    """The fields of a syntax class, the last one first; of anything else none."""
-    return tuple(one.name for one in reversed(fields(kind))) if is_dataclass(kind) else ()

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from structured_text.errors import InputError
-from structured_text.output.toml_files import load_toml
+from structured_text.output.toml_files import check_keys, line_of, load_toml
 
 __all__ = ["Names"]
 
@@ -42,8 +42,8 @@ class Names:
         """
         table = load_toml(file)
         known = [one.name for one in fields(cls)]
+        check_keys(table, known, file=file)
         for key, value in table.items():
-            if key not in known or not isinstance(value, str):
-                hint = f"it has texts only: {', '.join(known)}"
-                raise InputError(f"{key} is no name of a library", file=file, hint=hint)
+            if not isinstance(value, str):
+                raise InputError(f"{key} is not a text", file=file, line=line_of(file, key))
         return cls(**table)

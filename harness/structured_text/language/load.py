@@ -18,12 +18,13 @@ from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
 from structured_text.language.project import Project, Run, Task, Unit, runnable
-from structured_text.language.registry import Declared, Registry, parts_of
+from structured_text.language.registry import Declared, Registry
 from structured_text.language.resolve import ConsequenceError
 from structured_text.language.scalars import TIME
 from structured_text.language.source import source_text
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
+from structured_text.language.walk import parts
 from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
 
 __all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "read_file"]
@@ -253,10 +254,7 @@ def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
         at = getattr(node, "at", at)
         if depth > deepest[0]:
             deepest = depth, file, at, node
-        parts = (
-            node if isinstance(node, tuple) else [getattr(node, name) for name in parts_of(node)]
-        )
-        waiting += [(depth + 1, file, at, part) for part in parts]
+        waiting += [(depth + 1, file, at, part) for part in [*parts(node)][::-1]]
     return InputError(
         "too many operators, brackets or calls inside each other",
         file=deepest[1],

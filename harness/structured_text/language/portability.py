@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from structured_text.language import cache
 from structured_text.language import syntax as s
@@ -22,6 +21,7 @@ from structured_text.language.scalars import CORE, ELEMENTARY
 from structured_text.language.source import origin, source_text, title_of
 from structured_text.language.standard import BLOCKS
 from structured_text.language.syntax import Position
+from structured_text.language.walk import nodes
 
 __all__ = ["LintFinding", "lint", "reserved_names", "text_findings", "unportable"]
 
@@ -209,7 +209,7 @@ def _declaration(one: s.Declaration, members: set[str]) -> _Found:
 
 def reserved_names(declaration: s.Declaration) -> Iterator[tuple[Position, str]]:
     """Names that are declared and that a newer edition has for itself."""
-    for node in _nodes(declaration):
+    for node in nodes(declaration):
         if isinstance(node, (s.TypeDecl, s.Pou)):
             names: tuple[s.Name, ...] = (node.name,)
         elif isinstance(node, s.VarDecl):
@@ -223,7 +223,7 @@ def reserved_names(declaration: s.Declaration) -> Iterator[tuple[Position, str]]
 
 def _third_edition(declaration: s.Declaration) -> _Found:
     """Types, and literals of types, that came with the third edition."""
-    for node in _nodes(declaration):
+    for node in nodes(declaration):
         name = ""
         if isinstance(node, s.NamedSpec):
             name = node.name.key
@@ -302,7 +302,7 @@ def _function(pou: s.Pou) -> _Found:
 
 def _code(statement: s.Statement, members: set[str]) -> _Found:
     """A statement with all that is in it."""
-    for node in _nodes(statement):
+    for node in nodes(statement):
         if isinstance(node, s.For):
             yield node.at, "FOR: compilers differ in it (0 TO 0, final value); use WHILE"
         elif isinstance(node, s.Case):
@@ -324,7 +324,7 @@ def _compares(operand: s.Expression) -> bool:
     """Has it a comparison? Another NOT is looked at by itself."""
     if isinstance(operand, s.Unary):
         return False
-    return any(isinstance(one, s.Binary) and one.op in _COMPARISONS for one in _nodes(operand))
+    return any(isinstance(one, s.Binary) and one.op in _COMPARISONS for one in nodes(operand))
 
 
 def _label(label: s.Expression | s.Range, members: set[str]) -> _Found:
@@ -370,18 +370,6 @@ def _promoted(side: s.Expression) -> _Found:
     shift = isinstance(side, s.Call) and side.function.key in _SHIFTS
     if shift or (isinstance(side, s.Unary) and side.op == "NOT"):
         yield side.at, "compared at once: assign the result of NOT or a shift to a variable first"
-
-
-def _nodes(node: Any) -> Iterator[Any]:
-    """The node and every node below it."""
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        if isinstance(one, tuple):
-            waiting += reversed(one)
-        elif is_dataclass(one):
-            yield one
-            waiting += [getattr(one, field.name) for field in reversed(fields(one))]
 
 
 _LONGEST = 100

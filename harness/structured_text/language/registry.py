@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, fields, is_dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,19 +12,13 @@ from structured_text.language import syntax as s
 from structured_text.language.constructs import CONSTRUCTS, Use
 from structured_text.language.scalars import CORE
 from structured_text.language.standard import reserved
+from structured_text.language.walk import nodes
 from structured_text.output.limits import MOST_LEVELS
 
-__all__ = ["ConsequenceError", "Declared", "Registry", "last_name", "parts_of"]
+__all__ = ["ConsequenceError", "Declared", "Registry", "last_name"]
 
-#: Types and POUs that may use each other in a row.
-
-#: Types of those fields of syntax in which nothing is used.
-#: Methods may use what their block does not exist without.
-_PLAIN = (
-    *("Name", "Name | None", "Position", "str", "bool", "int", "tuple[Name, ...]"),
-    *("tuple[Any, ...]", "tuple[InputError, ...]", "Path"),
-    *("tuple[str, ...]", "tuple[Method | Property, ...]", "tuple[Namespace, ...]"),
-)
+#: What is pointed to may in turn use this; methods may use what their block does not exist without.
+_LATER = (s.PointerSpec, s.Method, s.Property)
 
 #: Libraries of the field whose names may stand before what they have of the standard.
 _LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
@@ -226,22 +219,14 @@ class Registry:
 
 def _used(node: Any) -> Iterator[str]:
     """Names of types and functions that a piece of syntax uses, in order."""
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        kind: Any = type(one)
-        if kind is tuple:
-            waiting += one[::-1]
-            continue
-        if kind is s.PointerSpec:  # What is pointed to may in turn use this.
-            continue
+    for one in nodes(node, _LATER):
+        kind = type(one)
         if kind is s.NamedSpec:
             yield one.name.key.rpartition(".")[2]
         elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
             yield one.extends.key.rpartition(".")[2]
         elif kind is s.Call:
             yield one.function.key
-        waiting += [getattr(one, name) for name in parts_of(one)]
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:
@@ -252,16 +237,3 @@ def _spans(size: int) -> Iterator[tuple[int, int]]:
 def last_name(name: s.Name) -> str:
     """The upper-case name without the namespaces before it."""
     return name.key.rpartition(".")[2]
-
-
-def parts_of(node: Any) -> tuple[str, ...]:
-    """The fields of a piece of syntax that are syntax too, the last one first."""
-    kind: Any = type(node)
-    return _parts(kind)
-
-
-@lru_cache(maxsize=256)
-def _parts(kind: Any) -> tuple[str, ...]:
-    if not is_dataclass(kind):
-        return ()
-    return tuple(field.name for field in reversed(fields(kind)) if field.type not in _PLAIN)

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 from structured_text.language import syntax as s
 from structured_text.language.types import ArrayType, BlockType, EnumType, StructType, Type
-from structured_text.mutants.text import Edit, Span, children
+from structured_text.language.walk import bodies, nodes
+from structured_text.mutants.text import Edit, Span
 from structured_text.mutants.walk import Body, Place, places
 
 __all__ = ["OPERATORS", "Change", "changes", "changes_nothing", "constants"]
@@ -312,39 +313,25 @@ def _written_before(statements: tuple[Any, ...], node: s.Assign, key: str) -> bo
     for statement in statements:
         if statement is node:
             return False
-        if not any(one is node for one in _inside(statement)):
+        if not any(one is node for one in nodes(statement)):
             if _writes(statement, key):
                 return True
         elif isinstance(statement, (s.If, s.Case)):
-            inner = next(branch for branch in _branches(statement) if _holds(branch, node))
+            inner = next(branch for branch in bodies(statement) if _holds(branch, node))
             return _written_before(inner, node, key)
         else:  # in a loop what comes after it may have been before
             return True
     return True
 
 
-def _branches(statement: s.If | s.Case) -> Iterator[tuple[Any, ...]]:
-    if isinstance(statement, s.If):
-        yield from (inner for _, inner in statement.branches)
-    else:
-        yield from (branch.body for branch in statement.branches)
-    yield statement.otherwise
-
-
 def _holds(branch: tuple[Any, ...], node: s.Assign) -> bool:
-    return any(one is node for statement in branch for one in _inside(statement))
-
-
-def _inside(node: Any) -> Iterator[Any]:
-    yield node
-    for child in children(node):
-        yield from _inside(child)
+    return any(one is node for one in nodes(branch))
 
 
 def _writes(statement: Any, key: str) -> bool:
     return any(
         isinstance(one, s.Assign) and isinstance(one.target, s.Name) and one.target.key == key
-        for one in _inside(statement)
+        for one in nodes(statement)
     )
 
 

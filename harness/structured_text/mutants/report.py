@@ -16,7 +16,7 @@ from rich.table import Table
 from structured_text.errors import InputError
 from structured_text.mutants.mutant import Mutant
 from structured_text.output.files import replace_files
-from structured_text.output.toml_files import load_toml
+from structured_text.output.toml_files import line_of, load_toml
 
 __all__ = ["Judged", "Reasons", "figures", "print_report", "write_rows"]
 
@@ -48,7 +48,11 @@ class Reasons:
         for number, row in enumerate(rows, 1):
             if not isinstance(row, dict) or not all(isinstance(row.get(key), str) for key in _ROW):
                 hint = f"it needs {', '.join(_ROW)}, each a text"
-                raise InputError(f"[[survivor]] {number} is not whole", file=file, hint=hint)
+                line, text = (
+                    line_of(file, "survivor", number),
+                    f"[[survivor]] {number} is not whole",
+                )
+                raise InputError(text, file=file, line=line, hint=hint)
         self._reasons: dict[tuple[str, str, str], str] = {}
         self._used: set[tuple[str, str, str]] = set()
         for row in rows:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from structured_text.language import syntax as s
 from structured_text.language.lexer import tokens
 
-__all__ = ["Edit", "SourceText", "Span", "children", "edited", "whole_lines"]
+__all__ = ["Edit", "SourceText", "Span", "edited", "whole_lines"]
 
 _OPENING = {
     "IF": "END_IF",
@@ -50,23 +49,6 @@ def whole_lines(text: str, span: Span) -> Span:
     start = text.rfind("\n", 0, span.start) + 1
     end = text.find("\n", span.end)
     return Span(start, len(text) if end < 0 else end + 1)
-
-
-def children(node: Any) -> Iterator[Any]:
-    """The nodes directly inside a node, in order; tuples of tuples are flattened."""
-    if isinstance(node, tuple) and not isinstance(node, s.Position):
-        for item in node:
-            if is_dataclass(item):
-                yield item
-            else:
-                yield from children(item)
-    elif is_dataclass(node):
-        for field in fields(node):
-            value = getattr(node, field.name)
-            if is_dataclass(value):
-                yield value
-            elif isinstance(value, tuple):
-                yield from children(value)
 
 
 class SourceText:

@@ -12,7 +12,7 @@ from structured_text.language import tree as t
 from structured_text.language.declare import Scope
 from structured_text.language.expressions import Expressions
 from structured_text.language.types import Type
-from structured_text.mutants.text import SourceText, children
+from structured_text.mutants.text import SourceText
 
 __all__ = ["Body", "Place", "places", "statements"]
 
@@ -134,5 +134,5 @@ def _expression(node: Any, *, written: bool = False, denied: bool = False) -> It
     elif isinstance(node, s.Unary):
         yield from _expression(node.operand, denied=node.op == "NOT")
     elif isinstance(node, s.Binary):
-        for operand in children(node):
-            yield from _expression(operand)
+        yield from _expression(node.left)
+        yield from _expression(node.right)

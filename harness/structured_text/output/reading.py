@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from structured_text.errors import InputError
-from structured_text.output.limits import CAPTURE, Kind
+from structured_text.output.limits import Kind
 from structured_text.output.system import without_waiting
 
-__all__ = ["beginning", "begins_with", "check_file", "file_bytes", "file_text", "open_file"]
+__all__ = ["beginning", "check_file", "file_bytes", "file_text", "open_file"]
 
 _MEGABYTE = 1 << 20
 #: Kinds of what is no plain file, by the test that finds them.
@@ -107,14 +107,6 @@ def beginning(path: str | Path, kind: Kind, length: int) -> bytes:
             return file.read(length)
         except OSError as error:
             raise _unreadable(path, error) from None
-
-
-def begins_with(path: str | Path, mark: bytes) -> bool:
-    """Return whether a plain file is empty or begins with these bytes; False of anything else."""
-    try:
-        return beginning(path, CAPTURE, len(mark)) in (b"", mark)
-    except InputError:
-        return False
 
 
 def _check(path: str | Path, mode: int) -> None:

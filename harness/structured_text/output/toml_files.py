@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import importlib
 import re
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from structured_text.errors import InputError
+from structured_text.errors import InputError, near
 from structured_text.output.limits import TABLE
 from structured_text.output.reading import file_text
 
-__all__ = ["load_toml", "parse_toml", "toml_text"]
+__all__ = ["check_keys", "line_of", "load_toml", "parse_toml", "toml_text"]
 
+#: The names of tables in `[recover]`, `[[always]] 2`.
+_IN_WORDS = re.compile(r"[\w.]+(?=\])")
+_NAME = r"""(?:[\w-]+|"[^"]*"|'[^']*')"""
+_PATH = rf"({_NAME}(?:\s*\.\s*{_NAME})*)"
+_HEAD, _KEY = re.compile(rf"\s*\[\[?\s*{_PATH}\s*\]"), re.compile(rf"\s*{_PATH}\s*=")
+#: A key that is too long to be shown ends so.
+_CUT = "..."
 #: What Python does not read: numbers of more than 4300 digits, and lists in lists.
 _TOO_LONG = re.compile(r"[0-9_]{4301}|[\[{]{50}")
 
@@ -54,3 +62,75 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
         what = "has a number too long, or lists in lists too deep"
         raise InputError(what, file=path, line=next(long, None)) from error
     return content
+
+
+def check_keys(
+    table: Iterable[str],
+    known: Iterable[str],
+    where: str = "",
+    file: Path | None = None,
+    *,
+    within: str = "",
+    every: str = "there are",
+) -> None:
+    """Refuse a key that is not known.
+
+    Args:
+        table: The keys that are there.
+        known: Those that may be.
+        where: The table as a file writes it, with its number if it is one of several.
+        file: The file, if the caller does not add it.
+        within: What the message says behind the key.
+        every: What the hint says before all keys, if none is near.
+
+    Raises:
+        InputError: with the line, and near names.
+    """
+    names = list(known)
+    for key in table:
+        if key not in names:
+            text = f"{f'{where}: ' if where else ''}unknown key '{key}'{within}"
+            line = line_of(file, ".".join((*_IN_WORDS.findall(where), key))) if file else None
+            raise InputError(text, file=file, line=line, hint=near(key, names, every))
+
+
+def line_of(file: Path, key: str, number: int = 1) -> int | None:
+    """Return the line of a key, as tomllib does not tell; None where it stands nowhere.
+
+    Args:
+        file: The file.
+        key: The key with its table, as `comments.50`, or alone; where it stands nowhere the line
+            of its table counts. One that is cut short ends in dots.
+        number: Of several tables of this name, which.
+    """
+    places = list(_places(toml_text(file)))
+    while key:
+        ranked = [(rank, line) for path, line in places if (rank := _rank(path, key))]
+        if ranked:
+            best = [line for rank, line in ranked if rank == min(ranked)[0]]
+            return best[min(number, len(best)) - 1]
+        key = key.rpartition(".")[0]
+    return None
+
+
+def _rank(path: str, key: str) -> int:
+    """How well a place is the one of a key: 1 best, 0 not at all."""
+    begin = key.removesuffix(_CUT) if key.endswith(_CUT) else f"{key}."
+    plain = re.sub(r"(?<=\.)0+(?=\d)", "", path)  # `points.021` is point 21
+    fits = (path == key, plain == key, path.endswith(f".{key}"), path.startswith(begin))
+    return fits.index(True) + 1 if True in fits else 0
+
+
+def _places(text: str) -> Iterator[tuple[str, int]]:
+    """Each table and each key with its table, without quotes, and its line."""
+    table = ""
+    for number, line in enumerate(text.splitlines(), 1):
+        if head := _HEAD.match(line):
+            table = _plain(head[1])
+            yield table, number
+        elif key := _KEY.match(line):
+            yield f"{table}.{_plain(key[1])}".removeprefix("."), number
+
+
+def _plain(path: str) -> str:
+    return ".".join(part.strip(" \t\"'") for part in path.split("."))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -11,12 +11,13 @@ from typing import Any
 import z3
 
 from structured_text.engines.builtin.storage import is_scalar
+from structured_text.language import tree as t
 from structured_text.language.project import Project
-from structured_text.language.types import BlockType, ElementaryType, EnumType, Type
+from structured_text.language.types import ArrayType, BlockType, ElementaryType, EnumType, Type
+from structured_text.language.walk import nodes
 from structured_text.prove import values
 from structured_text.prove.assertions import Copies
 from structured_text.prove.machine import Machine, Path
-from structured_text.prove.tree import constants
 
 __all__ = ["Candidate", "candidates", "kept"]
 
@@ -174,3 +175,22 @@ def kept(
 
 def _look(machine: Machine, memory: Mapping[Path, Any]) -> Look:
     return lambda path: machine.term(path, memory)
+
+
+def constants(project: Project, files: Container[str]) -> set[int]:
+    """Return the whole numbers in the code of some files, with bounds of arrays, and 1 less."""
+    found = {0, 1}
+    for pou in project.pous.values():
+        if pou.file not in files:
+            continue
+        for symbol in pou.symbols.values():
+            if isinstance(symbol.type, ArrayType):
+                found.update(bound for pair in symbol.type.bounds for bound in pair)
+            elif isinstance(symbol.initial, int):
+                found.add(int(symbol.initial))
+        for one in nodes(pou.body):
+            if isinstance(one, t.Constant) and isinstance(one.value, int):
+                found.add(int(one.value))
+            elif isinstance(one, t.Case):
+                found.update(end for labels, _ in one.branches for pair in labels for end in pair)
+    return found | {number - 1 for number in found}

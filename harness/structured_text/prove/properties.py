@@ -8,14 +8,15 @@ from functools import cached_property
 from math import prod
 from typing import Any
 
+from structured_text.language.printer import expression_text
 from structured_text.language.project import Project
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, BlockType, Type
+from structured_text.language.walk import calls_of, root_of, statements, targets
 from structured_text.prove.assertions import STOPS, Copies
 from structured_text.prove.logic import Bool, both, either, negated
 from structured_text.prove.machine import Obligation, Path
 from structured_text.prove.program import ProgramMachine
-from structured_text.prove.tree import calls_of, root_of, statements, targets, text_of
 
 __all__ = ["ONCE", "STEADY", "Key", "Library", "Watch", "inner_written", "title"]
 
@@ -126,7 +127,7 @@ class Watch:
             if when is not False:
                 key: Key = ("overflow", one.file, one.line)
                 told, before = found.get(key, ("", False))
-                text = text_of(one.node)
+                text = expression_text(one.node)
                 known = told.split("; ") if told else []
                 both_told = told if text in known else "; ".join([*known, text])
                 found[key] = both_told, either(before, when)

@@ -14,10 +14,10 @@ from structured_text.language.paths import resolve
 from structured_text.language.project import Project
 from structured_text.language.scalars import ANY_DURATION, WIDTH
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Type
+from structured_text.language.walk import written
 from structured_text.prove import values
 from structured_text.prove.machine import Machine, Path
 from structured_text.prove.program import ProgramMachine
-from structured_text.prove.tree import written
 
 __all__ = ["Given", "Input", "Surroundings", "path_of"]
 

@@ -239,11 +239,6 @@ class ConnectionManager:
         """The class 1 connections that are open."""
         return tuple(self._class1.values())
 
-    @property
-    def explicit_connections(self) -> int:
-        """How many class 3 connections are open."""
-        return len(self._explicit)
-
     def perform(self, request: Request, origin: Origin) -> bytes:
         """Reply to Forward Open, Large Forward Open or Forward Close; 0x08 to all others."""
         asked = None

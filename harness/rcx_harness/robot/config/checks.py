@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime
-from difflib import get_close_matches
 from typing import Any
 
 from rcx_harness.robot.script import Task, script
@@ -27,7 +26,8 @@ from rcx_harness.robot.stored import (
 )
 from rcx_harness.spec.robots import robot_models
 from rcx_harness.spec.wire import AREA_SIZES
-from structured_text.errors import InputError
+from structured_text.errors import InputError, near
+from structured_text.output.toml_files import check_keys
 
 __all__ = [
     "AREA_HINT",
@@ -99,7 +99,6 @@ _INT32 = (-(2**31), 2**31 - 1)
 #: A number that must not be 0 is at least, any number at most: a year in milliseconds.
 _LEAST, _MOST = 1e-6, 365 * 86_400_000
 #: Up to this length a hint lists all names [characters].
-_LISTED = 200
 #: Of a value a message shows so much [characters].
 _SHOWN = 80
 
@@ -270,19 +269,6 @@ def is_whole(value: Any, low: float = -math.inf, high: float = math.inf) -> bool
     return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
-def near(name: str, known: Iterable[str]) -> str:
-    """A hint on a name that is not known: what is near, else all there are, or the nearest."""
-    names = list(known)
-    meant = get_close_matches(name, names)
-    if meant:
-        return f"did you mean {' or '.join(meant)}"
-    listed = ", ".join(names)
-    if len(listed) <= _LISTED:
-        return f"there are {listed}"
-    nearest = ", ".join(get_close_matches(name, names, cutoff=0.0))
-    return f"the nearest of {len(names)} are {nearest}"
-
-
 def _check_delay(key: str, value: Any) -> None:
     pair = value if isinstance(value, tuple) else (value, value)
     right = len(pair) == 2 and all(map(is_number, pair)) and 0 <= pair[0] <= pair[1] <= _MOST
@@ -381,8 +367,7 @@ def _check_variable(name: str, value: Any) -> None:
 
 def _check_parameter(name: str, value: Any, axes: int) -> None:
     known = tuple(parameter_names().values())
-    if name not in known:
-        raise InputError(f"unknown key '{name}' in [parameters]", hint=near(name, known))
+    check_keys([name], known, within=" in [parameters]")
     low, high = parameter_ranges()[name]
     each = value if isinstance(value, tuple) else (value,)
     for one in each:

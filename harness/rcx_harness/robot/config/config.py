@@ -6,6 +6,7 @@ says which. Times are in milliseconds.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
@@ -13,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.robot.config.checks import STORED, check_programs, check_stored, check_value
-from rcx_harness.robot.config.file import line_of, read_value
+from rcx_harness.robot.config.file import read_value
 from rcx_harness.robot.config.models import merged, model_of
 from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
 from rcx_harness.spec.robots import RobotModel
 from rcx_harness.spec.wire import SIZE
 from structured_text.errors import InputError
-from structured_text.output.toml_files import parse_toml, toml_text
+from structured_text.output.toml_files import line_of, parse_toml, toml_text
 
 __all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]
 
@@ -368,7 +369,8 @@ def _loaded(file: Path, text: str) -> RobotConfig:
         values = {key: read_value(RobotConfig, key, value, _TABLES) for key, value in table.items()}
         return RobotConfig(**values)
     except InputError as error:
-        line = line_of(file, error.message)
+        quoted = re.search(r"'([^']+)'", error.message)
+        line = line_of(file, quoted[1]) if quoted else None
         raise InputError(error.message, file=file, line=line, hint=error.hint) from error
 
 

@@ -11,10 +11,8 @@ on the wire; `[variables]` with `SGI5 = 50`; `[parameters]` with `ACCEL = 80` or
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 from rcx_harness.robot.config.checks import (
@@ -23,21 +21,17 @@ from rcx_harness.robot.config.checks import (
     check_value,
     is_number,
     is_whole,
-    near,
     same_name,
     shown,
 )
 from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point
 from structured_text.errors import InputError
-from structured_text.output.toml_files import toml_text
+from structured_text.output.toml_files import check_keys
 
-__all__ = ["line_of", "read_value"]
+__all__ = ["read_value"]
 
 _SCALE = {"mm": 1000, "pulses": 1}
 _UNITS = {"mm": "numbers in mm", "pulses": "whole numbers in pulses"}
-_NAME = r"""(?:[\w-]+|"[^"]*"|'[^']*')"""
-_PATH = rf"({_NAME}(?:\s*\.\s*{_NAME})*)"
-_HEAD, _KEY = re.compile(rf"\s*\[\[?\s*{_PATH}\s*\]"), re.compile(rf"\s*{_PATH}\s*=")
 #: A key is shown up to this length [characters]; a longer one ends so.
 _SHOWN, _CUT = 40, "..."
 #: More than there is of anything.
@@ -58,7 +52,7 @@ def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[
     Raises:
         InputError: unknown key, or a value that is written otherwise; the key is in single quotes.
     """
-    _known(key, (entry.name for entry in fields(kind)))
+    check_keys([key], [entry.name for entry in fields(kind)])
     if key in tables:
         if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
             raise InputError(f"'{key}' must be tables", hint=f"write [[{key}]]")
@@ -76,53 +70,11 @@ def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[
     return tuple(value) if isinstance(value, list) else value
 
 
-def line_of(file: Path, message: str) -> int | None:
-    """The line with the key that the message has in single quotes, as tomllib does not tell.
-
-    The key with its table, as `comments.50`, or alone; where it stands nowhere the line of its
-    table. One that is cut short ends in dots.
-    """
-    quoted = re.search(r"'([^']+)'", message)
-    if not quoted:
-        return None
-    places = list(_places(toml_text(file)))
-    key = quoted[1]
-    while key:
-        ranked = [(rank, number) for path, number in places if (rank := _rank(path, key))]
-        if ranked:
-            return min(ranked)[1]
-        key = key.rpartition(".")[0]
-    return None
-
-
-def _rank(path: str, key: str) -> int:
-    """How well a place is the one of a key: 1 best, 0 not at all."""
-    begin = key.removesuffix(_CUT) if key.endswith(_CUT) else f"{key}."
-    plain = re.sub(r"(?<=\.)0+(?=\d)", "", path)  # `points.021` is point 21
-    fits = (path == key, plain == key, path.endswith(f".{key}"), path.startswith(begin))
-    return fits.index(True) + 1 if True in fits else 0
-
-
-def _places(text: str) -> Iterator[tuple[str, int]]:
-    """Each table and each key with its table, without quotes, and its line."""
-    table = ""
-    for number, line in enumerate(text.splitlines(), 1):
-        if head := _HEAD.match(line):
-            table = _plain(head[1])
-            yield table, number
-        elif key := _KEY.match(line):
-            yield f"{table}.{_plain(key[1])}".removeprefix("."), number
-
-
-def _plain(path: str) -> str:
-    return ".".join(part.strip(" \t\"'") for part in path.split("."))
-
-
 def _table(kind: type[Any], entry: dict[str, Any], key: str) -> Any:
     values = {name: tuple(v) if isinstance(v, list) else v for name, v in entry.items()}
     declared = {one.name: str(one.type) for one in fields(kind)}
+    check_keys(values, declared, within=f" in [[{key}]]")
     for name, value in values.items():
-        _known(name, declared, f" in [[{key}]]")
         check_value(name, declared[name], value)
     return kind(**values)
 
@@ -145,12 +97,6 @@ def _areas(key: str, value: Any) -> dict[str, Any]:
         else corners
         for name, corners in value.items()
     }
-
-
-def _known(key: str, known: Iterable[str], where: str = "") -> None:
-    names = list(known)
-    if key not in names:
-        raise InputError(f"unknown key '{key}'{where}", hint=near(key, names))
 
 
 def _stored(key: str, value: Any) -> dict[Any, Any]:
@@ -247,7 +193,7 @@ def _check_keys(key: str, entry: Any, known: tuple[str, ...]) -> None:
     if not isinstance(entry, dict):
         raise InputError(f"'{key}' must be a table", hint=f"write [{key}]")
     for name in entry:
-        _known(name, known, f" in '{key}'")
+        check_keys([name], known, within=f" in '{key}'")
 
 
 def _numbers(key: str, value: Any, most: int, scale: int, what: str) -> tuple[int, ...]:

@@ -153,13 +153,6 @@ class Plate:
         with self._lock:
             return {"name": self.path, **self._shown}
 
-    @property
-    def silent_s(self) -> float:
-        """For how long no page that holds keys has been heard."""
-        with self._lock:
-            heard = [self._pages[name].heard for name in self._holding()]
-            return self._now() - max(heard, default=0.0)
-
     def _holding(self) -> dict[str, frozenset[str]]:
         """The pages that hold keys, and which."""
         return {name: one.keys for name, one in self._pages.items() if one.keys}

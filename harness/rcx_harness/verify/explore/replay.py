@@ -5,16 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from rcx_harness.cell.cell import Cell
-from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
+from rcx_harness.cell.stimulus import Entry
 from rcx_harness.robot import RobotConfig
-from rcx_harness.trace.chart import Timeline
-from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.verify.explore.user import Choice, Explored, Settings
-from rcx_harness.verify.properties import judge_run
+from rcx_harness.verify.replay import replayed
 from structured_text.errors import InputError
-from structured_text.output.files import replace_files
-from structured_text.output.replays import MARK, check
 
 __all__ = ["replay"]
 
@@ -35,33 +30,25 @@ def replay(
     assert broken is not None
     stimulus, chart = folder / "broken.toml", folder / "broken.svg"
     told = [f"{k * settings.scan_us // 1000} ms: {one.tell()}" for k, one in enumerate(broken.path)]
-    for file in (stimulus, chart):
-        check(file)
-    about = MARK.removeprefix("# ") + "\n".join(
-        [*broken.rules, "broken in the last scan of:", *told]
-    )
-    entries = _entries(broken.path, explored.areas, settings.scan_us)
-    replace_files({stimulus: stimulus_text(entries, about)})
-    timeline = Timeline()
-    with Cell.build(
+    with replayed(
+        _entries(broken.path, explored.areas, settings.scan_us),
+        "\n".join([*broken.rules, "broken in the last scan of:", *told]),
+        stimulus,
+        chart,
         list(files),
         lib=lib,
-        engine="builtin",
         scan=settings.scan_us,
         robot=RobotConfig(size=settings.size),
         m=settings.m,
         n=settings.n,
+        properties=settings.properties,
     ) as cell:
-        cell.trace.listen(timeline.take)
-        judge_run(cell, settings.properties)
-        Stimulus.load(stimulus).schedule(cell)
         stopped = ""
         try:
             cell.scan(len(broken.path))
         except InputError as error:
             stopped = f"stops: {error}"
         shown = [stopped, *(one.text.partition(": ")[2] for one in cell.violations)]
-    replace_files({chart: svg_chart(timeline, stimulus.name)})
     return stimulus, all(rule in shown for rule in broken.rules)
 
 

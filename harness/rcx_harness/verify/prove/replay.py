@@ -7,16 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell.cell import Cell
-from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
+from rcx_harness.cell.stimulus import Entry
 from rcx_harness.robot import RobotConfig
-from rcx_harness.trace.chart import Timeline
-from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.verify.prove.surroundings import CellSurroundings
+from rcx_harness.verify.replay import replayed
 from structured_text.errors import InputError
 from structured_text.language.types import ArrayType, BlockType, EnumType, StructType
 from structured_text.language.values import scalar_to_python
-from structured_text.output.files import replace_files
-from structured_text.output.replays import MARK, check
 from structured_text.prove import values
 from structured_text.prove.machine import Path as Place
 from structured_text.prove.search import Run
@@ -76,17 +73,20 @@ def replay(
     Raises:
         InputError: a file cannot be written, or is there already and none of a search.
     """
-    for file in (stimulus, chart):
-        if file is not None:
-            check(file)
-    text = stimulus_text(entries(run, around), f"{MARK.removeprefix('# ')}{about}")
-    replace_files({stimulus: text})
     differences: list[str] = []
     error = None
-    timeline = Timeline()
-    with cell_of(run, around, files, lib) as cell:
-        cell.trace.listen(timeline.take)
-        Stimulus.load(stimulus).schedule(cell)
+    with replayed(
+        entries(run, around),
+        about,
+        stimulus,
+        chart,
+        list(files),
+        lib=lib,
+        scan=run.scan_us,
+        robot=[RobotConfig(size=area.size) for area in around.areas],
+        m=[area.m for area in around.areas],
+        n=[area.n for area in around.areas],
+    ) as cell:
         compared = _compared(cell, around)
         for number, state in enumerate(run.states):
             try:
@@ -95,24 +95,9 @@ def replay(
                 error = found
                 break
             differences += _differences(cell, number, state, compared)
-        if chart is not None:
-            replace_files({chart: svg_chart(timeline, stimulus.name)})
         return Replayed(
             cell.scans, error, tuple(differences), tuple(one.text for one in cell.violations)
         )
-
-
-def cell_of(run: Run, around: CellSurroundings, files: Sequence[Path], lib: Path | None) -> Cell:
-    """A cell as the run's stimulus wants it."""
-    return Cell.build(
-        list(files),
-        lib=lib,
-        engine="builtin",
-        scan=run.scan_us,
-        robot=[RobotConfig(size=area.size) for area in around.areas],
-        m=[area.m for area in around.areas],
-        n=[area.n for area in around.areas],
-    )
 
 
 def _compared(cell: Cell, around: CellSurroundings) -> dict[str, Place]:

@@ -15,11 +15,11 @@ from structured_text.engines.builtin import BuiltinProgram
 from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.types import ElementaryType
+from structured_text.language.walk import calls_of
 from structured_text.prove import reals, values
 from structured_text.prove.logic import UnsupportedError
 from structured_text.prove.machine import Machine, Path
 from structured_text.prove.surroundings import Surroundings, path_of
-from structured_text.prove.tree import calls_of
 
 __all__ = ["Area", "CellSurroundings"]
 

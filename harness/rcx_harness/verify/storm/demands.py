@@ -6,7 +6,6 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +14,10 @@ from rcx_harness.cell.stimulus import Entry, Stimulus, typed
 from rcx_harness.cell.surroundings import OPPOSITES
 from rcx_harness.verify.properties import Declared, declared_in, from_python
 from rcx_harness.verify.recovery import Recovery, recovery_of
-from structured_text.errors import InputError, did_you_mean
+from structured_text.errors import InputError, near
 from structured_text.language.types import ElementaryType
 from structured_text.output.reading import check_file
-from structured_text.output.toml_files import load_toml, toml_text
+from structured_text.output.toml_files import check_keys, line_of, load_toml, toml_text
 from structured_text.units import parse_us
 
 __all__ = ["FAULTS", "Demands"]
@@ -90,11 +89,8 @@ class Demands:
                 raise InputError("is no .toml and no .py file", file=file)
             table = load_toml(file)
             properties += declared_in(table, file)
+            check_keys(table, _KEYS, file=file, every="keys are")
             for key, value in table.items():
-                if key not in _KEYS:
-                    near = did_you_mean(get_close_matches(key, _KEYS))
-                    hint = near or f"keys are {', '.join(_KEYS)}"
-                    raise InputError(f"unknown key {key!r}", file=file, hint=hint)
                 if key in tables and key not in ("always", "eventually"):
                     raise InputError(f"{key} is in {tables[key][1]}, too", file=file)
                 tables[key] = value, file
@@ -215,9 +211,8 @@ def _faults(table: Any, file: Path) -> dict[str, Any]:
         raise InputError(f"[faults]: {key} is no list of faults", file=file)
     for name in names:
         if name not in FAULTS:
-            near = did_you_mean(get_close_matches(name, FAULTS))
-            hint = near or f"faults are {', '.join(FAULTS)}"
-            raise InputError(f"[faults]: unknown fault {name!r}", file=file, hint=hint)
+            hint, line = near(name, FAULTS, "faults are"), line_of(file, f"faults.{key}")
+            raise InputError(f"[faults]: unknown fault {name!r}", file=file, line=line, hint=hint)
     wanted = key == "only"
     made: dict[str, Any] = {"faults": tuple(one for one in FAULTS if (one in names) == wanted)}
     if "late" in table:
@@ -228,10 +223,7 @@ def _faults(table: Any, file: Path) -> dict[str, Any]:
 def _check_keys(table: Any, keys: Sequence[str], name: str, file: Path) -> None:
     if not isinstance(table, dict):
         raise InputError(f"{name} is no table", file=file, hint=f"write [{name}]")
-    for key in table:
-        if key not in keys:
-            hint = f"keys are {', '.join(keys)}"
-            raise InputError(f"[{name}]: unknown key {key!r}", file=file, hint=hint)
+    check_keys(table, keys, f"[{name}]", file, every="keys are")
 
 
 def _length(value: object, file: Path, what: str = "length") -> int:

@@ -13,9 +13,9 @@ from rcx_tools.evidence.prove.library import BLOCK, ROBOT, Library, Step
 from rcx_tools.evidence.prove.outline import OUTLINED, is_outside
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import BlockType, EnumType
+from structured_text.language.walk import written
 from structured_text.prove.logic import UnsupportedError
 from structured_text.prove.machine import Machine, Path
-from structured_text.prove.tree import written
 from structured_text.prove.values import Value, concrete
 
 __all__ = [

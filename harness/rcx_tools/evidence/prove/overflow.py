@@ -20,12 +20,12 @@ from rcx_tools.evidence.prove.safety import log_keeps
 from rcx_tools.evidence.prove.summaries import SUMMARIES
 from rcx_tools.evidence.results import ROOT
 from structured_text.errors import InputError
+from structured_text.language.printer import expression_text
 from structured_text.language.standard import BLOCKS
 from structured_text.output.toml_files import load_toml
 from structured_text.prove.logic import both
 from structured_text.prove.machine import Alternatives, Machine, Path
 from structured_text.prove.overflow import Operation, Span
-from structured_text.prove.tree import text_of
 from structured_text.prove.values import TIME_BITS, anything, legal
 
 __all__ = ["PROPERTIES", "WRAPS", "Wrap", "none_leaves", "wraps"]
@@ -216,10 +216,12 @@ def _goals(library: Library, name: str) -> Iterator[Goal]:
     own = machine.operations
     meant = {wrap.operation: wrap for wrap in wraps(WRAPS) if wrap.pou == pou.name}
     listed = {(wrap.pou, wrap.operation) for wrap in wraps(WRAPS)}
-    asked = [one for one in own if (one.pou, text_of(one.node)) not in listed]
+    asked = [one for one in own if (one.pou, expression_text(one.node)) not in listed]
     yield none_leaves(name, known, asked, _span(name))
     for wrap in meant.values():
-        found = [one for one in own if (one.pou, text_of(one.node)) == (wrap.pou, wrap.operation)]
+        found = [
+            one for one in own if (one.pou, expression_text(one.node)) == (wrap.pou, wrap.operation)
+        ]
         right = str(library.folder / wrap.file) == pou.file and _can(known, found)
         text = f"{name}: {wrap.operation} of {wrap.file} leaves its type, as {WRAPS.name} says"
         yield Goal(text, (), z3.BoolVal(right))
@@ -240,7 +242,7 @@ def none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], t
         when = one.when(time)
         if when is not False:
             count += 1
-            told = f"{File(one.file).name}:{one.line}: {text_of(one.node)}"
+            told = f"{File(one.file).name}:{one.line}: {expression_text(one.node)}"
             places.setdefault(told, []).append(z3.BoolVal(True) if when is True else when)
     show = {told: z3.Or(found) for told, found in places.items()}
     return Goal(f"{name}: {count} operations", known, z3.Not(z3.Or(list(show.values()))), show)

@@ -12,6 +12,7 @@ from typing import Any
 
 import z3
 
+from rcx_tools.evidence import broken
 from rcx_tools.evidence.prove.claims import CLAIMS
 from rcx_tools.evidence.prove.environment import Hints
 from rcx_tools.evidence.prove.hunting import Found, Hunted, hunt
@@ -30,7 +31,6 @@ from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.results import ROOT
 from structured_text.errors import InputError
 from structured_text.output.results import digest
-from structured_text.output.toml_files import load_toml
 from structured_text.prove.solve import PROVED
 
 __all__ = [
@@ -50,7 +50,6 @@ __all__ = [
 
 #: The tables.
 BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
-_KEYS = ("name", "file", "old", "new", "breaks")
 #: What the report says of each.
 _ROW = ("name", "file", "breaks", "left_out", "seconds", "run")
 #: Of a property that stays proved so many of the parts that a bug touches are asked for: those of
@@ -82,37 +81,20 @@ _JUDGES = ("claims", "client", "environment", "hunting", "seeded")
 
 
 @dataclass(frozen=True)
-class Bug:
-    """One row of a table; `old` stands once in `file`, and becomes `new`."""
+class Bug(broken.Bug):
+    """One row of a table, with the properties that it breaks."""
 
-    name: str
-    file: str
-    old: str
-    new: str
     breaks: tuple[str, ...]
 
-    def check(self, library: Path) -> None:
+    def check(self, folder: Path) -> None:
         """See that it can be put in.
 
         Raises:
             InputError: `old` does not stand once in the file, or `breaks` names no property.
         """
-        file = library / self.file
-        text = file.read_text(encoding="utf-8") if file.is_file() else ""
-        times = text.count(self.old)
-        if times != 1 or self.old == self.new:
-            raise InputError(
-                f"the seeded bug {self.name!r}: `old` stands {times} times in {self.file}",
-                hint="give text that stands there once, and another one instead",
-            )
+        super().check(folder)
         for name in self.breaks:
             property_of(name)
-
-    def put_into(self, library: Path) -> None:
-        """Change the copy of a library."""
-        file = library / self.file
-        text = file.read_text(encoding="utf-8")
-        file.write_text(text.replace(self.old, self.new), encoding="utf-8")
 
 
 @dataclass(frozen=True)
@@ -133,24 +115,8 @@ class Task:
 
 
 def bugs(folder: Path) -> list[Bug]:
-    """The rows of all tables, by file and place.
-
-    Raises:
-        InputError: no TOML, a row that lacks something, or a name that is there twice.
-    """
-    found: dict[str, Bug] = {}
-    for file in sorted(folder.glob("*.toml")):
-        for number, row in enumerate(load_toml(file).get("bug", []), 1):
-            if set(row) != set(_KEYS) or not row["breaks"]:
-                raise InputError(
-                    f"seeded bug {number} has {', '.join(row)}",
-                    file=file,
-                    hint=f"it needs {', '.join(_KEYS)}, and breaks something",
-                )
-            if row["name"] in found:
-                raise InputError(f"a second seeded bug {row['name']!r}", file=file)
-            found[row["name"]] = Bug(**{**row, "breaks": tuple(row["breaks"])})
-    return list(found.values())
+    """Return the rows of all tables, by file and place."""
+    return broken.bugs(sorted(folder.glob("*.toml")), Bug)
 
 
 def chosen(library: Library, wanted: Sequence[str], tables: Path) -> list[Bug]:

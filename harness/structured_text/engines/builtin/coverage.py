@@ -10,6 +10,7 @@ from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
 from structured_text.language.project import Project
+from structured_text.language.walk import parts
 
 __all__ = ["CountingWriter", "Decision", "Plan", "Postfix", "outcome"]
 
@@ -173,7 +174,7 @@ class Plan:
         if _is_operator(node):
             self._decision(node, line)
             return
-        for part in _parts(node):
+        for part in parts(node):
             self._expression(part, line)
 
     def _decision(self, node: t.Expression, line: int) -> None:
@@ -183,7 +184,7 @@ class Plan:
             lazy = _is_lazy(node) or any(map(_may_fault, conditions[1:]))
             self.decisions.append(Decision(node, conditions, line, _postfix(node), lazy))
         for condition in conditions:
-            for part in _parts(condition):
+            for part in parts(condition):
                 self._expression(part, line)
 
 
@@ -205,7 +206,7 @@ def _conditions(node: t.Expression) -> Iterator[t.Expression]:
     while waiting:
         one = waiting.pop()
         if _is_logic(one):
-            waiting += reversed(_parts(one))
+            waiting += reversed(list(parts(one)))
         elif not isinstance(one, t.Constant):
             yield one
 
@@ -220,7 +221,7 @@ def _postfix(node: t.Expression) -> Postfix:
         if isinstance(one, str):
             code.append(one)
         elif isinstance(one, (t.Unary, t.Binary)) and _is_logic(one):
-            waiting += [one.op, *reversed(_parts(one))]
+            waiting += [one.op, *reversed(list(parts(one)))]
         elif isinstance(one, t.Constant):
             code.append(bool(one.value))
         else:
@@ -235,7 +236,7 @@ def _is_lazy(node: t.Expression) -> bool:
         one = waiting.pop()
         if isinstance(one, t.Binary) and one.op in _LAZY:
             return True
-        waiting += _parts(one) if _is_logic(one) else ()
+        waiting += parts(one) if _is_logic(one) else ()
     return False
 
 
@@ -250,36 +251,8 @@ def _may_fault(node: t.Expression) -> bool:
             return True
         if isinstance(one, t.Binary) and one.op in ("/", "MOD", "**"):
             return True
-        waiting += _parts(one)
+        waiting += parts(one)
     return False
-
-
-def _parts(node: t.Expression) -> tuple[t.Expression, ...]:
-    """The operands, arguments or indices of an expression."""
-    if isinstance(node, t.Unary):
-        return (node.operand,)
-    if isinstance(node, t.Binary):
-        return node.left, node.right
-    if isinstance(node, t.Member):
-        return (node.base,)
-    if isinstance(node, t.Index):
-        return node.base, *node.indices
-    if isinstance(node, (t.CallFunction, t.Standard)):
-        return tuple(argument for argument in node.arguments if argument is not None)
-    if isinstance(node, t.CallMethod):
-        given = tuple(argument for argument in node.arguments if argument is not None)
-        return node.instance, *given, *(value for _, value in (*node.in_outs, *node.outputs))
-    if isinstance(node, t.Deref):
-        return (node.base,) if node.offset is None else (node.base, node.offset)
-    if isinstance(node, t.Address):
-        return (node.variable,)
-    if isinstance(node, t.Offset):
-        return node.base, node.bytes
-    if isinstance(node, t.Valid):
-        return (node.reference,)
-    if isinstance(node, t.Recast):
-        return (node.base,)
-    return (node.left, node.right) if isinstance(node, t.Same) else ()
 
 
 #: Standard functions that give something for every argument.

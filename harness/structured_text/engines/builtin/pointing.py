@@ -9,6 +9,7 @@ from structured_text.engines.builtin.objects import attribute, handed_back
 from structured_text.engines.builtin.storage import Storage, is_scalar, slot_name
 from structured_text.language import tree as t
 from structured_text.language.types import InterfaceType, ReferenceType, Type
+from structured_text.language.walk import nodes
 
 __all__ = ["POINTING", "Pointing", "has_effect"]
 
@@ -218,21 +219,4 @@ def _read(place: tuple[str, str]) -> str:
 
 def has_effect(node: t.Expression) -> bool:
     """Whether an operand must be evaluated: it calls a method, or follows a pointer."""
-    waiting: list[t.Expression] = [node]
-    while waiting:
-        one = waiting.pop()
-        if isinstance(one, (t.CallMethod, t.Deref)):
-            return True
-        if isinstance(one, t.Unary):
-            waiting.append(one.operand)
-        elif isinstance(one, (t.Binary, t.Same)):
-            waiting += [one.left, one.right]
-        elif isinstance(one, t.Member):
-            waiting.append(one.base)
-        elif isinstance(one, t.Index):
-            waiting += [one.base, *one.indices]
-        elif isinstance(one, t.Recast):
-            waiting.append(one.base)
-        elif isinstance(one, (t.CallFunction, t.Standard)):
-            waiting += [argument for argument in one.arguments if argument is not None]
-    return False
+    return any(isinstance(one, (t.CallMethod, t.Deref)) for one in nodes(node))

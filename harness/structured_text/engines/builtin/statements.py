@@ -18,6 +18,7 @@ from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, has_block
+from structured_text.language.walk import bodies
 
 __all__ = ["Branches", "Writer"]
 
@@ -388,10 +389,8 @@ def _continues(body: tuple[t.Statement, ...]) -> bool:
     for one in body:
         if isinstance(one, t.Continue):
             return True
-        if isinstance(one, (t.If, t.Case)):
-            parts = [*(inner for _, inner in one.branches), one.otherwise]
-            if any(map(_continues, parts)):
-                return True
+        if isinstance(one, (t.If, t.Case)) and any(map(_continues, bodies(one))):
+            return True
     return False
 
 

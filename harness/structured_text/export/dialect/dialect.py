@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from structured_text.export.body import Body, Scope
-from structured_text.export.expressions import expression_text, init_text
 from structured_text.export.initial import is_scalar, literal, zero
 from structured_text.export.parts import Part, Sources
 from structured_text.export.words import Words, words
 from structured_text.language import syntax as s
+from structured_text.language.printer import expression_text, init_text
 from structured_text.language.standard import FUNCTIONS, conversion
 from structured_text.language.types import ElementaryType, EnumType, Type
 

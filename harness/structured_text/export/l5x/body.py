@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from structured_text.export.initial import differing, zero
@@ -31,6 +31,7 @@ from structured_text.export.parts import Part
 from structured_text.language import tree as t
 from structured_text.language.syntax import Position
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
+from structured_text.language.walk import statements
 
 __all__ = ["copied", "translated", "written"]
 
@@ -43,7 +44,7 @@ def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
         pous: The POUs of the sources by upper-case name.
     """
     found = set()
-    for one in _statements(pou.body):
+    for one in statements(pou.body):
         if isinstance(one, t.Assign):
             found.add(_root(one.target))
         elif isinstance(one, t.CallBlock):
@@ -59,17 +60,6 @@ def _root(node: t.Variable) -> str:
         node = node.base
     assert isinstance(node, t.Use)
     return node.symbol.name
-
-
-def _statements(body: Iterable[t.Statement]) -> Iterator[t.Statement]:
-    for one in body:
-        yield one
-        if isinstance(one, t.If | t.Case):
-            for branch in one.branches:
-                yield from _statements(branch[1])
-            yield from _statements(one.otherwise)
-        elif isinstance(one, t.While | t.Repeat | t.For):
-            yield from _statements(one.body)
 
 
 _COMMENT = re.compile(r"'(?:\$.|[^$'\n])*'|\(\*(.*?)\*\)", re.DOTALL)

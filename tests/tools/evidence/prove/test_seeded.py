@@ -123,7 +123,7 @@ def test_a_bug_that_breaks_less_or_more_is_a_defect(library: Path, row: str, def
         ([_row(file="FB_C.st")], "stands 0 times in FB_C.st"),
         ([_row(new="y := x")], "give text that stands there once, and another one instead"),
         ([_row(breaks=["x"])], "there is no property 'x'; use y, z, other"),
-        ([_row(breaks=[])], "breaks something"),
+        ([_row(breaks=[])], "none of them empty"),
         ([_row(what="more")], "it needs name, file, old, new, breaks"),
         ([_row(), _row()], "a second seeded bug 'n'"),
     ],

@@ -10,6 +10,7 @@ from rcx_tools.evidence.prove.property import Goal
 from structured_text.language import tree as t
 from structured_text.language.syntax import Position
 from structured_text.language.types import BlockType, StructType
+from structured_text.language.walk import statements
 
 __all__ = ["goals"]
 
@@ -44,17 +45,6 @@ _PINS: dict[str, dict[str, str | None]] = {
 }
 #: Blocks to which a channel of a robot may be handed.
 _TAKERS = {"FB_RCXJOB", "FB_RCXCHANNELTURN"}
-
-
-def _statements(body: tuple[t.Statement, ...]) -> Iterator[t.Statement]:
-    for statement in body:
-        yield statement
-        if isinstance(statement, (t.If, t.Case)):
-            for _, inner in statement.branches:
-                yield from _statements(inner)
-            yield from _statements(statement.otherwise)
-        elif isinstance(statement, (t.For, t.While, t.Repeat)):
-            yield from _statements(statement.body)
 
 
 def _text(node: Any) -> str:
@@ -92,7 +82,7 @@ def _named(variable: t.Variable, name: str) -> bool:
 
 
 def _written(pou: t.Pou) -> Iterator[tuple[t.Variable, Position]]:
-    for statement in _statements(pou.body):
+    for statement in statements(pou.body):
         if isinstance(statement, t.Assign):
             yield statement.target, statement.at
         elif isinstance(statement, t.For):
@@ -122,7 +112,7 @@ def _bad_writes(name: str, pou: t.Pou) -> Iterator[str]:
 
 def _bad_calls(pou: t.Pou) -> Iterator[str]:
     """What a POU hands over that is not right."""
-    for statement in _statements(pou.body):
+    for statement in statements(pou.body):
         if not isinstance(statement, t.CallBlock):
             continue
         where = f"{pou.name} line {statement.at.line}"

@@ -1,0 +1,130 @@
+"""The walk through a program, as it is written (`syntax`) or checked (`tree`).
+
+Both trees are made of frozen data classes, the nodes, and of tuples; their fields stand in the
+order of the text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Iterator
+from dataclasses import fields, is_dataclass
+from functools import cache
+from typing import Any, TypeVar
+
+from structured_text.language import syntax as s
+from structured_text.language import tree as t
+
+__all__ = [
+    "bodies",
+    "calls_of",
+    "nodes",
+    "parts",
+    "root_of",
+    "statements",
+    "targets",
+    "written",
+]
+
+#: Types of those fields in which no code is.
+_PLAIN = (
+    *("str", "bool", "int", "Position", "Path", "Scalar", "tuple[str, ...]", "tuple[Any, ...]"),
+    *("tuple[InputError, ...]", "Type", "ReferenceType", "BlockType", "Symbol", "Pou"),
+)
+#: Names of what is declared, called or a member; a `Variable` may be a name, too.
+_NAMES = ("Name", "Name | None", "tuple[Name, ...]", "tuple[Namespace, ...]")
+#: A statement of one of the trees.
+_One = TypeVar("_One", s.Statement, t.Statement)
+
+
+def parts(node: Any) -> Iterator[Any]:
+    """Yield the nodes directly inside a node, without names that are no variables."""
+    kind: Any = type(node)
+    for one in node if kind is tuple else [getattr(node, name) for name in _fields(kind) or ()]:
+        kind = type(one)
+        if kind is tuple:
+            yield from parts(one)
+        elif _fields(kind) is not None:
+            yield one
+
+
+def nodes(root: Any, without: Container[type[Any]] = (), *, names: bool = False) -> Iterator[Any]:
+    """Yield a node, or those of a tuple, and all inside, each before those that it consists of.
+
+    Args:
+        root: The node.
+        without: Kinds of nodes inside it that are left out with all that they consist of.
+        names: Yield also the names that are no variables.
+    """
+    waiting = [root]
+    while waiting:
+        one = waiting.pop()
+        kind: Any = type(one)
+        if kind is tuple:
+            waiting += one[::-1]
+        elif (inner := _fields(kind, names)) is not None and (kind not in without or one is root):
+            yield one
+            waiting += [getattr(one, name) for name in reversed(inner)]
+
+
+@cache
+def _fields(kind: type[Any], names: bool = False) -> tuple[str, ...] | None:
+    """Return the fields of a kind of node that are code; None of anything else."""
+    if not is_dataclass(kind):
+        return None
+    plain = _PLAIN if names else (*_PLAIN, *_NAMES)
+    return tuple(one.name for one in fields(kind) if one.type not in plain)
+
+
+def bodies(one: _One) -> list[tuple[_One, ...]]:
+    """Return the bodies of a statement: of an IF or CASE one for each way, also an empty one."""
+    branches: Any = getattr(one, "branches", None)
+    if branches is not None:
+        inner: list[Any] = [
+            way.body if isinstance(way, s.CaseBranch) else way[1] for way in branches
+        ]
+        return [*inner, getattr(one, "otherwise", ())]
+    return [one.body] if hasattr(one, "body") else []
+
+
+def statements(body: Iterable[_One]) -> Iterator[_One]:
+    """Yield the statements of a body, those inside others too, in the order of the text."""
+    for one in body:
+        yield one
+        for body_of_one in bodies(one):
+            yield from statements(body_of_one)
+
+
+def calls_of(body: Iterable[t.Statement]) -> Iterator[t.CallBlock]:
+    """Yield the calls of blocks in a body."""
+    return (one for one in statements(body) if isinstance(one, t.CallBlock))
+
+
+def targets(one: t.Statement) -> Iterator[t.Variable]:
+    """Yield the variables that a statement itself may write."""
+    if isinstance(one, t.Assign):
+        yield one.target
+    elif isinstance(one, t.For):
+        yield one.counter
+    elif isinstance(one, t.CallBlock):
+        for _, variable in (*one.in_outs, *one.outputs):
+            yield variable
+
+
+def root_of(variable: t.Expression) -> t.Symbol | None:
+    """Return the declared variable that an access begins with."""
+    while isinstance(variable, (t.Member, t.Index)):
+        variable = variable.base
+    return variable.symbol if isinstance(variable, t.Use) else None
+
+
+def written(pou: t.Pou) -> set[str]:
+    """Return names and addresses, in upper case, of the variables that a body may write."""
+    found = set()
+    for one in statements(pou.body):
+        for variable in targets(one):
+            symbol = root_of(variable)
+            if symbol is not None:
+                found.add(symbol.name.upper())
+                if symbol.address is not None:
+                    found.add(symbol.address.upper())
+    return found
