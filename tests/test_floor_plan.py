@@ -25,7 +25,7 @@ PLANS = {
         ("spec",),
     ),
     "structured_text": (
-        ("debug", "explore"),
+        ("debug", "explore", "testing"),
         ("export", "mutants", "coverage", "prove"),
         ("projects", "engines", "farm"),
         ("language",),
