@@ -35,7 +35,7 @@ PIP := -m pip install --quiet --disable-pip-version-check
 COMPILE := out/lock/bin/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
   --custom-compile-command "make lock" $(MORE)
 
-.PHONY: demo test test-all fuzz bench lint docs site site-test newest lock clean verification $(CHECKS)
+.PHONY: demo test test-all test-toolkit fuzz bench lint docs site site-test newest lock clean verification $(CHECKS)
 
 demo: $(READY)
 	@$(BIN)/rcx demo
@@ -43,6 +43,9 @@ demo: $(READY)
 test: $(READY)
 	@echo "make test takes about two and a half minutes on two quiet cores"
 	@$(BIN)/python -m pytest -n $(PROCESSES) --dist worksteal -q -m "not exhaustive" $(MORE)
+
+test-toolkit: $(READY)
+	@$(BIN)/python -m pytest -p no:rcx --toolkit-alone -n $(PROCESSES) -q tests/structured_text $(MORE)
 
 test-all: $(READY)
 	@echo "make test-all takes about a quarter of an hour on two cores"

@@ -7,16 +7,21 @@ import gc
 import os
 import random
 import signal
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from rcx_harness import Cell
 from run_report import left_out_line, repeat_line, skip_lines
 from shown import hexadecimal_comparison
 from tiers import keep_samples
+from toolkit_alone import toolkit_alone
+
+if TYPE_CHECKING:
+    from rcx_harness import Cell
+    from structured_text.engines.matiec.build import Matiec
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 
@@ -36,11 +41,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--every-case", action="store_true", help="leave no case of tests/faults out (hours)"
     )
+    text = "rcx_harness cannot be imported: for tests/structured_text, with -p no:rcx"
+    group.addoption("--toolkit-alone", action="store_true", help=text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """Start the count of the tests that the markers leave out; let signals reach all children."""
     config.stash[_LEFT_OUT] = 0
+    if config.option.toolkit_alone:
+        if "rcx_harness" in sys.modules:
+            raise pytest.UsageError("--toolkit-alone: rcx_harness is loaded; add -p no:rcx")
+        toolkit_alone()
     gc.disable()  # what is imported and collected stays: looking for garbage finds nothing
     _let_children_hear_signals(is_worker=hasattr(config, "workerinput"))
 
@@ -135,9 +146,24 @@ def repository() -> Path:
     return REPOSITORY
 
 
+@pytest.fixture(scope="session")
+def matiec() -> Matiec:
+    """The installed matiec; tests that need it are skipped where there is none."""
+    from structured_text.engines.load import MISSING, find_c_compiler, find_matiec
+
+    found = find_matiec()
+    if found is None:
+        pytest.skip(MISSING)
+    if find_c_compiler() is None:
+        pytest.skip("no C compiler: set CC or PATH")
+    return found
+
+
 @pytest.fixture
 def build_cell() -> Iterator[Callable[..., Cell]]:
     """Builds cells with the arguments of `Cell.build` and closes them after the test."""
+    from rcx_harness import Cell
+
     cells: list[Cell] = []
 
     def build(*args: Any, **options: Any) -> Cell:

@@ -4,9 +4,14 @@ What surrounds a program (a process image, a machine, a stimulus) is given by wh
 package; it imports nothing of them.
 """
 
-__all__ = ["COMMAND", "DISTRIBUTION"]
+try:  # what whoever ships this package calls it
+    from structured_text_names import COMMAND, DISTRIBUTION
+except ModuleNotFoundError:
+    COMMAND, DISTRIBUTION = "st", "structured-text"
 
-COMMAND = "rcx"
-"""The command that users know this package by, for messages and the names of files."""
-DISTRIBUTION = "rcx-harness"
-"""What is installed to have it."""
+__all__ = ["BLOCKS", "COMMAND", "DISTRIBUTION", "VARIABLES"]
+
+BLOCKS = f"{COMMAND.upper()}_"
+"""What the names of blocks begin with that are added to a program."""
+VARIABLES = COMMAND.capitalize()
+"""What the names of variables begin with that are added to a program."""

@@ -363,7 +363,7 @@ def test_an_instruction_that_is_not_on_the_list_is_never_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Should the translation forget it. Source: Studio 5000 help, FLL: for ladder only."""
-    monkeypatch.setattr(l5x_body, "copied", lambda source, target, kind: f"FLL(0, {target}, 1);")
+    monkeypatch.setattr(l5x_body, "copied", lambda source, target, *_: f"FLL(0, {target}, 1);")
     body = "  VAR\n    a, b : PAIR;\n  END_VAR\n  (* MOV(a) *)\n  a := b;\n"
     output = _exported(tmp_path, f"{_FEW}FUNCTION_BLOCK FB_Mine\n{body}END_FUNCTION_BLOCK\n")
     said = "FUNCTION_BLOCK FB_Mine: Structured Text of Logix has no FLL: FLL(0, a, 1);"

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from rcx_harness.cli.app import main
-from rcx_harness.testing import COVERAGE, LISTS, OPTIONS, VALUES
+from rcx_harness.testing import LISTS, OPTIONS, VALUES
 from rcx_harness.testing.settings import RULES
+from structured_text.testing import COVERAGE
 
 _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytest")]
 

@@ -173,6 +173,22 @@ def test_every_operator_makes_its_mistake_as_a_change_of_lines(house: Path) -> N
     assert {operator for operator, _, _ in found} == set(OPERATORS)
 
 
+def test_the_function_of_the_low_word_is_taken_for_that_of_the_high_one(house: Path) -> None:
+    """Where there are both, whatever else their names say."""
+    area = house / "plc" / "lib" / "area"
+    functions = "".join(
+        f"FUNCTION FC_My{half}Word : WORD\n  VAR_INPUT Value : DWORD; END_VAR\n"
+        f"  FC_My{half}Word := WORD#16#0001;\nEND_FUNCTION\n"
+        for half in ("Low", "High")
+    )
+    (area / "FC_Halves.st").write_text(
+        f"{functions}FUNCTION FC_Both : WORD\n  VAR_INPUT Value : DWORD; END_VAR\n"
+        "  FC_Both := FC_MyLowWord(Value := Value);\nEND_FUNCTION\n"
+    )
+    swapped = [one.after for one in _mutants(house, "FC_Halves.st") if one.operator == "swapped"]
+    assert swapped == ["FC_Both := FC_MyHighWord(Value := Value);"]
+
+
 def test_a_mutant_is_correct_and_differs_from_the_original_and_from_all_others(
     house: Path,
 ) -> None:

@@ -81,6 +81,7 @@ def test_of_the_packages_only_what_users_need_is_in_it(wheel: Path) -> None:
     assert {top for top in tops if not top.endswith(".dist-info")} == {
         "rcx_harness",
         "structured_text",
+        "structured_text_names.py",
     }
     assert b"rcx_tools" not in told
 

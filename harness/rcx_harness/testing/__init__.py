@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["COVERAGE", "LISTS", "OPTIONS", "VALUES"]
+__all__ = ["LISTS", "OPTIONS", "VALUES"]
 
 #: Options of the command line, by the name of the ini key: default is None for each.
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -30,25 +30,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "help": "variables that charts and traces show, as Main.Step,Main.Hmi.*",
     },
     "artifacts": {"metavar": "DIR", "help": "folder for charts and traces of failed tests"},
-}
-
-#: The same of coverage.
-COVERAGE: dict[str, dict[str, Any]] = {
-    "coverage": {
-        "action": "store_const",
-        "const": "true",
-        "help": "coverage of the sources: statements, branches, MC/DC",
-    },
-    "coverage_out": {"metavar": "DIR", "help": "folder of its report; default: out/coverage"},
-    "coverage_library": {
-        "action": "store_const",
-        "const": "true",
-        "help": "coverage of the library's blocks, too",
-    },
-    "cover_fail_under": {
-        "metavar": "PERCENT",
-        "help": "fail where less of statements and branches is covered",
-    },
 }
 
 #: Keys of the ini file that are lists; all others are one value.

@@ -15,9 +15,10 @@ from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.sources import source_files
 from rcx_harness.testing.cells import folder_of
 from rcx_harness.testing.machine import CellMachine, bound
-from rcx_harness.testing.settings import artifacts, project, settings_of
+from rcx_harness.testing.settings import artifacts, settings_of
 from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.demands import Demands
+from structured_text.testing.settings import project
 
 __all__ = ["run_machine"]
 

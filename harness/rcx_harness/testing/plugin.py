@@ -6,15 +6,17 @@ nothing of the harness until a test asks for a fixture. docs/how-to/testing.md i
 
 from __future__ import annotations
 
-import os
 from argparse import ArgumentTypeError
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from rcx_harness.testing import COVERAGE, LISTS, OPTIONS, VALUES
+from rcx_harness.testing import LISTS, OPTIONS, VALUES
+from structured_text.testing import COVERAGE, LIBRARIES
+from structured_text.testing import plugin as toolkit
+from structured_text.testing.plugin import add_options, check_keys, is_set, order
 
 if TYPE_CHECKING:
     from rcx_harness.cell import Cell
@@ -31,16 +33,15 @@ _MARKERS = (
 )
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
     """Options `--rcx-...` and keys `rcx_...` of the ini file."""
-    group = parser.getgroup("rcx", "virtual robot cell (rcx-harness)")
-    for name, about in {**OPTIONS, **COVERAGE}.items():
-        kind = {"type": _duration} if name == "scan" else {}
-        option = f"--rcx-{name.replace('_', '-')}"
-        group.addoption(option, dest=f"rcx_{name}", default=None, **about, **kind)
-        several = about.get("action") == "append"
-        many: dict[str, Any] = {"type": "linelist", "default": []} if several else {}
-        parser.addini(f"rcx_{name}", f"{about['help']}; as {option}", **{"default": None, **many})
+    parser.getgroup("rcx", "virtual robot cell (rcx-harness)")
+    types: dict[str, dict[str, Any]] = {"scan": {"type": _duration}}
+    add_options(parser, {name: {**one, **types.get(name, {})} for name, one in OPTIONS.items()})
+    LIBRARIES.add(_library)
+    # Before this one's other hooks are known, which are called first for that reason.
+    if not pluginmanager.is_registered(toolkit):
+        pluginmanager.register(toolkit, toolkit.__name__)
     for name, text in LISTS.items():
         parser.addini(f"rcx_{name}", text, type="linelist", default=[])
     for name, text in VALUES.items():
@@ -52,20 +53,11 @@ def pytest_configure(config: pytest.Config) -> None:
     """Make the markers known; check the settings where there are any."""
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
-    _check_keys(config)
-    if order := os.environ.get("RCX_MUTANT_ORDER"):  # as structured_text.mutants.order says
-        from rcx_harness.testing.mutants import start as start_mutants
-
-        start_mutants(config, Path(order))
-        return
-    if _in_use(config):
+    check_keys(config, [f"rcx_{name}" for name in (*OPTIONS, *COVERAGE, *LISTS, *VALUES)])
+    if order() is None and _in_use(config):
         from rcx_harness.testing.settings import check_settings
 
         check_settings(config)
-    if _is_set(config, COVERAGE):
-        from rcx_harness.testing.coverage import start
-
-        start(config)
 
 
 def pytest_report_header(config: pytest.Config) -> str | None:
@@ -189,41 +181,14 @@ def _duration(text: str) -> str:
     return text
 
 
-def _check_keys(config: pytest.Config) -> None:
-    """Refuse keys of the ini file, or of `-o`, that look like ours and are not known.
+def _library() -> Path:
+    from rcx_harness.cell.sources import default_lib
 
-    Raises:
-        UsageError: one message, for pytest to print.
-    """
-    every = getattr(config, "_inicfg", None)  # from pytest 9.1 on; inicfg warns there
-    given = dict.fromkeys(config.inicfg if every is None else every, config.inipath)
-    given |= {key.partition("=")[0].strip(): None for key in config.getoption("override_ini") or ()}
-    for key, file in given.items():
-        if key.lower().startswith(("rcx_", "rcx-")) and not _registered(config, key):
-            from rcx_harness.testing.settings import unknown_key
-
-            names = [f"rcx_{name}" for name in (*OPTIONS, *COVERAGE, *LISTS, *VALUES)]
-            raise pytest.UsageError(f"rcx: {unknown_key(key, names, file)}")
-
-
-def _registered(config: pytest.Config, key: str) -> bool:
-    """Ours, or that of a conftest.py of the user's."""
-    try:
-        config.getini(key)
-    except ValueError:
-        return False
-    return True
+    return default_lib()
 
 
 def _in_use(config: pytest.Config) -> bool:
     """Is there any setting of ours, in the ini file or on the command line?"""
-    if _is_set(config, OPTIONS) or _is_set(config, COVERAGE):
+    if is_set(config, (*OPTIONS, *COVERAGE)):
         return True
     return any(config.getini(f"rcx_{name}") for name in (*LISTS, *VALUES))
-
-
-def _is_set(config: pytest.Config, names: Iterable[str]) -> bool:
-    return any(
-        config.getoption(f"rcx_{name}") is not None or config.getini(f"rcx_{name}")
-        for name in names
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import lru_cache
 from importlib.metadata import version
@@ -17,10 +17,10 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.testing import OPTIONS, VALUES
 from structured_text.engines.load import why_not
 from structured_text.errors import InputError, did_you_mean, near
+from structured_text.testing.settings import is_on, project
 from structured_text.units import parse_us
 
-__all__ = ["RULES", "artifacts", "check_settings", "header", "is_on", "known", "project"]
-__all__ += ["settings_of", "unknown_key", "wrong_marker"]
+__all__ = ["RULES", "artifacts", "check_settings", "header", "known", "settings_of", "wrong_marker"]
 
 #: What the marker and `rcx_build` take: the arguments of `Cell.build`, `program` as `sources`.
 _INSIDE = ("program", "trace", "keep", "through")
@@ -31,10 +31,6 @@ _ON_COMMAND_LINE = [name for name in OPTIONS if name != "artifacts"]
 _IN_INI = [n for n in (*OPTIONS, *VALUES) if n not in ("robot", "watch", "artifacts")]
 _NUMBERS = ("seed", "size", "m", "n")
 _DURATIONS = ("scan", "rpi", "jitter")
-
-#: What a key of the ini file that is a switch may say.
-_SWITCH = {"true": True, "1": True, "yes": True, "on": True}
-_SWITCH |= {"false": False, "0": False, "no": False, "off": False, "": False}
 
 #: Every rule whose breach is reported, by who reports it.
 RULES = {
@@ -55,11 +51,6 @@ _NO_SOURCES = (
     "no program is named; write `rcx_sources = plc/*.st` into pytest.ini, or mark the test with "
     '@pytest.mark.rcx(sources="plc/*.st")'
 )
-
-
-def project(config: pytest.Config) -> Path:
-    """The folder that names in the ini file and in markers start from."""
-    return config.inipath.parent if config.inipath is not None else config.rootpath
 
 
 def check_settings(config: pytest.Config) -> None:
@@ -109,20 +100,6 @@ def artifacts(config: pytest.Config) -> Path | None:
         return config.invocation_params.dir / str(given)
     named = config.getini("rcx_artifacts")
     return project(config) / str(named) if named else None
-
-
-def is_on(config: pytest.Config, name: str) -> bool:
-    """Whether a switch is on, by the command line or the ini file.
-
-    Raises:
-        InputError: the ini file says neither.
-    """
-    if config.getoption(f"rcx_{name}") is not None:
-        return True
-    text = str(config.getini(f"rcx_{name}") or "")
-    if text.strip().lower() not in _SWITCH:
-        raise InputError(f"rcx_{name} is {text!r}", hint="write true or false")
-    return _SWITCH[text.strip().lower()]
 
 
 def known(changes: Mapping[str, Any]) -> None:
@@ -268,10 +245,3 @@ def wrong_marker(marker: pytest.Mark) -> str:
             near = get_close_matches(rule, names) if isinstance(rule, str) else []
             return f"there is no rule {rule!r}; {did_you_mean(near) or every}"
     return ""
-
-
-def unknown_key(key: str, names: Sequence[str], file: Path | None) -> InputError:
-    """That there is no such key in the ini file, with the nearest names, or all."""
-    near = get_close_matches(key.lower().replace("-", "_"), names)
-    hint = did_you_mean(near[:1]) or f"use {', '.join(names)}"
-    return InputError(f"there is no setting {key}", file=file, hint=hint)

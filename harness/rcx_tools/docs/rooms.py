@@ -29,7 +29,7 @@ PLANS: Mapping[str, Plan] = {
         {"spec": 2},
     ),
     "structured_text": (
-        {"debug": 3, "explore": 4.3},
+        {"testing": 1.7, "debug": 3, "explore": 4.3},
         {"export": 0, "mutants": 1.1, "coverage": 2.3, "prove": 3.5},
         {"projects": 0.5, "engines": 2.3, "farm": 4.3},
         {"language": 1.5},

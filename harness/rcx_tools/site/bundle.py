@@ -41,6 +41,7 @@ def _files() -> Iterator[tuple[str, bytes]]:
     packages = {ROOT / "harness" / name: rooms for name, rooms in _ROOMS.items()}
     every = [file for package in packages for file in package.glob("*.py")]
     every = [file for file in every if file.stem != "__main__"]
+    every.append(ROOT / "harness" / "structured_text_names.py")
     folders = [package / room for package, rooms in packages.items() for room in rooms]
     for folder in (*folders, ROOT / "plc/lib", ROOT / "spec"):
         every += (file for file in folder.rglob("*") if file.suffix in _DATA)

@@ -34,7 +34,7 @@ _PASSED = {"VAR_INPUT": "IN", "VAR_OUTPUT": "OUT", "VAR_IN_OUT": "IN-OUT"}
 _README = """\
 For Keyence KV STUDIO (KV-X500 and KV-8000 series).
 These files have not been opened in KV STUDIO, and its manuals were not at hand when they were made.
-Take them as a draft: try one small function block first (FB_ReadWordInWords), and convert it.
+Take them as a draft: try {first}, and convert it.
 
 The .txt files are tables, cells separated by tabs, without a line of titles: open one in an editor,
 copy all of it and paste it into the table. Compare the columns with those of your version first.
@@ -46,9 +46,7 @@ copy all of it and paste it into the table. Compare the columns with those of yo
    NAME.st             the body
    The type of a function's result stands at the head of its body. If your version has no functions
    of your own, nearly nothing of the library can be brought in.
-3. Process image: there is no type for a byte, so take FB_ReadAreaWords and FB_WriteAreaWords with
-   ARRAY[0..255] OF UINT. Write the size of yours into the tables of the blocks that you use, and
-   pass it in bytes to their pins ImageSize. Copy the words of the EtherNet/IP unit from and to it.
+3. Process image: {image}
 4. Programs: as function blocks; make a program of them that runs in every scan.
 
 Renamed, because a device has the name: {renamed}.
@@ -65,9 +63,15 @@ Order:
 """
 
 
+_NOTES = {
+    "first": "one small function block first",
+    "image": "there is no type for a byte, so make it of words.",
+}
+
+
 def to_keyence(sources: Sources) -> Output:
     """Write a folder of bodies and tables for KV STUDIO."""
-    return to_folder(sources, Tool(KEYENCE, (), _tables, _README))
+    return to_folder(sources, Tool(KEYENCE, (), _tables, _README, _NOTES))
 
 
 def _tables(rows: list[Row]) -> Mapping[str, str]:

@@ -65,10 +65,7 @@ version writes them. If it refuses a file, open it in a spreadsheet and paste th
 1. Structured data types: make those of types/*.csv (Class is empty there).
 2. Functions and function blocks, in the order below, language ST, named as the file: NAME.csv are
    the local labels, NAME.st is the body; at its head stands the type of a function's result.
-3. Process image: there is no type for a byte, so take FB_ReadAreaWords and FB_WriteAreaWords with
-   {word}(0..255).
-   Write the size of yours into the tables of the blocks that you use, and pass it in bytes to their
-   pins ImageSize. Copy the words of the EtherNet/IP module from and to it.
+3. Process image: {image}
 4. Programs: as function blocks; call them in a fixed-cycle or scan program.
 
 Renamed, because a device or an instruction has the name: {renamed}.
@@ -77,18 +74,23 @@ and DWORD are one type here. A BYTE is a word whose upper half is 0. The pin CLK
 STRING is String(80); Japanese texts are bytes of UTF-8, which GX Works3 does not show.
 Variables of functions are set at the beginning of each call, arrays and structures with initial
 values in the first one.
-On FX5, look up how long a time TON takes: the blocks time up to their pins Timeout, and
-FB_RcxScanTime up to 100 s.
+{times}
 
 Order:
 {order}
 """
 
 
+_NOTES = {
+    "image": "there is no type for a byte, so make it of words.",
+    "times": "On FX5, look up how long a time TON takes.",
+}
+
+
 def to_mitsubishi(sources: Sources) -> Output:
     """Write a folder of bodies and label tables for GX Works3."""
-    readme = _README.replace("{titles}", ", ".join(_TITLES)).replace("{word}", _WORD)
-    return to_folder(sources, Tool(MITSUBISHI, ("VAR", "VAR_OUTPUT"), _tables, readme))
+    readme = _README.replace("{titles}", ", ".join(_TITLES))
+    return to_folder(sources, Tool(MITSUBISHI, ("VAR", "VAR_OUTPUT"), _tables, readme, _NOTES))
 
 
 def _tables(rows: list[Row]) -> Mapping[str, str]:

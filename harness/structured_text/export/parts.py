@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
 from pathlib import Path
 
 from lark import Token
 
-from structured_text import COMMAND, DISTRIBUTION
+from structured_text import COMMAND
 from structured_text.errors import InputError
 from structured_text.export.prefix import Renaming, renaming
 from structured_text.language import syntax as s
@@ -22,7 +21,7 @@ from structured_text.language.parser import parse, parse_text
 from structured_text.language.project import Project
 from structured_text.language.registry import Registry
 from structured_text.language.source import source_text
-from structured_text.output.exported import MARK
+from structured_text.output.exported import MARK, release
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles, not_declared, source_files
 
@@ -93,7 +92,7 @@ class Sources:
     @property
     def notice(self) -> str:
         """The head of what is exported; the licence asks for it."""
-        version_ = f"Version {version(DISTRIBUTION)}."
+        version_ = f"Version {release()}."
         licence = f"SPDX-License-Identifier: {self.names.licence}"
         owner = f"Copyright (c) {self.names.copyright}"
         return "\n".join([self.names.about, version_, "", licence, owner, MARK])

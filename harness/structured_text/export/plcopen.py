@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from importlib.metadata import version
 from xml.etree import ElementTree as ET
 
-from structured_text import COMMAND, DISTRIBUTION
+from structured_text import COMMAND
 from structured_text.export.body import Body, Scope
 from structured_text.export.output import Output
 from structured_text.export.parts import Part, Sources
@@ -14,6 +13,7 @@ from structured_text.export.words import words
 from structured_text.language import syntax as s
 from structured_text.language.library import Names
 from structured_text.language.printer import expression_text, init_text
+from structured_text.output.exported import release
 
 __all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "to_plcopen"]
 
@@ -88,7 +88,7 @@ def _headers(root: ET.Element, names: Names) -> None:
         "fileHeader",
         companyName=names.owner,
         productName=_PRODUCT,
-        productVersion=version(DISTRIBUTION),
+        productVersion=release(),
         creationDateTime=_DATE,
     )
     content = ET.SubElement(root, "contentHeader", name=names.project, modificationDateTime=_DATE)

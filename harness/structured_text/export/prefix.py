@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from structured_text import BLOCKS
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.lexer import tokens
@@ -54,7 +55,7 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
     if not _LEGAL.fullmatch(prefix):
         raise InputError(
             f"--prefix {prefix!r} cannot begin a name",
-            hint="a letter, then letters, digits and single underscores, such as RCX_",
+            hint=f"a letter, then letters, digits and single underscores, such as {BLOCKS}",
         )
     users, library = files.users
     whole = dict.fromkeys([*library, *_unneeded(files)])  # comments name blocks of all of it

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from structured_text import VARIABLES
 from structured_text.export.initial import differing, is_scalar
 from structured_text.export.losses import missing, sections
 from structured_text.export.output import Missing
@@ -20,7 +21,7 @@ __all__ = ["Starts", "each_call"]
 #: As many values are set by statements; a table of more is not carried.
 _MOST = 1024
 #: Set once the statements have been executed; the second one keeps its value as the variables do.
-_FLAGS = ("RcxStarted", "RcxStartedKept")
+_FLAGS = (f"{VARIABLES}Started", f"{VARIABLES}StartedKept")
 
 
 def each_call(node: s.Pou, section: s.Section) -> bool:

@@ -11,11 +11,13 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from structured_text import BLOCKS
 from structured_text.export.losses import missing
 from structured_text.export.output import Missing
 from structured_text.export.parts import Part
 from structured_text.language import syntax as s
-from structured_text.language.standard import BLOCKS, FUNCTIONS, conversion, reserved
+from structured_text.language.standard import BLOCKS as STANDARD
+from structured_text.language.standard import FUNCTIONS, conversion, reserved
 from structured_text.language.walk import nodes
 from structured_text.output.toml_files import load_toml
 
@@ -24,6 +26,8 @@ __all__ = ["FOLDER", "Form", "Words", "blocks_of", "mentioned", "unwritten", "wo
 #: Where the lists are.
 FOLDER = Path(__file__).parent / "words"
 
+#: Stands in the lists for what the names of blocks begin with that an export adds.
+_ADDED = "{added}"
 _CALL = re.compile(r"(\w+)\((.*)\)")
 _COMPARED = ("=", "<>", "<", ">", "<=", ">=")
 _CHAINED = ("CONCAT", "MAX", "MIN")
@@ -197,6 +201,7 @@ def words(name: str) -> Words:
     def forms(section: str) -> dict[str, Form]:
         made = {}
         for key, (text, origin) in content.get(section, {}).items():
+            text = text.replace(_ADDED, BLOCKS)
             call = _CALL.fullmatch(text)
             listed = tuple(one.strip() for one in call[2].split(",")) if call else ()
             made[key] = Form(call[1] if call else text, listed, origins[origin])
@@ -215,7 +220,7 @@ def words(name: str) -> Words:
         lists["operators"],
         lists["statements"],
         forms("instructions"),
-        content.get("instead", {}),
+        {key: text.replace(_ADDED, BLOCKS) for key, text in content.get("instead", {}).items()},
         said,
     )
 
@@ -271,7 +276,7 @@ def _used(
             yield "operator", "AND" if one.op == "&" else one.op, one.at
         elif isinstance(one, s.Unary):
             yield "operator", one.op, one.at
-        elif isinstance(one, s.NamedSpec) and one.name.key in BLOCKS:
+        elif isinstance(one, s.NamedSpec) and one.name.key in STANDARD:
             yield "block", one.name.key, one.name.at
         elif isinstance(one, s.If | s.Case | s.For | s.While | s.Repeat | s.Exit | s.Return):
             yield "statement", type(one).__name__.upper(), one.at

@@ -12,6 +12,7 @@ from structured_text.language.calls import block_arguments, pin_of
 from structured_text.language.declare import Scope
 from structured_text.language.expressions import Expressions, group
 from structured_text.language.functions import NOTHING, same_text
+from structured_text.language.objects import START
 from structured_text.language.references import PLACES, place_of
 from structured_text.language.resolve import ConsequenceError, fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
@@ -59,8 +60,8 @@ def check_start(
 ) -> None:
     """Check the initial values that are known only while the program runs.
 
-    These are of pointers, references and interfaces, and the arguments of FB_init. Those of a
-    function or method go before its body; a block gets a method for them, `Block.fb_start`.
+    These are of pointers, references and interfaces, and the arguments of blocks. Those of a
+    function or method go before its body; a block gets the method `START` for them.
 
     Args:
         scope: The POU and its surroundings.
@@ -74,10 +75,10 @@ def check_start(
     if pou.block is None:
         pou.body = (*start, *pou.body)
         return
-    name = f"{pou.name}.fb_start"
+    name = f"{pou.name}.{START.lower()}"
     method = t.Pou("METHOD", name, pou.file, {}, body=start, owner=pou, at=pou.at)
     scope.declarations.pous[name.upper()] = method
-    scope.declarations.objects.own[pou.name.upper()]["FB_START"] = method
+    scope.declarations.objects.own[pou.name.upper()][START.upper()] = method
 
 
 class _Statements:

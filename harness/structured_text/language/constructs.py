@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from structured_text.errors import InputError
+from structured_text.language.objects import INIT
 from structured_text.language.syntax import Position
 
 __all__ = ["CONSTRUCTS", "TRANSLATED", "Use", "refuse"]
@@ -92,7 +93,7 @@ CONSTRUCTS = {
     "pointers compared by < or >": "compare indices",
     "a character of a text by its number": "use MID",
     "a NAMESPACE": "write the name without it",
-    "arguments of FB_init": "give them as inputs of the call",
+    f"arguments of {INIT}": "give them as inputs of the call",
     "CONTINUE": "use IF",
     "AND_THEN or OR_ELSE": "use IF inside IF",
     "S= or R=": "use IF and an assignment",

@@ -11,6 +11,7 @@ from structured_text.language import syntax as s
 from structured_text.language.constants import NotConstantError
 from structured_text.language.inherit import Inheritance
 from structured_text.language.later import Later, Part
+from structured_text.language.objects import INIT
 from structured_text.language.registry import Declared, Registry
 from structured_text.language.resolve import Types
 from structured_text.language.scalars import WIDTH
@@ -271,10 +272,10 @@ class Declarations(Types):
             raise where.error(text, node.at)
         started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
         if started:
-            where.note("arguments of FB_init", node.spec.at)
+            where.note(f"arguments of {INIT}", node.spec.at)
         if started and (section.kind != "VAR" or pou not in ("PROGRAM", "FUNCTION_BLOCK")):
             raise where.error(
-                "FB_init takes arguments in VAR of a block or program only",
+                f"{INIT} takes arguments in VAR of a block or program only",
                 node.spec.at,
                 "declare the block there, as a variable of its own",
             )

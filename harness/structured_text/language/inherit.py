@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
-from structured_text.language.objects import Objects
+from structured_text.language.objects import INIT, Objects
 from structured_text.language.parser import TWO_BASES
 from structured_text.language.registry import Declared, last_name
 from structured_text.language.tree import Pou, Symbol
@@ -283,7 +283,7 @@ class Inheritance:
             starter = self.objects.starter(block.name.upper()) if block is not None else None
             if starter is not None and not symbol.started and block is not None:
                 names = [f"{one.name} := ..." for one in starter.section("VAR_INPUT")[2:]]
-                text = f"{symbol.name} gives FB_init of {block.name} no arguments"
+                text = f"{symbol.name} gives {INIT} of {block.name} no arguments"
                 hint = f"write {block.name}({', '.join(names)})"
                 self._report(where.error(text, symbol.at, hint))
             if made is not None and "ABSTRACT" in made.words:

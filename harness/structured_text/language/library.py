@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from structured_text.errors import InputError
@@ -17,6 +18,9 @@ class Names:
 
     Attributes:
         prefix: How the names of its types begin; empty: in any way.
+        byte_image: Its array of BYTE that is a process image; empty: it has none.
+        word_image: The same of WORD.
+        notes: What an exported README says of the library, by `TARGET_SUBJECT`.
         project: What an exported project is called.
         file: How the names of exported files begin.
         about: What it is, in a line.
@@ -32,6 +36,9 @@ class Names:
     licence: str = ""
     copyright: str = ""
     owner: str = ""
+    byte_image: str = ""
+    word_image: str = ""
+    notes: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def load(cls, file: Path) -> Names:
@@ -44,6 +51,7 @@ class Names:
         known = [one.name for one in fields(cls)]
         check_keys(table, known, file=file)
         for key, value in table.items():
-            if not isinstance(value, str):
+            texts = value.values() if key == "notes" and isinstance(value, dict) else (value,)
+            if not all(isinstance(text, str) for text in texts):
                 raise InputError(f"{key} is not a text", file=file, line=line_of(file, key))
         return cls(**table)

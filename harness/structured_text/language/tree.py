@@ -60,7 +60,7 @@ class Symbol:
     for the variable that holds a function's result, RESULT. `initial` is the complete initial
     value as `resolve.Types.initial_value` gives it. `source` is the key of the global variable
     that a VAR_EXTERNAL stands for, where that is not its own name. `addressed` says that a
-    pointer is made to it, `started` that its declaration gives FB_init arguments, `shared` that
+    pointer is made to it, `started` that its declaration gives the block arguments, `shared` that
     methods of the block use this VAR_IN_OUT of it, `calculated` that its initial value is no
     constant; `parts` are those of its initial value that are none. `retain`: it keeps its value
     over a warm start. `area` is I, Q or M where its address is left to the tool (`%I*`).

@@ -58,11 +58,11 @@ _RELATIONAL = {
 }
 _ARITHMETIC = {"+": "-", "-": "+", "*": "/", "/": "*", "MOD": "/"}
 _TWINS = {
-    "FC_RCXLOWWORD": "FC_RcxHighWord",
-    "FC_RCXHIGHWORD": "FC_RcxLowWord",
     "SHL": "SHR",
     "SHR": "SHL",
 }
+_HALVES = {"LOW": "HIGH", "HIGH": "LOW"}
+_HALF = re.compile("LOW|HIGH")
 _COUNTERS = ("SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT")
 _NOTHING = ("FALSE", "0", "0.0", "''", "BYTE#16#00", "WORD#16#0000", "DWORD#16#00000000")
 
@@ -213,8 +213,9 @@ def _next_field(node: s.Field, body: Body) -> str:
 
 def _swapped(place: Place, body: Body) -> Iterator[Change]:
     node = place.node
-    if isinstance(node, s.Call) and node.function.key in _TWINS:
-        yield _one("swapped", body.source.span(node.function), _TWINS[node.function.key])
+    twin = _twin(node.function.key, body) if isinstance(node, s.Call) else None
+    if twin is not None:
+        yield _one("swapped", body.source.span(node.function), twin)
     if isinstance(node, (s.Call, s.CallStatement)):
         inputs = [one for one in node.arguments if not one.output and one.name is not None]
         for first, second in pairwise(inputs):
@@ -225,6 +226,15 @@ def _swapped(place: Place, body: Body) -> Iterator[Change]:
                 if texts[0] != texts[1] and not isinstance(kind, (ArrayType, BlockType)):
                     edits = (Edit(spans[0], texts[1]), Edit(spans[1], texts[0]))
                     yield Change("swapped", edits)
+
+
+def _twin(function: str, body: Body) -> str | None:
+    """The function that one is taken for: SHR for SHL, that of the high word for the low one's."""
+    if function in _TWINS:
+        return _TWINS[function]
+    other = _HALF.sub(lambda found: _HALVES[found[0]], function)
+    declared = body.scope.declarations.registry.pous.get(other) if other != function else None
+    return declared.node.name.text if declared is not None else None
 
 
 def _value(argument: s.Argument, body: Body) -> Span:

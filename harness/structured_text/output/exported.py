@@ -7,10 +7,20 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
-from structured_text import COMMAND
+from structured_text import COMMAND, DISTRIBUTION
 from structured_text.output.paths import real
 
-__all__ = ["MARK", "RECORD", "digest", "is_marked", "own_output", "record", "recorded", "resolved"]
+__all__ = [
+    "MARK",
+    "RECORD",
+    "digest",
+    "is_marked",
+    "own_output",
+    "record",
+    "recorded",
+    "release",
+    "resolved",
+]
 
 #: Stands at the head of each file that is exported by itself.
 MARK = f"Written by `{COMMAND} export`; change the sources, not this file."
@@ -24,6 +34,16 @@ _ABOUT = (
 _HEAD = 1000
 #: What is recorded, by the folder of the record.
 _Records = dict[Path, dict[str, str]]
+
+
+def release() -> str:
+    """The version of this package; 0 of a copy that is not installed."""
+    from importlib.metadata import PackageNotFoundError, version  # few need it at their start
+
+    try:
+        return version(DISTRIBUTION)
+    except PackageNotFoundError:
+        return "0"
 
 
 def digest(data: bytes) -> str:

@@ -495,7 +495,7 @@ def test_the_page_tells_the_figures_of_each_kind() -> None:
 _BUGS = bugs(Path(__file__).with_name("seeded.toml"))
 #: Some whose file of tests is quick.
 _FEW = {
-    "MOD takes the sign of the divisor": "tests/engine/builtin/test_arithmetic.py",
+    "MOD takes the sign of the divisor": "tests/structured_text/engines/builtin/test_arithmetic.py",
     "exactly 100 ms count as too short": "tests/watch/test_wire.py",
     "semi-absolute axes keep their origin without power": "tests/robot/test_robot_origin.py",
 }
@@ -517,7 +517,10 @@ def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
 def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
     """So that a row does not name tests that were moved with the code."""
     part = file_key(bug.file).partition("/")[0]
-    others = {"spec": ("tests/spec", "tests/command"), "engines": ("tests/engine",)}
+    others = {
+        "spec": ("tests/spec", "tests/command"),
+        "engines": ("tests/structured_text/engines",),
+    }
     others["language"] = others["engines"]
     folders = others.get(part, (f"tests/{part}",))
     assert all(tests.startswith(folders) for tests in bug.tests)

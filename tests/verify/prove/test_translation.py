@@ -1,6 +1,7 @@
 """What the terms of a small program give is what the built-in engine gives, in every variable.
 
-The expected values are the engine's, which stands against matiec in tests/engine/agreement.
+The expected values are the engine's, which stands against matiec in
+tests/structured_text/engines/agreement.
 """
 
 from __future__ import annotations

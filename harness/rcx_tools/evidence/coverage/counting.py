@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.testing.coverage import Gathering
 from structured_text.coverage.parts import Part
 from structured_text.engines.builtin.collector import Collector
+from structured_text.testing.coverage import Gathering
 
 __all__ = ["pytest_addoption", "pytest_configure"]
 

@@ -19,9 +19,9 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.testing.tracing import PerTest
 from rcx_tools.evidence.mutants.suite import exhaustive_of, pytest_options, settle_hypothesis
 from structured_text.errors import InputError
+from structured_text.testing.tracing import PerTest
 
 __all__ = ["Copies", "Traced"]
 

@@ -87,7 +87,8 @@ class Kind:
 _MONITORS = tuple(f"{_PACKAGE}/watch/{name}.py" for name in ("wire", "contract", "steady"))
 _ENGINE = (f"{_TOOLKIT}/engines/builtin", f"{_TOOLKIT}/language")
 _OF_ENGINE = (
-    *("tests/engine", "tests/verify/test_coverage.py", "tests/verify/test_coverage_language.py"),
+    *("tests/structured_text/engines", "tests/structured_text/language"),
+    *("tests/verify/test_coverage.py", "tests/verify/test_coverage_language.py"),
     "tests/watch/test_calls.py",
 )
 _OF_TABLES = tuple(f"tests/{name}" for name in ("spec", "tools/library", "command", "diagnosis"))

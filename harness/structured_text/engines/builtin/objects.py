@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
-from structured_text.language.objects import Objects
+from structured_text.language.objects import INIT, START, Objects
 from structured_text.language.project import Project
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import (
@@ -93,8 +93,8 @@ class _Starts:
         while chain[-1] in objects.extended:
             chain.append(objects.extended[chain[-1]])
         for block in reversed(chain):
-            if "FB_START" in objects.own[block]:
-                yield f"    f_{block}_m_FB_START(s)"
+            if START.upper() in objects.own[block]:
+                yield f"    f_{block}_m_{START.upper()}(s)"
         yield "    pass"
         if objects.starter(key) is None:
             for method in objects.starters(key):
@@ -128,7 +128,7 @@ class _Starts:
             own = any(
                 name in self._objects.own[block]
                 for block in chain
-                for name in ("FB_START", "FB_INIT")
+                for name in (START.upper(), INIT.upper())
             )
             symbols = stored(self._project.pous[key].symbols.values())
             self._needed[key] = own or bool(list(self._inside(symbols, "s")))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from structured_text.export.body import Scope
@@ -53,13 +53,15 @@ class Tool:
     Attributes:
         retained: Sections whose variables can keep their values when power is off.
         tables: Texts of a declaration's tables by what their names end in.
-        readme: What to do with the folder; `{renamed}` and `{order}` are filled in.
+        readme: What to do with the folder; `{renamed}`, `{order}` and the notes are filled in.
+        notes: What it says of the library, by subject, where that says nothing of itself.
     """
 
     dialect: Dialect
     retained: tuple[str, ...]
     tables: Callable[[list[Row]], Mapping[str, str]]
     readme: str
+    notes: Mapping[str, str] = field(default_factory=dict)
 
 
 def to_folder(sources: Sources, tool: Tool) -> Output:
@@ -72,7 +74,9 @@ def to_folder(sources: Sources, tool: Tool) -> Output:
         files["types/enumerations.txt"] = writer.numbers()
     order = "\n".join(f"  {part.folder}/{part.name}" for part in writer.carried)
     renamed = ", ".join(f"{old} is {new}" for old, new in sorted(writer.renamed.items()))
-    steps = sources.renaming.said(tool.readme).format(order=order, renamed=renamed or "none")
+    said, own, listed = sources.renaming.said, sources.names.notes, tool.dialect.listed
+    notes = {key: said(own.get(f"{listed}_{key}", text)) for key, text in tool.notes.items()}
+    steps = said(tool.readme).format(order=order, renamed=renamed or "none", **notes)
     files["README.txt"] = f"{sources.notice}\n\n{steps}"
     return Output(dict(sorted(files.items())), tuple(writer.missing), newline="\r\n")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from structured_text.export.l5x.model import FIRST_SCAN, Aoi, Data, Tag
+from structured_text.export.l5x.model import FIRST_SCAN, STANDARD_BLOCKS, Aoi, Data, Tag
 
 __all__ = ["FBD_TIMER", "standard_blocks"]
 
@@ -26,15 +26,16 @@ _BOOL, _DINT = Data("BOOL"), Data("DINT")
 
 
 def standard_blocks() -> list[Aoi]:
-    """RCX_TON, RCX_R_TRIG and RCX_FirstScan."""
+    """TON, R_TRIG and the first scan, each with a name of its own."""
     return [_ton(), _r_trig(), _first_scan()]
 
 
 def _ton() -> Aoi:
     """TONR with its own preset as high as can be, so that PT may change while it runs."""
+    name = STANDARD_BLOCKS["TON"]
     return Aoi(
-        "RCX_TON",
-        "RCX_TON: the on-delay timer TON of IEC 61131-3, its times in milliseconds.",
+        name,
+        f"{name}: the on-delay timer TON of IEC 61131-3, its times in milliseconds.",
         [
             Tag("IN", _BOOL, "Input", "0", "TRUE: the time runs"),
             Tag("PT", _DINT, "Input", "0", "[ms] after which Q comes on"),
@@ -63,9 +64,10 @@ def _ton() -> Aoi:
 
 
 def _r_trig() -> Aoi:
+    name = STANDARD_BLOCKS["R_TRIG"]
     return Aoi(
-        "RCX_R_TRIG",
-        "RCX_R_TRIG: the edge detection R_TRIG of IEC 61131-3.",
+        name,
+        f"{name}: the edge detection R_TRIG of IEC 61131-3.",
         [
             Tag("CLK", _BOOL, "Input", "0", "what is looked at"),
             Tag("Q", _BOOL, "Output", "0", "TRUE for one call after CLK has come on"),
@@ -83,7 +85,7 @@ def _first_scan() -> Aoi:
     """
     return Aoi(
         FIRST_SCAN,
-        "RCX_FirstScan: TRUE in the first scan after the controller has started.",
+        f"{FIRST_SCAN}: TRUE in the first scan after the controller has started.",
         [Tag("Q", _BOOL, "Output", "0", "TRUE in the first call after the start")],
         [Tag("HasRun", _BOOL, "Local", "0")],
         ["Q := NOT HasRun;", "HasRun := 1;"],

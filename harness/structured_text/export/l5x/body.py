@@ -15,6 +15,7 @@ from structured_text.export.l5x.model import (
     UNWRITTEN,
     Aoi,
     Data,
+    Images,
     NotCarriedError,
     Tag,
     check_name,
@@ -67,24 +68,25 @@ _USAGES = {"VAR_INPUT": "Input", "VAR_OUTPUT": "Output", "VAR_IN_OUT": "InOut"}
 _STEP = "  "
 
 
-def translated(part: Part, pou: t.Pou, pous: Mapping[str, t.Pou]) -> Aoi:
+def translated(part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> Aoi:
     """Translate a POU.
 
     Args:
         part: Its text, for the comments.
         pou: Its checked form.
         pous: All of the sources by upper-case name.
+        images: The types of process images.
 
     Raises:
         NotCarriedError: something in it has no counterpart; the message says what.
     """
-    return _Writer(part, pou, pous).aoi()
+    return _Writer(part, pou, pous, images).aoi()
 
 
 class _Writer:
-    def __init__(self, part: Part, pou: t.Pou, pous: Mapping[str, t.Pou]) -> None:
-        self._part, self._pou, self._pous = part, pou, pous
-        self._expressions = Expressions(pous)
+    def __init__(self, part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> None:
+        self._part, self._pou, self._pous, self._images = part, pou, pous, images
+        self._expressions = Expressions(pous, images)
         self._comments = _comments(part)
         self._zeros: dict[str, Data] = {}
         self._at: Position | None = None
@@ -137,12 +139,12 @@ class _Writer:
 
     def _declare(self, symbol: t.Symbol) -> None:
         self._at = symbol.at
-        inside = symbol.section == "VAR" and data_of(symbol.type) == Data("STRING")
+        inside = symbol.section == "VAR" and data_of(symbol.type, self._images) == Data("STRING")
         if is_whole(symbol.type) and not is_zero(symbol.initial) and not inside:
             self._check_set(symbol)
         result = symbol.section == "RESULT"
         name = RESULT if result else check_name(symbol.name)
-        data = data_of(symbol.type)
+        data = data_of(symbol.type, self._images)
         self._mention(symbol.type)
         usage = "Output" if result else _USAGES.get(symbol.section, "Local")
         if usage in ("Input", "Output") and is_whole(symbol.type):
@@ -167,12 +169,18 @@ class _Writer:
         for pin in passed(block.variables):
             if pin.section != "VAR_IN_OUT":
                 note = f"{pin.name} of {instance}"
-                tag = Tag(companion(instance, pin.name), data_of(pin.type), "Local", None, note)
+                tag = Tag(
+                    companion(instance, pin.name),
+                    data_of(pin.type, self._images),
+                    "Local",
+                    None,
+                    note,
+                )
                 self._aoi.locals.append(tag)
                 self._mention(pin.type)
 
     def _mention(self, kind: Type) -> None:
-        data = data_of(kind)
+        data = data_of(kind, self._images)
         if isinstance(kind, BlockType):
             self._aoi.blocks[data.type] = None
         elif data.type not in ("BOOL", "DINT", "REAL", "STRING", "SINT", "INT"):
@@ -221,7 +229,10 @@ class _Writer:
         given = symbol.section == "VAR_INPUT" and self._pou.kind == "FUNCTION"
         pin = symbol.section in ("VAR_INPUT", "VAR_OUTPUT", "RESULT") and not given
         kept = symbol.name.upper() in retain(self._part) and symbol.section == "VAR"
-        image = isinstance(symbol.type, ArrayType) and image_element(symbol.type.name) != ""
+        image = (
+            isinstance(symbol.type, ArrayType)
+            and image_element(symbol.type.name, self._images) != ""
+        )
         if pin or kept or image:
             raise NotCarriedError(f"{symbol.name} has an initial value that is no single number")
 
@@ -251,12 +262,12 @@ class _Writer:
 
     def _emptied(self, name: str, kind: Type) -> str:
         """All of it 0: copied from a tag that nothing writes, for FLL is for ladder only."""
-        data = data_of(kind)
+        data = data_of(kind, self._images)
         if data == Data("STRING"):
             return f"{name} := '';"
         zeros = check_name(f"Zero_{data.type}{f'_{data.size}' if data.size else ''}")
         self._zeros[zeros] = data
-        return copied(zeros, name, kind)
+        return copied(zeros, name, kind, self._images)
 
     # --- statements -----------------------------------------------------------------------
 
@@ -331,13 +342,13 @@ class _Writer:
             if isinstance(value, t.Constant):
                 line = f"{place} := {self._expressions.text(value)};"
             else:
-                line = copied(self._expressions.text(value), place, target.type)
+                line = copied(self._expressions.text(value), place, target.type, self._images)
         else:
             line = self._scalar(target, place, value)
         return [*self._taken(indent), indent + line]
 
     def _scalar(self, target: t.Variable, place: str, value: t.Expression) -> str:
-        image = image_element(_array_name(target))
+        image = image_element(_array_name(target), self._images)
         if image:
             bits = {"SINT": 8, "INT": 16}[image]
             kept = self._expressions.kept(value)
@@ -358,7 +369,9 @@ class _Writer:
                 if isinstance(value, t.Constant):
                     inputs.append(f"{place} := {self._expressions.text(value)};")
                 else:
-                    inputs.append(copied(self._expressions.text(value), place, value.type))
+                    inputs.append(
+                        copied(self._expressions.text(value), place, value.type, self._images)
+                    )
             else:
                 inputs.append(f"{instance}.{pin} := {self._expressions.text(value)};")
         arguments = [instance]
@@ -428,10 +441,9 @@ def _array_name(node: t.Variable) -> str:
     return str(getattr(node.base.type, "name", "")).upper() if isinstance(node, t.Index) else ""
 
 
-def copied(source: str, target: str, kind: Type) -> str:
+def copied(source: str, target: str, kind: Type, images: Images) -> str:
     """The instruction that copies a structure, an array or a text."""
-    size = data_of(kind).size
-    if size:
+    if size := data_of(kind, images).size:
         return f"COP({source}[0], {target}[0], {size});"
     return f"COP({source}, {target}, 1);"
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 
 from structured_text.export.l5x.model import (
     RESULT,
+    Images,
     NotCarriedError,
     companion,
     data_of,
@@ -41,7 +42,8 @@ class Expressions:
         instances: Functions that are called, with the tag of their instruction.
     """
 
-    def __init__(self, functions: Mapping[str, t.Pou]) -> None:
+    def __init__(self, functions: Mapping[str, t.Pou], images: Images) -> None:
+        self._images = images
         self._functions = functions
         self._used: dict[str, int] = {}
         self._bound: dict[t.Symbol, str] = {}
@@ -95,7 +97,11 @@ class Expressions:
     def kept(self, node: t.Expression) -> str:
         """The value in an operand that may be used twice."""
         text = self.text(node)
-        return text if _SIMPLE.fullmatch(text) else self._kept(data_of(node.type).type, text)
+        return (
+            text
+            if _SIMPLE.fullmatch(text)
+            else self._kept(data_of(node.type, self._images).type, text)
+        )
 
     def _kept(self, data: str, text: str) -> str:
         name = self.temporary(data)
@@ -114,8 +120,14 @@ class Expressions:
 
     def _read(self, node: t.Variable) -> str:
         text = self.variable(node)
-        raw = _raw(node)
+        raw = self._raw(node)
         return f"({text} AND 16#{'FF' if raw == 'SINT' else 'FFFF'})" if raw else text
+
+    def _raw(self, node: t.Variable) -> str:
+        """SINT or INT, if this is an element of a process image."""
+        if isinstance(node, t.Index) and isinstance(node.base.type, ArrayType):
+            return image_element(node.base.type.name, self._images)
+        return ""
 
     def _unary(self, node: t.Unary) -> str:
         if node.op == "-":
@@ -166,7 +178,7 @@ class Expressions:
                 tags.append(self.tag(value))
             else:
                 setting.append(f"{instance}.{pin.name} := {self.text(value)};")
-        result = self.temporary(data_of(node.type).type)
+        result = self.temporary(data_of(node.type, self._images).type)
         if is_whole(node.type):
             tags.append(result)
         self.before += [*setting, f"{pou.name}({', '.join([instance, *tags])});"]
@@ -330,13 +342,6 @@ def _is_below(node: t.Expression, mask: int) -> bool:
     if not isinstance(node, t.Binary) or node.op != "AND" or not isinstance(node.right, t.Constant):
         return False
     return int(node.right.value) & ~mask == 0
-
-
-def _raw(node: t.Variable) -> str:
-    """SINT or INT, if this is an element of a process image."""
-    if isinstance(node, t.Index) and isinstance(node.base.type, ArrayType):
-        return image_element(node.base.type.name)
-    return ""
 
 
 def _given(pin: t.Symbol, argument: t.Expression | None) -> t.Expression:

@@ -7,10 +7,11 @@ computes in DINT; only the process images are arrays of SINT and INT, as its sca
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
+from structured_text import BLOCKS
 from structured_text.language import tree as t
 from structured_text.language.syntax import Position
 from structured_text.language.types import (
@@ -30,6 +31,7 @@ __all__ = [
     "UNWRITTEN",
     "Aoi",
     "Data",
+    "Images",
     "NotCarriedError",
     "Tag",
     "check_name",
@@ -42,17 +44,17 @@ __all__ = [
     "value_text",
 ]
 
-#: Array types whose elements keep their width: what the scanner fills and sends.
-_IMAGES = {"RCX_IMAGE": "SINT", "RCX_IMAGE_WORDS": "INT"}
+#: Array types whose elements keep their width, what the scanner fills and sends: SINT or INT.
+Images: TypeAlias = Mapping[str, str]
 
 #: The parameter that holds what a function returns.
 RESULT = "FcResult"
 
 #: Standard blocks, and the instructions that stand for them (`l5x_blocks`).
-STANDARD_BLOCKS = {"TON": "RCX_TON", "R_TRIG": "RCX_R_TRIG"}
+STANDARD_BLOCKS = {name: f"{BLOCKS}{name}" for name in ("TON", "R_TRIG")}
 
 #: The instruction that tells a program its first scan.
-FIRST_SCAN = "RCX_FirstScan"
+FIRST_SCAN = f"{BLOCKS}FirstScan"
 
 #: What is said of a tag that all others are cleared from.
 UNWRITTEN = "all 0: nothing may write it"
@@ -127,7 +129,7 @@ class Aoi:
     blocks: dict[str, None] = field(default_factory=dict)
 
 
-def data_of(kind: Type) -> Data:
+def data_of(kind: Type, images: Images) -> Data:
     """The type of the tag that holds a variable of this type.
 
     Raises:
@@ -140,7 +142,7 @@ def data_of(kind: Type) -> Data:
     if isinstance(kind, BlockType):
         return Data(_block(kind))
     if isinstance(kind, ArrayType):
-        return _array(kind)
+        return _array(kind, images)
     if kind.name in _NUMBERS:
         return Data("DINT")
     if kind.name in ("BOOL", "REAL", "STRING"):
@@ -156,21 +158,21 @@ def _block(kind: BlockType) -> str:
     return kind.name
 
 
-def _array(kind: ArrayType) -> Data:
+def _array(kind: ArrayType, images: Images) -> Data:
     if len(kind.bounds) != 1 or kind.bounds[0][0] < 0:
         raise NotCarriedError(f"{kind.name} has several dimensions, or begins below 0")
     size = kind.bounds[0][1] + 1
-    if image := image_element(kind.name):
+    if image := image_element(kind.name, images):
         return Data(image, size)
-    element = data_of(kind.element)
+    element = data_of(kind.element, images)
     if element.size or element.type == "BOOL" or isinstance(kind.element, BlockType):
         raise NotCarriedError(f"{kind.name} is an array of arrays, BOOL or blocks")
     return Data(element.type, size)
 
 
-def image_element(name: str) -> str:
+def image_element(name: str, images: Images) -> str:
     """The elements of a type that is an image, also with a prefix; empty for another type."""
-    return next((one for image, one in _IMAGES.items() if name.upper().endswith(image)), "")
+    return next((one for image, one in images.items() if name.upper().endswith(image)), "")
 
 
 def is_whole(kind: Type) -> bool:

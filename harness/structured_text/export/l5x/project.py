@@ -9,9 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
+from structured_text import BLOCKS
 from structured_text.export.l5x.blocks import standard_blocks
 from structured_text.export.l5x.body import translated
-from structured_text.export.l5x.model import Aoi, Data, NotCarriedError, Tag, data_of
+from structured_text.export.l5x.model import Aoi, Data, Images, NotCarriedError, Tag, data_of
 from structured_text.export.l5x.xml import aoi_element, data_type, document, program_element
 from structured_text.export.losses import lost_configuration, missing, reaching_out, sections
 from structured_text.export.output import Missing, Output
@@ -24,7 +25,7 @@ from structured_text.language.types import BlockType, StructType
 __all__ = ["LIBRARY", "to_l5x"]
 
 #: The instruction that stands for the library in a file without a program.
-LIBRARY = "RCX_Library"
+LIBRARY = f"{BLOCKS}Library"
 
 _ASIDE = re.compile(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)")
 _CALLED = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\s*\(")
@@ -44,7 +45,7 @@ _KEYWORDS = (
 )
 
 _ABOUT = (
-    "RCX_Library: brings all instructions of the library with it when it is imported. It does "
+    f"{LIBRARY}: brings all instructions of the library with it when it is imported. It does "
     "nothing, and can be deleted then."
 )
 
@@ -53,7 +54,9 @@ def to_l5x(sources: Sources) -> Output:
     """The sources as one L5X file; `missing` names what has no counterpart."""
     project = sources.project
     lost: list[Missing] = []
-    types = _types(sources, project, lost)
+    arrays = {sources.names.byte_image: "SINT", sources.names.word_image: "INT"}
+    images = {name.upper(): element for name, element in arrays.items() if name}
+    types = _types(sources, images, lost)
     aois = {aoi.name: aoi for aoi in standard_blocks()}
     programs: list[Aoi] = []
     reasons = {
@@ -67,7 +70,7 @@ def to_l5x(sources: Sources) -> Output:
             lost.append(barred[part.name.upper()])
             continue
         try:
-            made = translated(part, project.pous[part.name.upper()], project.pous)
+            made = translated(part, project.pous[part.name.upper()], project.pous, images)
             _check_needed(made, aois, types)
             _check_words(made, aois)
         except NotCarriedError as error:
@@ -104,18 +107,20 @@ def _document(
     return document("AddOnInstructionDefinition", LIBRARY, types, elements, controller=controller)
 
 
-def _types(sources: Sources, project: Project, lost: list[Missing]) -> dict[str, str]:
+def _types(sources: Sources, images: Images, lost: list[Missing]) -> dict[str, str]:
     """The structures; other types are written out where they are used."""
     found: dict[str, str] = {}
     gone: set[str] = set()
     for part in sources.of("TYPE"):
-        kind = project.types[part.name.upper()]
+        kind = sources.project.types[part.name.upper()]
         if isinstance(kind, StructType):
             try:
                 for _, inner in kind.fields:
-                    if data_of(inner).type in gone:
-                        raise NotCarriedError(f"needs {data_of(inner).type}, which is not carried")
-                found[kind.name] = data_type(kind, part.header, part.notes)
+                    if data_of(inner, images).type in gone:
+                        raise NotCarriedError(
+                            f"needs {data_of(inner, images).type}, which is not carried"
+                        )
+                found[kind.name] = data_type(kind, part.header, part.notes, images)
             except NotCarriedError as error:
                 gone.add(kind.name)
                 lost.append(missing(part, str(error)))

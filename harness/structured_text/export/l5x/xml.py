@@ -9,7 +9,7 @@ from xml.sax.saxutils import quoteattr
 
 from structured_text import COMMAND
 from structured_text.export.l5x.blocks import FBD_TIMER
-from structured_text.export.l5x.model import Aoi, Data, Tag, check_name, data_of
+from structured_text.export.l5x.model import Aoi, Data, Images, Tag, check_name, data_of
 from structured_text.language.scalars import string_literal
 from structured_text.language.types import ElementaryType, StructType
 
@@ -70,7 +70,7 @@ def document(
     )
 
 
-def data_type(kind: StructType, header: str, notes: Mapping[str, str]) -> str:
+def data_type(kind: StructType, header: str, notes: Mapping[str, str], images: Images) -> str:
     """A structure; its BOOLs are bits of hidden SINTs, as Studio 5000 lays them out."""
     lines = [_opened("DataType", Name=check_name(kind.name), Family="NoFamily", Class="User")]
     lines += [*_described(header.split("\n\n")[0]), "<Members>"]
@@ -86,7 +86,7 @@ def data_type(kind: StructType, header: str, notes: Mapping[str, str]) -> str:
             lines.append(_member(check_name(name), Data("BIT"), "false", note, **bits))
             bit += 1
             continue
-        bit, data = 8, data_of(field)
+        bit, data = 8, data_of(field, images)
         if data.type not in ("DINT", "REAL", "STRING", "SINT", "INT"):
             used[data.type] = None
         lines.append(_member(check_name(name), data, "false", note))

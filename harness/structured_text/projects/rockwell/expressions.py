@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from structured_text import VARIABLES
 from structured_text.errors import InputError
 from structured_text.language.lexer import KEYWORDS
 from structured_text.language.source import Line
@@ -30,7 +31,7 @@ __all__ = [
 ]
 
 #: Variables that statements need besides.
-COUNTER, FIRST_SCAN = "RcxIndex", "RcxFirstScan"
+COUNTER, FIRST_SCAN = f"{VARIABLES}Index", f"{VARIABLES}FirstScan"
 
 _TOKEN = re.compile(
     r"""(?P<skip>\s+|//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z)|\#(?:end)?region[^\n]*)

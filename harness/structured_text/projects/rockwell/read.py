@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from structured_text import VARIABLES
 from structured_text.errors import InputError
 from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
@@ -30,7 +31,7 @@ __all__ = ["read_l5x"]
 
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
 _ENABLE = ("ENABLEIN", "ENABLEOUT")
-_PRESCANNED = "RcxPrescanned"
+_PRESCANNED = f"{VARIABLES}Prescanned"
 _JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
 
 #: Stand for tags of a module, whose connection begins with 0 each time.

@@ -1,4 +1,7 @@
-"""Record the traces of all probes anew, from matiec: `python tests/engine/agreement/record.py`."""
+"""Record the traces of all probes anew, from matiec.
+
+Run it as `python tests/structured_text/engines/agreement/record.py`.
+"""
 
 from __future__ import annotations
 

@@ -12,17 +12,17 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.cell.sources import default_lib
-from rcx_harness.testing import COVERAGE
-from rcx_harness.testing.settings import is_on, project
+from structured_text import COMMAND
 from structured_text.coverage.output import check_fail_under, check_folder, conclude
 from structured_text.coverage.parts import Part, merge, part_of
 from structured_text.engines.builtin.collector import Collector, counting
 from structured_text.errors import InputError
+from structured_text.testing import COVERAGE, LIBRARIES
+from structured_text.testing.settings import is_on, project
 
 __all__ = ["Gathering", "start"]
 
-_KEY = "rcx_coverage"
+_KEY = f"{COMMAND}_coverage"
 _FOLDER = "out/coverage"
 
 
@@ -78,7 +78,8 @@ class _Coverage(Gathering):
 
     def __init__(self, config: pytest.Config, settings: _Settings) -> None:
         collector = Collector(library=settings.library)
-        collector.leave_out(default_lib())
+        for library in LIBRARIES:
+            collector.leave_out(library())
         super().__init__(config, collector)
         self._settings = settings
         self._text = ""
@@ -95,7 +96,7 @@ class _Coverage(Gathering):
                 width=get_terminal_size((100, 24)).columns,
             )
         except InputError as error:
-            self._text, passed = f"rcx: {error}", False
+            self._text, passed = f"{COMMAND}: {error}", False
         else:
             self._text, passed = outcome.text, outcome.passed
         if not passed and session.exitstatus == pytest.ExitCode.OK:
@@ -104,7 +105,7 @@ class _Coverage(Gathering):
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Show the table."""
         if self._text:
-            terminalreporter.section("rcx coverage")
+            terminalreporter.section(f"{COMMAND} coverage")
             terminalreporter.write_line(self._text)
 
 
@@ -117,7 +118,7 @@ def start(config: pytest.Config) -> None:
     try:
         settings = _settings(config)
     except InputError as error:
-        raise pytest.UsageError(f"rcx: {error}") from None
+        raise pytest.UsageError(f"{COMMAND}: {error}") from None
     if settings is not None:
         _Coverage(config, settings)
 
@@ -125,20 +126,22 @@ def start(config: pytest.Config) -> None:
 def _settings(config: pytest.Config) -> _Settings | None:
     if not is_on(config, "coverage"):
         for name in COVERAGE:
-            if config.getoption(f"rcx_{name}") is not None:
-                option = f"--rcx-{name.replace('_', '-')}"
-                raise InputError(f"{option}: no coverage is counted", hint="add --rcx-coverage")
+            if config.getoption(f"{COMMAND}_{name}") is not None:
+                option = f"--{COMMAND}-{name.replace('_', '-')}"
+                raise InputError(
+                    f"{option}: no coverage is counted", hint=f"add --{COMMAND}-coverage"
+                )
         return None
-    given, named = config.getoption("rcx_coverage_out"), config.getini("rcx_coverage_out")
+    given, named = config.getoption(f"{_KEY}_out"), config.getini(f"{_KEY}_out")
     if given is not None:
         folder = config.invocation_params.dir / str(given)
     else:
         folder = project(config) / str(named or _FOLDER)
     check_folder(folder)
-    percent = config.getoption("rcx_cover_fail_under")
-    option = "--rcx-cover-fail-under"
+    option, key = f"--{COMMAND}-cover-fail-under", f"{COMMAND}_cover_fail_under"
+    percent = config.getoption(key)
     if percent is None:
-        percent, option = config.getini("rcx_cover_fail_under") or None, "rcx_cover_fail_under"
+        percent, option = config.getini(key) or None, key
     return _Settings(
         is_on(config, "coverage_library"),
         folder,

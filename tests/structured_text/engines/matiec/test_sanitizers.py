@@ -11,7 +11,7 @@ import pytest
 
 from structured_text.engines.load import Matiec, find_c_compiler
 
-_SUPPORT = Path(__file__).parents[2] / "support"
+_SUPPORT = Path(__file__).parents[3] / "support"
 
 BEYOND = """
 PROGRAM Main

@@ -86,7 +86,7 @@ def test_an_index_wraps_in_its_type_before_the_bounds_are_looked_at(
 ) -> None:
     """As in a PLC, where INT 32767 + 1 is -32768; matiec's C does not look at bounds.
 
-    Source: IEC 61131-3, 6.5.1, and the arithmetic of tests/engine/builtin/test_arithmetic.py.
+    Source: IEC 61131-3, 6.5.1, and the arithmetic of test_arithmetic.py.
     """
     file = tmp_path / "Plant.st"
     file.write_text(_SOURCE, encoding="utf-8")

@@ -22,7 +22,7 @@ from structured_text.language.types import BlockType, StructType
 
 __all__ = ["Probe", "differences", "language_probes", "recorded_trace", "trace", "trace_file"]
 
-_DATA = Path(__file__).parents[2] / "data"
+_DATA = Path(__file__).parents[3] / "data"
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def trace(program: Program, probe: Probe) -> list[str]:
         "format": "rcx-probe/1",
         "generated from": [file.name for file in probe.files],
         "sha256": digest.hexdigest(),
-        "by": "tests/engine/agreement/record.py",
+        "by": "tests/structured_text/engines/agreement/record.py",
         "scan_us": probe.scan_us,
     }
     return [json.dumps(head), *(json.dumps(changed) for changed in _run(program, probe))]

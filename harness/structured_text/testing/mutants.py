@@ -1,4 +1,4 @@
-"""A run of pytest for `rcx mutants`: the original with notes of what each test runs, or a mutant.
+"""A run of pytest for `mutants`: the original with notes of what each test runs, or a mutant.
 
 The command says in a file, named by the environment, what this run is to do and where it writes
 what came of it. The files that a user's options have it write go to a temporary folder.
@@ -18,14 +18,15 @@ from typing import Any
 
 import pytest
 
-from rcx_harness.cell.sources import default_lib
-from rcx_harness.testing.tracing import PerTest
+from structured_text import COMMAND
 from structured_text.coverage.listing import Text, listing
 from structured_text.engines.builtin.collector import Collector, counting
 from structured_text.language.parser import parse
 from structured_text.mutants.order import Order
 from structured_text.output.system import copied, copy_ended
 from structured_text.projects.sources import INSTEAD
+from structured_text.testing import LIBRARIES
+from structured_text.testing.tracing import PerTest
 
 __all__ = ["start"]
 
@@ -58,7 +59,7 @@ def _place_outputs(config: pytest.Config, order: Order) -> None:
     for name in _OUTPUTS:
         if hasattr(config.option, name):
             setattr(config.option, name, None)
-    config.option.rcx_artifacts = str(order.folder / "artifacts")
+    setattr(config.option, f"{COMMAND}_artifacts", str(order.folder / "artifacts"))
 
 
 def _settle_hypothesis() -> None:
@@ -68,8 +69,9 @@ def _settle_hypothesis() -> None:
     except ImportError:
         return
     phases = (Phase.explicit, Phase.generate)
-    settings.register_profile("rcx", database=None, derandomize=True, deadline=None, phases=phases)
-    settings.load_profile("rcx")
+    steady: dict[str, Any] = {"database": None, "derandomize": True, "deadline": None}
+    settings.register_profile(COMMAND, phases=phases, **steady)
+    settings.load_profile(COMMAND)
 
 
 class _Original(PerTest):
@@ -79,7 +81,8 @@ class _Original(PerTest):
         super().__init__()
         self._order, self._root = order, config.rootpath
         self._collector = Collector(library=False)
-        self._collector.leave_out(default_lib())
+        for library in LIBRARIES:
+            self._collector.leave_out(library())
         self._why: list[str] = []
         stack = ExitStack()
         stack.enter_context(counting(self._collector))

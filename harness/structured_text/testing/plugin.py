@@ -1,0 +1,98 @@
+"""The pytest plugin of the toolkit: coverage of programs, and the runs of `mutants`.
+
+pytest loads this module in every run of an environment that has the package, so it imports
+nothing of the toolkit until something is asked of it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from structured_text import COMMAND
+from structured_text.testing import COVERAGE
+
+__all__ = ["add_options", "check_keys", "is_set", "order"]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """The options of coverage, and their keys of the ini file."""
+    add_options(parser, COVERAGE)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """Do what `mutants` orders; count coverage where it is asked for."""
+    check_keys(config, [f"{COMMAND}_{name}" for name in COVERAGE])
+    if (place := order()) is not None:
+        from structured_text.testing.mutants import start as start_mutants
+
+        start_mutants(config, place)
+    elif is_set(config, COVERAGE):
+        from structured_text.testing.coverage import start
+
+        start(config)
+
+
+def order() -> Path | None:
+    """The file with the order of a run of mutants, as structured_text.mutants.order says."""
+    named = os.environ.get("RCX_MUTANT_ORDER")
+    return Path(named) if named else None
+
+
+def add_options(parser: pytest.Parser, options: Mapping[str, Mapping[str, Any]]) -> None:
+    """Options of the command line with their keys of the ini file.
+
+    Args:
+        parser: Of pytest.
+        options: What each is, by the name of its key.
+    """
+    group = parser.getgroup(COMMAND)
+    for name, about in options.items():
+        option = f"--{COMMAND}-{name.replace('_', '-')}"
+        group.addoption(option, dest=f"{COMMAND}_{name}", default=None, **about)
+        several = about.get("action") == "append"
+        many: dict[str, Any] = {"type": "linelist", "default": []} if several else {}
+        text = f"{about['help']}; as {option}"
+        parser.addini(f"{COMMAND}_{name}", text, **{"default": None, **many})
+
+
+def check_keys(config: pytest.Config, names: Iterable[str]) -> None:
+    """Refuse keys of the ini file, or of `-o`, that look like ours and are not known.
+
+    Args:
+        config: Of the run.
+        names: Those that there are, for the message.
+
+    Raises:
+        UsageError: one message, for pytest to print.
+    """
+    every = getattr(config, "_inicfg", None)  # from pytest 9.1 on; inicfg warns there
+    given = dict.fromkeys(config.inicfg if every is None else every, config.inipath)
+    given |= {key.partition("=")[0].strip(): None for key in config.getoption("override_ini") or ()}
+    for key, file in given.items():
+        if key.lower().startswith((f"{COMMAND}_", f"{COMMAND}-")) and not _registered(config, key):
+            from structured_text.testing.settings import unknown_key
+
+            raise pytest.UsageError(f"{COMMAND}: {unknown_key(key, list(names), file)}")
+
+
+def is_set(config: pytest.Config, names: Iterable[str]) -> bool:
+    """Whether the command line or the ini file says anything of these options."""
+    return any(
+        config.getoption(f"{COMMAND}_{name}") is not None or config.getini(f"{COMMAND}_{name}")
+        for name in names
+    )
+
+
+def _registered(config: pytest.Config, key: str) -> bool:
+    """Ours, or that of a conftest.py of the user's."""
+    try:
+        config.getini(key)
+    except ValueError:
+        return False
+    return True

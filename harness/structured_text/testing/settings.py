@@ -1,0 +1,44 @@
+"""What is set in the ini file and on the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+import pytest
+
+from structured_text import COMMAND
+from structured_text.errors import InputError, did_you_mean
+
+__all__ = ["is_on", "project", "unknown_key"]
+
+#: What a key of the ini file that is a switch may say.
+_SWITCH = {"true": True, "1": True, "yes": True, "on": True}
+_SWITCH |= {"false": False, "0": False, "no": False, "off": False, "": False}
+
+
+def project(config: pytest.Config) -> Path:
+    """The folder that names in the ini file and in markers start from."""
+    return config.inipath.parent if config.inipath is not None else config.rootpath
+
+
+def is_on(config: pytest.Config, name: str) -> bool:
+    """Whether a switch is on, by the command line or the ini file.
+
+    Raises:
+        InputError: the ini file says neither.
+    """
+    if config.getoption(f"{COMMAND}_{name}") is not None:
+        return True
+    text = str(config.getini(f"{COMMAND}_{name}") or "")
+    if text.strip().lower() not in _SWITCH:
+        raise InputError(f"{COMMAND}_{name} is {text!r}", hint="write true or false")
+    return _SWITCH[text.strip().lower()]
+
+
+def unknown_key(key: str, names: Sequence[str], file: Path | None) -> InputError:
+    """That there is no such key in the ini file, with the nearest names, or all."""
+    near = get_close_matches(key.lower().replace("-", "_"), names)
+    hint = did_you_mean(near[:1]) or f"use {', '.join(names)}"
+    return InputError(f"there is no setting {key}", file=file, hint=hint)

@@ -1,0 +1,45 @@
+"""The toolkit's part of the pytest plugin, by itself."""
+
+from __future__ import annotations
+
+import pytest
+
+from structured_text import COMMAND
+
+_ALONE = ["-pno:rcx", "-pstructured_text.testing.plugin", "-pno:xdist", "-pno:cacheprovider"]
+_TEST = """
+    from pathlib import Path
+    from structured_text.engines.builtin import BuiltinProgram
+    from structured_text.language.load import load
+
+    def test_it():
+        program = BuiltinProgram.build(load([Path("Main.st")]))
+        program.scan(0)
+        assert program.read("Main.n") == 1
+"""
+_PROGRAM = """PROGRAM Main
+  VAR n : INT; END_VAR
+  n := n + 1;
+  IF n > 10 THEN
+    n := 0;
+  END_IF;
+END_PROGRAM
+"""
+
+
+def test_without_the_plugin_of_the_harness_coverage_is_counted(pytester: pytest.Pytester) -> None:
+    """Two of three statements are executed: the assignment and the IF. Source: docs/how-to/testing.md."""
+    pytester.makepyfile(_TEST)
+    (pytester.path / "Main.st").write_text(_PROGRAM)
+    result = pytester.runpytest_subprocess(*_ALONE, f"--{COMMAND}-coverage")
+    result.assert_outcomes(passed=1)
+    result.stdout.fnmatch_lines([f"*{COMMAND} coverage*", "*Main.st*2*3*"])
+
+
+def test_without_it_a_misspelt_key_is_refused(pytester: pytest.Pytester) -> None:
+    """Source: docs/how-to/testing.md, the settings."""
+    pytester.makeini(f"[pytest]\n{COMMAND}_coverag = true\n")
+    result = pytester.runpytest_subprocess(*_ALONE)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    said = f"*there is no setting {COMMAND}_coverag*{COMMAND}_coverage*"
+    result.stderr.fnmatch_lines([said])

@@ -1,0 +1,24 @@
+"""An interpreter that has the toolkit, but nothing of what stands above it."""
+
+from __future__ import annotations
+
+import sys
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec
+from typing import Any
+
+__all__ = ["toolkit_alone"]
+
+_ABOVE = ("rcx_harness", "rcx_tools")
+
+
+class _Nothing(MetaPathFinder):
+    def find_spec(self, fullname: str, path: Any, target: Any = None) -> ModuleSpec | None:
+        if fullname.partition(".")[0] in _ABOVE:
+            raise ModuleNotFoundError(f"No module named {fullname!r}", name=fullname)
+        return None
+
+
+def toolkit_alone() -> None:
+    """From now on rcx_harness and rcx_tools cannot be imported in this process."""
+    sys.meta_path.insert(0, _Nothing())
