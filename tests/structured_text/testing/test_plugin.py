@@ -28,7 +28,10 @@ END_PROGRAM
 
 
 def test_without_the_plugin_of_the_harness_coverage_is_counted(pytester: pytest.Pytester) -> None:
-    """Two of three statements are executed: the assignment and the IF. Source: docs/how-to/testing.md."""
+    """Two of three statements are executed: the assignment and the IF.
+
+    Source: docs/how-to/testing.md.
+    """
     pytester.makepyfile(_TEST)
     (pytester.path / "Main.st").write_text(_PROGRAM)
     result = pytester.runpytest_subprocess(*_ALONE, f"--{COMMAND}-coverage")
