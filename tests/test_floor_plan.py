@@ -26,7 +26,7 @@ PLANS = {
     ),
     "structured_text": (
         ("debug", "explore"),
-        ("export", "mutants", "coverage", "prove"),
+        ("export", "mutants", "coverage", "prove", "bench"),
         ("projects", "engines", "farm"),
         ("language",),
         ("output", "units"),

@@ -1,4 +1,4 @@
-"""The errors that a user sees: what is wrong, where, and what to do."""
+"""What a user is told: errors, with where and what to do, and rules that were broken."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import errno
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["InputError", "OutputError", "did_you_mean", "legible", "refused"]
+__all__ = ["InputError", "OutputError", "Violation", "did_you_mean", "legible", "refused"]
 
 #: All control characters but tab and end of line.
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
@@ -21,6 +22,15 @@ def legible(text: str) -> str:
     sequence would clear the screen of the reader, or show lines that nobody has written.
     """
     return _CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A broken rule: when [us], which, by its name, and one clear sentence."""
+
+    t_us: int
+    rule: str
+    text: str
 
 
 class InputError(Exception):
