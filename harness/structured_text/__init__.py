@@ -4,9 +4,28 @@ What surrounds a program (a process image, a machine, a stimulus) is given by wh
 package; it imports nothing of them.
 """
 
-__all__ = ["COMMAND", "DISTRIBUTION"]
+from __future__ import annotations
+
+TYPE_CHECKING = False  # nothing is imported here that not every part needs
+if TYPE_CHECKING:
+    from typing import Any
+
+    from structured_text.bench import Bench, BenchTimeout
+    from structured_text.errors import InputError
+
+__all__ = ["COMMAND", "DISTRIBUTION", "Bench", "BenchTimeout", "InputError"]
 
 COMMAND = "rcx"
 """The command that users know this package by, for messages and the names of files."""
 DISTRIBUTION = "rcx-harness"
 """What is installed to have it."""
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use: one part of the package does not load all others."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    home = "errors" if name == "InputError" else "bench"
+    return getattr(import_module(f"{__name__}.{home}"), name)

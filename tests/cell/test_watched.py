@@ -15,9 +15,9 @@ import pytest
 
 from both_engines import ENGINES
 from rcx_harness import Cell, InputError, RobotConfig
-from structured_text.bench.watched import is_like
 from rcx_harness.trace import Scan, read_trace
 from rcx_harness.trace.chart import Timeline, text_chart
+from structured_text.bench.watched import is_like
 
 Build = Callable[..., Cell]
 

@@ -63,10 +63,8 @@ class Entry(stimulus.Entry):
     def events_of(cls, table: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
         """The events of a table."""
         names = {one: one for one in EVENTS if not one.startswith(PLC)}
-        of_plc = {
-            one.removeprefix(PLC): f'write plc = "{one.removeprefix(PLC)}"' for one in PLC_EVENTS
-        }
-        elsewhere = {**of_plc, **{f"{PLC}{one}": hint for one, hint in of_plc.items()}}
+        of_plc = [one.removeprefix(PLC) for one in PLC_EVENTS]
+        elsewhere = {k: f'write plc = "{one}"' for one in of_plc for k in (one, PLC + one)}
         found = [event_of(one, "robot", names, elsewhere) for one in listed(table, "robot")]
         return found + super().events_of(table)
 

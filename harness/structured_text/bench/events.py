@@ -101,7 +101,13 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 def checked(
     events: Mapping[str, Event[_On]], event: str, args: Mapping[str, Any], key: str = "plc"
 ) -> Callable[[_On, int], None]:
-    """What an event does to a bench, or to one of the devices around it; `key` is its key in a stimulus.
+    """What an event does to a bench, or to one of the devices around it.
+
+    Args:
+        events: That there are.
+        event: Which.
+        args: Its arguments.
+        key: Its key in a stimulus.
 
     Raises:
         InputError: arguments that it does not take, or values that cannot be.

@@ -177,7 +177,7 @@ def _raise(error: InputError) -> None:
 
 
 def _folder(file: Path, files: SourceFiles) -> str:
-    if file in files.own:
+    if files.folder is None or file in files.own:
         return "program"
     return file.parent.relative_to(files.folder).as_posix()
 
