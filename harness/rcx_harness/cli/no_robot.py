@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from rcx_harness.cell.stimulus import KEYS
-from rcx_harness.trace import Record, Scan
 from structured_text.bench import Bench, stimulus
-from structured_text.bench.samples import Sample
 from structured_text.errors import InputError
 from structured_text.projects.sources import SourceFiles
 
 if TYPE_CHECKING:
     from rcx_harness.cli.run import RunOptions
 
-__all__ = ["Stimulus", "bench_of", "heard", "refuse"]
+__all__ = ["Stimulus", "bench_of", "refuse"]
 
 #: Options that say something of a robot, its network, or what is drawn for them.
 _OF_ROBOTS = (
@@ -43,19 +40,13 @@ class Stimulus(stimulus.Stimulus):
     entry = _Entry
 
 
-def refuse(options: Any, but: Iterable[str] = ()) -> None:
-    """Refuse options of a command that concern a robot (InputError).
-
-    Args:
-        options: As they were given: a dataclass.
-        but: Fields that have another meaning there.
-    """
+def refuse(options: Any) -> None:
+    """Refuse options of a command, a dataclass, that concern a robot (InputError)."""
     for one in fields(options):
         if one.name in _OF_ROBOTS and getattr(options, one.name) not in (one.default, []):
             option = f"--{_NAMES.get(one.name, one.name).replace('_', '-')}"
-            if one.name not in but:
-                hint = f"leave out {option}, or --no-robot"
-                raise InputError(f"{option} is for a robot, and there is none", hint=hint)
+            hint = f"leave out {option}, or --no-robot"
+            raise InputError(f"{option} is for a robot, and there is none", hint=hint)
 
 
 def bench_of(options: RunOptions, files: SourceFiles, **more: Any) -> Bench:
@@ -66,14 +57,3 @@ def bench_of(options: RunOptions, files: SourceFiles, **more: Any) -> Bench:
     """
     given = {"engine": options.engine, "scan": options.scan, "trace": options.trace}
     return Bench.build(files, **{**given, "watch": options.watch or (), **more})
-
-
-def heard(take: Callable[[Record], None]) -> Callable[[Any], None]:
-    """What takes the records of a cell, for those of a bench: its scans have no areas."""
-
-    def hear(record: Any) -> None:
-        if isinstance(record, Sample):
-            record = Scan(record.t_us, record.scan, b"", b"", record.vars)
-        take(record)
-
-    return hear

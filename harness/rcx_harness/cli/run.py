@@ -25,7 +25,7 @@ from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, no_connection
-from rcx_harness.cli.no_robot import bench_of, heard, refuse
+from rcx_harness.cli.no_robot import bench_of, refuse
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
@@ -39,6 +39,7 @@ from rcx_harness.cli.options import (
 )
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
+from rcx_harness.trace.bare import heard
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.explaining import shown_errors

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from rcx_harness.cell.cell import Cell
+from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
 from rcx_harness.robot import RobotConfig
+from rcx_harness.trace.bare import heard
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.verify.explore.user import Choice, Explored, Settings
 from rcx_harness.verify.properties import judge_run
+from structured_text.bench import Bench
+from structured_text.bench.stimulus import Stimulus as PlcStimulus
 from structured_text.errors import InputError
 from structured_text.output.files import replace_files
 from structured_text.output.replays import MARK, check
@@ -40,21 +45,24 @@ def replay(
     about = MARK.removeprefix("# ") + "\n".join(
         [*broken.rules, "broken in the last scan of:", *told]
     )
-    entries = _entries(broken.path, explored.areas, settings.scan_us)
+    areas = explored.areas if settings.robot else [None] * len(broken.path)
+    entries = _entries(broken.path, areas, settings.scan_us)
     replace_files({stimulus: stimulus_text(entries, about)})
     timeline = Timeline()
-    with Cell.build(
-        list(files),
-        lib=lib,
-        engine="builtin",
-        scan=settings.scan_us,
-        robot=RobotConfig(size=settings.size),
-        m=settings.m,
-        n=settings.n,
-    ) as cell:
-        cell.trace.listen(timeline.take)
+    given: dict[str, Any] = {"engine": "builtin", "scan": settings.scan_us}
+    made: Bench
+    if settings.robot:
+        given |= {"robot": RobotConfig(size=settings.size), "m": settings.m, "n": settings.n}
+        made = Cell.build(list(files), lib=lib, **given)
+    else:
+        paths = [one.path for one in broken.path if one.path]  # nothing else changes from outside
+        made = Bench.build(source_files(list(files), lib), watch=paths, **given)
+        timeline = Timeline(made.trace)
+    with made as cell:
+        cell.trace.listen(heard(timeline.take))
         judge_run(cell, settings.properties)
-        Stimulus.load(stimulus).schedule(cell)
+        kind = Stimulus if settings.robot else PlcStimulus
+        kind.load(stimulus).schedule(cell)
         stopped = ""
         try:
             cell.scan(len(broken.path))
@@ -66,13 +74,13 @@ def replay(
 
 
 def _entries(
-    path: Sequence[Choice], areas: Sequence[tuple[bytes, bool]], scan_us: int
+    path: Sequence[Choice], areas: Sequence[tuple[bytes, bool] | None], scan_us: int
 ) -> Iterator[Entry]:
     """What changes before each scan of a path."""
     before: tuple[bytes, bool] | None = None
     for number, (choice, area) in enumerate(zip(path, areas, strict=True)):
         values = {choice.path: choice.value} if choice.path else {}
-        content, connected = (None, True) if area == before else area
+        content, connected = (None, True) if area is None or area == before else area
         if values or content is not None:
             yield Entry(number * scan_us, values=values, area=content, connected=connected)
         before = area
