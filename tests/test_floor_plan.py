@@ -44,7 +44,7 @@ _NO_NAMES = re.compile(
 )
 #: Files that have such names yet, each with what must go; no file is added.
 _YET = {
-    "__init__.py": "COMMAND and DISTRIBUTION: the command and the wheel are called so; they stay",
+    "errors.py": "COMMAND and DISTRIBUTION: the command and the wheel are called so; they stay",
     "export/keyence.py": "the notes name blocks of the library: to plc/library.toml",
     "export/mitsubishi.py": "the notes name blocks of the library: to plc/library.toml",
     "export/l5x/blocks.py": "the prefix of the added instructions: Names.prefix",

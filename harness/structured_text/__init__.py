@@ -11,14 +11,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from structured_text.bench import Bench, BenchTimeout
-    from structured_text.errors import InputError
+    from structured_text.errors import COMMAND, DISTRIBUTION, InputError
 
 __all__ = ["COMMAND", "DISTRIBUTION", "Bench", "BenchTimeout", "InputError"]
-
-COMMAND = "rcx"
-"""The command that users know this package by, for messages and the names of files."""
-DISTRIBUTION = "rcx-harness"
-"""What is installed to have it."""
 
 
 def __getattr__(name: str) -> Any:
@@ -27,5 +22,5 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    home = "errors" if name == "InputError" else "bench"
+    home = "bench" if name.startswith("Bench") else "errors"
     return getattr(import_module(f"{__name__}.{home}"), name)

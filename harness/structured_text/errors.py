@@ -9,7 +9,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["InputError", "OutputError", "Violation", "did_you_mean", "legible", "refused"]
+__all__ = [
+    "COMMAND",
+    "DISTRIBUTION",
+    "InputError",
+    "OutputError",
+    "Violation",
+    "did_you_mean",
+    "legible",
+    "refused",
+]
+
+COMMAND = "rcx"
+"""The command that users know this package by, for messages and the names of files."""
+DISTRIBUTION = "rcx-harness"
+"""What is installed to have it."""
 
 #: All control characters but tab and end of line.
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")

@@ -21,7 +21,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot as without
-from rcx_harness.cli.no_robot import bench_of, refuse
+from rcx_harness.cli.no_robot import refuse
 from rcx_harness.cli.options import duration_us, replacements, with_options
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.verify.debug.machine import CellMachine
@@ -243,7 +243,7 @@ def _of_cell(options: RunOptions) -> Launched:
     try:
         if options.no_robot:
             files = source_files(list(options.files), options.lib, replacements(options.replace))
-            cell = bench_of(options, files, **built)
+            cell = options.bench(files, **built)
         else:
             cell = Cell.build(list(options.files), **{**options.of_cell(), **built})
     except InputError as error:

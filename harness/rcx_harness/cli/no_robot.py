@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rcx_harness.cell.stimulus import KEYS
-from structured_text.bench import Bench, stimulus
+from structured_text.bench import stimulus
 from structured_text.errors import InputError
-from structured_text.projects.sources import SourceFiles
 
-if TYPE_CHECKING:
-    from rcx_harness.cli.run import RunOptions
-
-__all__ = ["Stimulus", "bench_of", "refuse"]
+__all__ = ["Stimulus", "refuse"]
 
 #: Options that say something of a robot, its network, or what is drawn for them.
 _OF_ROBOTS = (
@@ -47,13 +43,3 @@ def refuse(options: Any) -> None:
             option = f"--{_NAMES.get(one.name, one.name).replace('_', '-')}"
             hint = f"leave out {option}, or --no-robot"
             raise InputError(f"{option} is for a robot, and there is none", hint=hint)
-
-
-def bench_of(options: RunOptions, files: SourceFiles, **more: Any) -> Bench:
-    """Put the program that the options of `rcx run` name onto a bench.
-
-    Raises:
-        InputError: as `Bench.build`.
-    """
-    given = {"engine": options.engine, "scan": options.scan, "trace": options.trace}
-    return Bench.build(files, **{**given, "watch": options.watch or (), **more})

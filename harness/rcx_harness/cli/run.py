@@ -25,7 +25,7 @@ from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, no_connection
-from rcx_harness.cli.no_robot import bench_of, refuse
+from rcx_harness.cli.no_robot import refuse
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
@@ -212,6 +212,19 @@ class RunOptions(CellOptions):
         given["positions"] = self.positions
         return {name: value for name, value in given.items() if value not in (None, [])}
 
+    def bench(self, files: SourceFiles, **more: Any) -> Bench:
+        """Put the program onto a bench, without a robot.
+
+        Args:
+            files: Its sources.
+            more: Of the arguments of `Bench.build` those that differ from the options.
+
+        Raises:
+            InputError: as `Bench.build`.
+        """
+        given = {"engine": self.engine, "scan": self.scan, "trace": self.trace}
+        return Bench.build(files, **{**given, "watch": self.watch or (), **more})
+
     @property
     def line_us(self) -> int | None:
         """Time of a line of a chart that is true to scale, 0 for one that fits; None: events.
@@ -347,7 +360,7 @@ def _run(
     given: dict[str, Any] = {}
     try:
         if options.no_robot:
-            made = bench_of(options, files)
+            made = options.bench(files)
         else:
             given = options.of_cell()
             made = Cell.build(list(options.files), **given)

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from structured_text import COMMAND
 from structured_text.bench.samples import FORMAT
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.output.paths import real
 
 if TYPE_CHECKING:

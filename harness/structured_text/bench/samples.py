@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-from structured_text import COMMAND
-from structured_text.errors import InputError, Violation
+from structured_text.errors import COMMAND, InputError, Violation
 from structured_text.language.displayed import described, literal
 from structured_text.language.types import Type
 from structured_text.output.files import OutputFile

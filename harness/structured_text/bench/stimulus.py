@@ -12,11 +12,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
-from structured_text import COMMAND
 from structured_text.bench.bench import Bench
 from structured_text.bench.events import EVENTS, checked, opposite
 from structured_text.engines.conditions import Condition, conditions
-from structured_text.errors import InputError, Violation
+from structured_text.errors import COMMAND, InputError, Violation
 from structured_text.language.types import ArrayType, ElementaryType, StructType, Type
 from structured_text.output.toml_files import load_toml, toml_text
 from structured_text.units import parse_us

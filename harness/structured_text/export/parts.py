@@ -10,8 +10,7 @@ from pathlib import Path
 
 from lark import Token
 
-from structured_text import COMMAND, DISTRIBUTION
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, DISTRIBUTION, InputError
 from structured_text.export.prefix import Renaming, renaming
 from structured_text.language import syntax as s
 from structured_text.language.constructs import refuse

@@ -6,7 +6,7 @@ import re
 from importlib.metadata import version
 from xml.etree import ElementTree as ET
 
-from structured_text import COMMAND, DISTRIBUTION
+from structured_text.errors import COMMAND, DISTRIBUTION
 from structured_text.export.body import Body, Scope
 from structured_text.export.expressions import expression_text, init_text
 from structured_text.export.output import Output

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
-from structured_text import COMMAND
+from structured_text.errors import COMMAND
 from structured_text.output.paths import real
 
 __all__ = ["MARK", "RECORD", "digest", "own_output", "record", "recorded", "resolved"]

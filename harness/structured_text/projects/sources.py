@@ -11,8 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from structured_text import COMMAND
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
