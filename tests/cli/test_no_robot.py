@@ -9,7 +9,7 @@ import pytest
 
 from rcx_harness.cli.app import main
 from rcx_harness.cli.debug import launched
-from rcx_harness.trace import read_trace
+from rcx_harness.trace import Scan, read_trace
 from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
@@ -47,9 +47,8 @@ def test_a_program_without_areas_runs_and_all_pictures_are_drawn(
     assert "Remote" not in out
     header, records = read_trace("t.jsonl")
     assert "size" not in header
-    assert [one.t_us for one in records if getattr(one, "vars", {}).get("Main.Count") == 3][0] == (
-        120_000
-    )
+    counts = ((one.t_us, one.vars) for one in records if isinstance(one, Scan))
+    assert next(t_us for t_us, values in counts if values and values["Main.Count"] == 3) == 120_000
     assert "Main.Motor" in Path("c.svg").read_text(encoding="utf-8")
     assert "Motor" in Path("w.vcd").read_text(encoding="utf-8")
     assert main(["view", "t.jsonl", "-o", "again.html"]) == 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 import zlib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import timedelta
 from functools import lru_cache, partial
@@ -232,7 +232,7 @@ class _Program(World[Choice]):
             if not choice.path or now[choice.path] != choice.value
         ]
 
-    def _possible(self, small: Small, wire: Wire) -> Collection[str]:
+    def _possible(self, small: Small, wire: Wire) -> Iterable[str]:
         """What the controller may do."""
         return small.moves(wire, self._settings.faults)
 
@@ -308,7 +308,7 @@ class _Alone(_Program):
     def _surround(self, project: Project) -> None:
         pass
 
-    def _possible(self, small: Small, wire: Wire) -> Collection[str]:
+    def _possible(self, small: Small, wire: Wire) -> Iterable[str]:
         return self.moves
 
     def _after(self, state: bytes, choice: Choice) -> Small:
