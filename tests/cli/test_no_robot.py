@@ -149,7 +149,7 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
 def test_mutants_of_a_program_alone_are_judged_by_tests_on_a_bench(
     motor: str, tmp_path: Path
 ) -> None:
-    """The test sees Start alone, so that whoever leaves out the stop is not found."""
+    """The motor that is the button, or nothing else, is seen by a test that presses it."""
     (tmp_path / "motor.st").write_text(
         "PROGRAM Main\n  VAR Start, Motor : BOOL; END_VAR\n  Motor := Start;\nEND_PROGRAM\n"
     )
@@ -161,9 +161,7 @@ def test_mutants_of_a_program_alone_are_judged_by_tests_on_a_bench(
         "        bench.scan()\n"
         '        assert bench["Main.Motor"]\n'
     )
-    options = ["--workers", "0", "--json", "found.json", "--fail-under", "0"]
+    options = ["--workers", "1", "--json", "found.json", "--fail-under", "100"]
     assert main(["mutants", motor, *options, "--", "pytest", "-q", "-p", "no:cacheprovider"]) == 0
     found = json.loads(Path("found.json").read_text(encoding="utf-8"))["mutants"]
-    assert (found["killed"], found["not_run"]) == (found["mutants"] - len(found["survivors"]), 0)
-    assert found["killed"] > 0
-    assert {one["after"].strip() for one in found["survivors"]} == {"Motor := TRUE;"}
+    assert found["killed"] == found["mutants"] > 0
