@@ -296,7 +296,7 @@ sys.exit(main())
         "parse_text",
         "Writer.write",
         "Cell.build",
-        "Cell.run",
+        "Bench.run",
         "Trace.close",
         "_print_outcome",
     ],
