@@ -4,14 +4,31 @@ What surrounds a program (a process image, a machine, a stimulus) is given by wh
 package; it imports nothing of them.
 """
 
-try:  # what whoever ships this package calls it
-    from structured_text_names import COMMAND, DISTRIBUTION
-except ModuleNotFoundError:
-    COMMAND, DISTRIBUTION = "st", "structured-text"
+from __future__ import annotations
 
-__all__ = ["BLOCKS", "COMMAND", "DISTRIBUTION", "VARIABLES"]
+TYPE_CHECKING = False  # nothing is imported here that not every part needs
+if TYPE_CHECKING:
+    from typing import Any
 
-BLOCKS = f"{COMMAND.upper()}_"
-"""What the names of blocks begin with that are added to a program."""
-VARIABLES = COMMAND.capitalize()
-"""What the names of variables begin with that are added to a program."""
+    from structured_text.bench import Bench, BenchTimeout
+    from structured_text.errors import BLOCKS, COMMAND, DISTRIBUTION, VARIABLES, InputError
+
+__all__ = [
+    "BLOCKS",
+    "COMMAND",
+    "DISTRIBUTION",
+    "VARIABLES",
+    "Bench",
+    "BenchTimeout",
+    "InputError",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use: one part of the package does not load all others."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    home = "bench" if name.startswith("Bench") else "errors"
+    return getattr(import_module(f"{__name__}.{home}"), name)

@@ -1,4 +1,4 @@
-"""The errors that a user sees: what is wrong, where, and what to do."""
+"""What a user is told: errors, with where and what to do, and rules that were broken."""
 
 from __future__ import annotations
 
@@ -6,18 +6,34 @@ import errno
 import os
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
+try:  # names given by whoever ships this package
+    from structured_text_names import COMMAND, DISTRIBUTION
+except ModuleNotFoundError:
+    COMMAND, DISTRIBUTION = "st", "structured-text"
+
 __all__ = [
+    "BLOCKS",
+    "COMMAND",
+    "DISTRIBUTION",
+    "VARIABLES",
     "InputError",
     "OutputError",
     "UnreadError",
+    "Violation",
     "did_you_mean",
     "legible",
     "near",
     "refused",
 ]
+
+BLOCKS = f"{COMMAND.upper()}_"
+"""The beginning of the names of blocks that are added to a program."""
+VARIABLES = COMMAND.capitalize()
+"""The beginning of the names of variables that are added to a program."""
 
 #: Names are all shown up to this length [characters].
 _LISTED = 200
@@ -32,6 +48,15 @@ def legible(text: str) -> str:
     sequence would clear the screen of the reader, or show lines that nobody has written.
     """
     return _CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A broken rule: when [us], which, by its name, and one clear sentence."""
+
+    t_us: int
+    rule: str
+    text: str
 
 
 class InputError(Exception):

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from structured_text.errors import InputError
 
-__all__ = ["format_us", "format_word", "parse_us", "whole"]
+__all__ = ["format_us", "format_word", "parse_us", "whole", "within_us"]
 
 _UNITS = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000}
 _UNITS |= {"ms": 1_000, "us": 1}
@@ -58,6 +58,20 @@ def parse_us(text: str | int | timedelta) -> int:
     if total > _LONGEST_US:
         raise InputError(f"{text!r} is too long for a duration", hint="it can be 0s to 365d")
     return total
+
+
+def within_us(what: str, value: str | int | timedelta, low: int, high: int) -> int:
+    """Read a duration from `low` to `high` (InputError: it is none, or out of its range)."""
+    try:
+        given = parse_us(value)
+    except InputError as error:
+        span = f"{what} can be {format_us(low)} to {format_us(high)}"
+        raise InputError(f"{what}: {error.message}", hint=span) from None
+    if not low <= given <= high:
+        raise InputError(
+            f"{what} is {format_us(given)}; it must be {format_us(low)} to {format_us(high)}"
+        )
+    return given
 
 
 def whole(what: str, value: object, low: int, high: int) -> int:

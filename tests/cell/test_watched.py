@@ -15,9 +15,9 @@ import pytest
 
 from both_engines import ENGINES
 from rcx_harness import Cell, InputError, RobotConfig
-from rcx_harness.cell.watched import is_like
 from rcx_harness.trace import Scan, read_trace
 from rcx_harness.trace.chart import Timeline, text_chart
+from structured_text.bench.watched import is_like
 
 Build = Callable[..., Cell]
 
@@ -278,7 +278,7 @@ def test_so_many_variables_are_watched_and_no_more(
 
     Source: docs/reference/limits.md, variables that are watched.
     """
-    for module in ("structured_text.language.displayed", "rcx_harness.cell.watched"):
+    for module in ("structured_text.language.displayed", "structured_text.bench.watched"):
         monkeypatch.setattr(f"{module}.MOST_WATCHED", 3)
     with pytest.raises(InputError, match="4 variables are watched, with all members and elements"):
         watched("Main.Grid")

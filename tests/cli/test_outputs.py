@@ -286,7 +286,7 @@ sys.exit(main())
         "parse_text",
         "Writer.write",
         "Cell.build",
-        "Cell.run",
+        "Bench.run",
         "Trace.close",
         "_print_outcome",
     ],

@@ -310,7 +310,7 @@ def test_every_option_goes_where_it_is_meant_for() -> None:
     """
     of_cell = set(inspect.signature(Cell.build).parameters) - {"program", "keep", "through"}
     of_run = {"files", "duration", "realtime", "stimulus", "chart", "vcd", "scale", "show"}
-    of_run |= {"view", "properties"}
+    of_run |= {"view", "properties", "no_robot"}
     of_run |= {"yes", "input_instance", "output_instance", "config_instance", "config_data"}
     of_run |= {"address", "panel"}
     of_run |= {"coverage", "coverage_out", "coverage_library", "cover_fail_under"}

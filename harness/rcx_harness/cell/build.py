@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from rcx_harness.cell.clock import Agenda, Timing
 from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.cell.node import Member
-from rcx_harness.cell.outputs import check_outputs
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec.wire import check_size
+from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 from structured_text.units import whole

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rcx_harness.cell.build import Areas, Robots, check_outputs, make_agenda, make_members, several
 from rcx_harness.cell.clock import Agenda, Duration, Kind, Timing
@@ -15,22 +14,25 @@ from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.image import Image, find_image
 from rcx_harness.cell.link import Link, Network, PacketNetwork
 from rcx_harness.cell.node import Member, Node
-from rcx_harness.cell.plc import Plc
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import befall, check
-from rcx_harness.cell.watched import Watched
 from rcx_harness.robot import EVENTS as ROBOT_EVENTS
-from rcx_harness.robot import Controller, Violation
+from rcx_harness.robot import Controller
 from rcx_harness.robot.positions import axes_of
 from rcx_harness.robot.shape import shapes
 from rcx_harness.spec.wire import CYCLE_US
-from rcx_harness.trace import KEPT, Trace
+from rcx_harness.trace import KEPT, Scan, Trace
+from rcx_harness.watch.calls import CallMonitor
 from rcx_harness.watch.calls_source import CallPlan
-from structured_text.engines.base import Program, Value
+from rcx_harness.watch.contract import ContractMonitor
+from structured_text.bench import Bench, BenchTimeout
+from structured_text.bench.plc import Plc
+from structured_text.bench.watched import Watched
+from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.projects.sources import Files
-from structured_text.units import format_us, parse_us, whole
+from structured_text.units import whole
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
@@ -40,51 +42,34 @@ __all__ = ["EVENTS", "Cell", "CellTimeout"]
 #: What `Cell.inject` and a stimulus can let happen, with a line of help.
 EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}
 
-#: A time, or a number of scans, that does not come.
-_NEVER = sys.maxsize
-#: More scans than any run has, and a delay that no scan has [us].
-_MOST_SCANS, _LONGEST_US = 10**10, 365 * 86_400_000_000
 #: The largest seed of a command, and of the last of its storms.
 _SEED = 2**64
 
 
-class CellTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fault of the cell
+class CellTimeout(BenchTimeout):
     """What a test waited for did not come within its time."""
-
-
-class _ClosedProgram:
-    """In place of a cell's program after `close`: a compiled one has no memory then."""
-
-    def __getattr__(self, name: str) -> NoReturn:
-        raise _closed()
 
 
 def _keep() -> None:
     """What was compiled by others is theirs."""
 
 
-def _closed() -> InputError:
-    """The error of everything that a closed cell cannot do."""
-    return InputError("the cell is closed", hint="read and scan before close(), inside the `with`")
-
-
 class _Snapshot(NamedTuple):
-    program: object
-    agenda: Any
+    bench: object
     nodes: tuple[object, ...]
-    plc: Any
-    trace: Any
-    counts: tuple[int, int, int]
     timing: Timing
 
 
-class Cell:
+class Cell(Bench):
     """A PLC program and a virtual controller, joined by a network, in virtual time.
 
     Build it with `Cell.build`. At time 0 both are switched on; the link is there as soon as the
     controller has booted. `now_us` is the time up to which all has happened. A PLC may have
     `further` controllers, each with a link and with areas of its own.
     """
+
+    place, late = "cell", CellTimeout
+    trace: Trace
 
     def __init__(
         self,
@@ -114,19 +99,10 @@ class Cell:
     ) -> None:
         if on_loss not in ("hold", "clear"):
             raise InputError(f"on_loss is {on_loss!r}", hint="use 'hold' or 'clear'")
-        self.robot, self.program, self.timing = robot, program, timing
+        self.robot, self.timing = robot, timing
         self.robots = (robot, *(member.robot for member in further))
         """All controllers; the first is `robot`."""
-        self.closed = False
-        """After `close`."""
-        self._notice, self._leave = notice, leave or program.close
-        self.mistakes = mistakes
-        """What the source of the program is warned of, a line each; in `notice`, too."""
-        self.now_us = 0
-        self.scans = 0
-        self.violations: list[Violation] = []
-        """All broken rules so far, the PLC's and the controllers', in order of time."""
-        self._watch = Watched(program, watch)
+        watched = Watched(program, watch)
         header: dict[str, Any] = {
             "scan_us": timing.scan_us,
             "cycle_us": CYCLE_US,
@@ -142,10 +118,22 @@ class Cell:
         ]
         axes = axes_of(self.robots, positions)
         drawn = [shapes(one) for one in self.robots] if axes else ()
-        self.trace = Trace(
-            header, trace, keep=keep, watched=self._watch.types, axes=axes, robots=drawn
+        super().__init__(
+            program,
+            timing.scan_us,
+            watched=watched,
+            trace=Trace(header, trace, keep=keep, watched=watched.types, axes=axes, robots=drawn),
+            plc=Plc(
+                program,
+                retained,
+                (ContractMonitor(program, steady), CallMonitor(program, calls or CallPlan({}, {}))),
+            ),
+            first_us=timing.phases[-1],
+            notice=notice,
+            mistakes=mistakes,
+            agenda=agenda,
+            leave=leave,
         )
-        self._agenda = Agenda() if agenda is None else agenda
         self._nodes = [
             Node(
                 number,
@@ -163,13 +151,9 @@ class Cell:
             for number, (member, image) in enumerate(zip(members, images, strict=True), 1)
         ]
         self._first = self._nodes[0]
-        self._agenda.repeat(timing.phases[-1], Kind.SCAN, timing.scan_us, self._scan)
-        self.plc = Plc(program, steady, calls or CallPlan({}, {}), retained)
-        """STOP and RUN, power, and what a start leaves."""
-        self._wanted = False
 
     @classmethod
-    def build(
+    def build(  # type: ignore[override]
         cls,
         program: Files | Compiled,
         *,
@@ -288,82 +272,6 @@ class Cell:
             leave()
             raise
 
-    # --- variables ---------------------------------------------------------------------------
-
-    def __getitem__(self, path: str) -> Value:
-        """The value of a variable, `cell["Main.Servo.Done"]`."""
-        return self.program.read(path)
-
-    def __setitem__(self, path: str, value: Value) -> None:
-        """Set a variable between two scans."""
-        self.program.write(path, value)
-        self.plc.note(path)
-
-    def watched(self) -> dict[str, str]:
-        """The watched variables as they stand in Structured Text, by path.
-
-        Structures and arrays are given by their members and elements. After `close` it is how the
-        run ended.
-        """
-        return self._watch.texts()
-
-    # --- time --------------------------------------------------------------------------------
-
-    def scan(self, n: int = 1) -> None:
-        """Let time pass until `n` more scans have run.
-
-        Raises:
-            InputError: `n` is no number of scans; no scan comes, for the PLC is in STOP or has no
-                power.
-        """
-        goal = self.scans + whole("the number of scans", n, 0, _MOST_SCANS)
-        self._wanted = True
-        try:
-            self._pass(_NEVER, goal)
-        finally:
-            self._wanted = False
-
-    def run(self, duration: Duration) -> None:
-        """Let `duration` pass: everything before `now + duration` happens."""
-        end = self.now_us + parse_us(duration)
-        self._pass(end)
-        self.now_us = end
-
-    def run_until(self, predicate: Callable[[], bool], within: Duration) -> int:
-        """Scan until `predicate()` is true; it is asked at once and after every scan.
-
-        Returns:
-            How long it took, in microseconds.
-
-        Raises:
-            CellTimeout: it did not become true within this time.
-            InputError: `predicate` is no function.
-        """
-        if not callable(predicate):
-            hint = 'write run_until(lambda: cell["Main.Done"], within="1s")'
-            raise InputError(f"run_until needs a function, not {predicate!r:.40}", hint=hint)
-        start = self.now_us
-        end = start + parse_us(within)
-        while not predicate():
-            goal = self.scans + 1
-            self._pass(end + 1, goal)
-            if self.scans < goal:
-                self.now_us = end
-                raise CellTimeout(self._timeout_text(end - start))
-        return self.now_us - start
-
-    @contextmanager
-    def takes(self, *, scans: int) -> Iterator[None]:
-        """Assert that what is inside takes exactly so many scans."""
-        whole("scans", scans, 0, _MOST_SCANS)
-        before = self.scans
-        yield
-        took = self.scans - before
-        assert took == scans, (
-            f"took {took} scans, expected {scans} (until scan {self.scans}, "
-            f"{format_us(self.now_us)})"
-        )
-
     # --- surroundings ------------------------------------------------------------------------
 
     def inject(self, event: str, *, controller: int = 1, **args: Any) -> None:
@@ -397,7 +305,7 @@ class Cell:
         """
         for network in self._networks():
             network.set_plc(False)
-        self.plc.stop(power=power)
+        super().stop_plc(power=power)
 
     def start_plc(self, start: str = "warm") -> None:
         """The PLC goes into RUN; one that runs already is started anew.
@@ -413,11 +321,7 @@ class Cell:
         if start != "continue" or not self.plc.powered:
             for node in self._nodes:
                 node.begin_anew()
-        self.plc.start(start)
-
-    def overrun(self, late_us: int) -> None:
-        """The PLC's next scan, and with it all that follow, come so much later [us]."""
-        self._agenda.delay(Kind.SCAN, whole("late_us", late_us, 0, _LONGEST_US))
+        super().start_plc(start)
 
     def change_interval(self, rpi_us: int) -> None:
         """From now on packets go in this interval [us]."""
@@ -459,13 +363,6 @@ class Cell:
             raise InputError(f"no controller {controller!r}; the cell has {len(self._nodes)}")
         return self._nodes[controller - 1]
 
-    def at(self, t_us: int, action: Callable[[], None]) -> None:
-        """Call `action` at `t_us`, before anything else that happens then."""
-        whole("t_us", t_us, 0, _NEVER)
-        if t_us < self.now_us:
-            raise InputError(f"{format_us(t_us)} has passed; it is {format_us(self.now_us)}")
-        self._agenda.add(t_us, Kind.STIMULUS, lambda _: action())
-
     @property
     def connected(self) -> bool:
         """The status of the PLC's scanner: it is connected to every controller."""
@@ -487,11 +384,6 @@ class Cell:
         return [(node.link.size, node.m, node.n) for node in self._nodes]
 
     @property
-    def notice(self) -> str:
-        """A line on the engine that was taken, one on the network; or empty."""
-        return "\n".join(filter(None, (self._notice, self._agenda.notice)))
-
-    @property
     def commands(self) -> int:
         """Remote commands whose end the PLC has read."""
         return sum(node.wire.commands for node in self._nodes)
@@ -501,99 +393,46 @@ class Cell:
         """Cycles of the controllers."""
         return sum(node.cycles for node in self._nodes)
 
+    @contextmanager
+    def trying(self) -> Iterator[None]:
+        """What is set inside is taken back at its end; no time passes."""
+        before = [robot.snapshot() for robot in self.robots]
+        try:
+            with super().trying():
+                yield
+        finally:
+            for robot, state in zip(self.robots, before, strict=True):
+                robot.restore(state)
+
+    def ends_scan(self, record: object) -> bool:
+        """Is a record of the trace that of a scan, the first one of it?"""
+        return isinstance(record, Scan) and record.controller == 1
+
     # --- state -------------------------------------------------------------------------------
 
     def snapshot(self) -> object:
         """The state of everything: program, robot, network, time and monitors."""
-        return _Snapshot(
-            self.program.snapshot(),
-            self._agenda.snapshot(),
-            tuple(node.snapshot() for node in self._nodes),
-            self.plc.snapshot(),
-            self.trace.snapshot(),
-            (self.now_us, self.scans, len(self.violations)),
-            self.timing,
-        )
+        nodes = tuple(node.snapshot() for node in self._nodes)
+        return _Snapshot(super().snapshot(), nodes, self.timing)
 
     def restore(self, snapshot: object) -> None:
         """Go back to what `snapshot` of this cell gave."""
         assert isinstance(snapshot, _Snapshot), "not a snapshot of a cell"
-        self.program.restore(snapshot.program)
-        self._agenda.restore(snapshot.agenda)
+        super().restore(snapshot.bench)
         for node, state in zip(self._nodes, snapshot.nodes, strict=True):
             node.restore(state)
-        self.plc.restore(snapshot.plc)
-        self.trace.restore(snapshot.trace)
-        self.now_us, self.scans, found = snapshot.counts
         self.timing = snapshot.timing
-        del self.violations[found:]
 
-    def close(self) -> None:
-        """End the connection, write out the trace, free the program.
-
-        Afterwards the trace and `violations` can still be read; time, variables and snapshots
-        raise `InputError`.
-        """
-        if self.closed:
-            return
-        self._watch.keep()
-        self.trace.close()
+    def _part(self) -> None:
         for node in self._nodes:
             node.link.close()
-        self._leave()
-        self.closed = True
-        self.program = cast(Program, _ClosedProgram())
-
-    def __enter__(self) -> Cell:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
 
     # --- what happens ------------------------------------------------------------------------
 
-    def _pass(self, end: int, scans: int = _NEVER) -> None:
-        """Let everything before `end` happen, or all until so many scans have run."""
-        agenda = self._agenda
-        while self.scans < scans:
-            if self.closed:
-                raise _closed()
-            if agenda.first()[0] >= end:
-                return
-            self.now_us, action = agenda.pop()
-            action(self.now_us)
-
-    def _scan(self, now: int) -> None:
-        if not self.plc.runs:
-            if self._wanted:
-                hint = "use cell.run(), or let plc_run or plc_power_on happen"
-                raise InputError("the PLC does not run: no scan comes", hint=hint)
-            return
+    def _before_scan(self, now: int) -> None:
         for node in self._nodes:
             node.before_scan(now)
-        self.program.scan(now)
-        number, self.scans = self.scans, self.scans + 1
-        watched = self._watch.values() if self._watch.types else None
+
+    def _after_scan(self, now: int, number: int, watched: dict[str, Any] | None) -> None:
         for node in self._nodes:
             node.after_scan(now, number, watched if node is self._first else None)
-        if found := self.plc.judge(now, number):
-            self.report(found)
-
-    def report(self, found: Iterable[Violation]) -> None:
-        """Note rules that were broken."""
-        for violation in found:
-            self.violations.append(violation)
-            self.trace.add(violation)
-
-    def _timeout_text(self, waited_us: int) -> str:
-        text = f"not within {format_us(waited_us)} (scan {self.scans}, {format_us(self.now_us)})"
-        for path, value in self._watch.values().items():
-            text += f"; {path} = {value}"
-        if self.violations:
-            text += f"; last violation: {self.violations[-1].text}"
-        return "\n".join((text, *self.mistakes))

@@ -80,7 +80,8 @@ def find_image(program: Program, *, size: int, m: int, n: int, located: bool = F
     raise InputError(
         f"the program has no process image: neither {instance}.{_INPUT} and "
         f"{instance}.{_OUTPUT} nor located variables",
-        hint=f"declare {_INPUT} and {_OUTPUT} : RCX_IMAGE in the PROGRAM",
+        hint=f"declare {_INPUT} and {_OUTPUT} : RCX_IMAGE in the PROGRAM or in a list of global "
+        "variables; a program without a robot: --no-robot, in Python structured_text.Bench",
     )
 
 

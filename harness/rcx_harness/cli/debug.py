@@ -7,7 +7,7 @@ import socket
 import sys
 from collections.abc import Mapping
 from contextlib import redirect_stdout, suppress
-from dataclasses import fields
+from dataclasses import fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 from secrets import compare_digest, token_urlsafe
@@ -18,12 +18,17 @@ import typer
 from typer.core import TyperOption
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.sources import blame_lib
+from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cell.stimulus import Stimulus
-from rcx_harness.cli.options import duration_us, with_options
+from rcx_harness.cli import no_robot as without
+from rcx_harness.cli.no_robot import refuse
+from rcx_harness.cli.options import duration_us, replacements, with_options
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.verify.debug.machine import CellMachine
 from rcx_harness.verify.debug.recording import is_recording, opened
+from structured_text.bench import Bench
+from structured_text.bench import stimulus as stimuli
+from structured_text.debug.bench import BenchMachine
 from structured_text.debug.protocol import Client
 from structured_text.debug.session import Launched, Session
 from structured_text.errors import InputError, did_you_mean
@@ -44,7 +49,7 @@ _EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
 #: The options of `rcx run` that a launch may give; all others write files, or leave virtual time.
 _OPTIONS = (
     *("duration", "scan", "stimulus", "robot", "lib", "replace", "size", "m", "n", "seed"),
-    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine"),
+    *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot"),
 )
 #: The variable that may hold the token of the port, and how long such a token is at least.
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
@@ -74,6 +79,9 @@ def debug(
         Path | None,
         typer.Option(help="Write the extension for VS Code into this folder, and end."),
     ] = None,
+    no_robot: Annotated[
+        bool, typer.Option("--no-robot", help="Sources run alone, as with rcx run --no-robot.")
+    ] = False,
 ) -> None:
     """Debug a program with an editor: the Debug Adapter Protocol, forwards and backwards.
 
@@ -88,7 +96,7 @@ def debug(
         return
     given = list(files or ())
     if port is not None:
-        _serve(port, given)
+        _serve(port, given, alone=no_robot)
         return
     if sys.stdin.isatty():
         print(_AT_A_TERMINAL, file=sys.stderr, flush=True)
@@ -96,12 +104,12 @@ def debug(
     reading, writing = os.fdopen(os.dup(sys.stdin.fileno()), "rb"), sys.stdout.buffer
     client = Client(reading, writing)
     with redirect_stdout(sys.stderr):  # nothing else goes to the client
-        code = Session(client, lambda arguments: launched(arguments, given)).run()
+        code = Session(client, lambda arguments: launched(arguments, given, alone=no_robot)).run()
     if code:
         raise typer.Exit(code)
 
 
-def _serve(port: int, given: list[Path]) -> None:
+def _serve(port: int, given: list[Path], *, alone: bool) -> None:
     """Serve one client after the other, until Ctrl-C."""
     token, told = _token()
     given, folder = [file.absolute() for file in given], Path.cwd()
@@ -120,13 +128,13 @@ def _serve(port: int, given: list[Path]) -> None:
             connection, _ = listening.accept()
             with connection:
                 try:
-                    _one_client(connection, token, given)
+                    _one_client(connection, token, given, alone=alone)
                 except InputError as error:
                     print(f"rcx: {error}", file=sys.stderr, flush=True)
             os.chdir(folder)  # a launch may have named another
 
 
-def _one_client(connection: socket.socket, token: str, given: list[Path]) -> None:
+def _one_client(connection: socket.socket, token: str, given: list[Path], *, alone: bool) -> None:
     """Serve a client that launches with the token in time; programs of others send nothing."""
 
     def end() -> None:
@@ -144,7 +152,7 @@ def _one_client(connection: socket.socket, token: str, given: list[Path]) -> Non
             hint = 'write the one that rcx debug has printed, "token": "..."'
             raise InputError("the launch does not name the token of this port", hint=hint)
         patience.cancel()
-        return launched(arguments, given)
+        return launched(arguments, given, alone=alone)
 
     patience.start()
     try:
@@ -188,13 +196,14 @@ def _write_extension(folder: Path) -> None:
 # --- what a client launches ---------------------------------------------------------------------
 
 
-def launched(arguments: Mapping[str, Any], given: list[Path]) -> Launched:
+def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = False) -> Launched:
     """Build what a client wants to debug.
 
     Args:
         arguments: Of its request: the options of `rcx run` by their names, `sources`,
             `recording`, `cwd`.
         given: Files of the command line, for a client that names none.
+        alone: Sources run without a robot, also where no launch says so.
 
     Raises:
         InputError: anything wrong with them.
@@ -215,7 +224,8 @@ def launched(arguments: Mapping[str, Any], given: list[Path]) -> Launched:
             raise InputError(f"{mixed[0]} does not go with a recording", hint=hint)
         machine, notice, last = opened(Path(_text("recording", recording)))
         return Launched(machine, notice, last)
-    return _of_cell(_options(arguments, given))
+    options = _options(arguments, given)
+    return _of_cell(replace(options, no_robot=alone or options.no_robot))
 
 
 def _of_cell(options: RunOptions) -> Launched:
@@ -223,10 +233,19 @@ def _of_cell(options: RunOptions) -> Launched:
         hint = "leave the engine out"
         raise InputError(f"the {options.engine} engine cannot be debugged", hint=hint)
     end_us = duration_us("for", options.duration)
-    stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
-    built = {**options.of_cell(), "engine": "builtin", "keep": 1}
+    kind: type[stimuli.Stimulus] = Stimulus
+    if options.no_robot:
+        refuse(options)
+        kind = without.Stimulus
+    stimulus = kind.load(options.stimulus) if options.stimulus is not None else None
+    built: dict[str, Any] = {"engine": "builtin", "keep": 1}
+    cell: Bench
     try:
-        cell = Cell.build(list(options.files), **built)
+        if options.no_robot:
+            files = source_files(list(options.files), options.lib, replacements(options.replace))
+            cell = options.bench(files, **built)
+        else:
+            cell = Cell.build(list(options.files), **{**options.of_cell(), **built})
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     try:
@@ -237,7 +256,9 @@ def _of_cell(options: RunOptions) -> Launched:
         raise
     late = stimulus.late(end_us) if stimulus is not None else ""
     notice = "\n".join(filter(None, (cell.notice, late)))
-    return Launched(CellMachine(cell, end_us, options.duration), notice)
+    if isinstance(cell, Cell):
+        return Launched(CellMachine(cell, end_us, options.duration), notice)
+    return Launched(BenchMachine(cell, end_us, options.duration), notice)
 
 
 def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
@@ -267,6 +288,11 @@ def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
         option = options.get(_name(key))
         if option is None:
             raise _unknown(key, options)
+        if option.is_flag:
+            if not isinstance(value, bool):
+                raise InputError(f"{key} is neither true nor false")
+            line += [option.opts[0]] * value
+            continue
         for one in _several(value):
             if isinstance(one, bool) or not isinstance(one, (str, int, float, type(None))):
                 raise InputError(f"{key} is neither a text nor a number")

@@ -13,6 +13,7 @@ from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import MOST, FarmOptions
+from rcx_harness.cli.no_robot import refuse
 from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
@@ -47,6 +48,9 @@ class Options(FarmOptions):
         list[Path] | None,
         typer.Option(help="What you demand, and what the operator touches: .toml; repeatable."),
     ] = None
+    no_robot: Annotated[
+        bool, typer.Option("--no-robot", help="The program alone: no areas, no controller.")
+    ] = False
     faults: Annotated[
         str, typer.Option(help="What may go wrong: some of link,alarm,abnormal; or none.")
     ] = "link,alarm,abnormal"
@@ -80,6 +84,8 @@ def explore(given: Options) -> None:
 
     Exit code: 0 if no rule is broken, 1 if one is, 2 on bad input.
     """
+    if given.no_robot:
+        refuse(given)
     from rcx_harness.verify.explore.replay import replay
     from rcx_harness.verify.explore.user import explore as explore_program
     from structured_text.output.replays import check
@@ -110,7 +116,8 @@ def explore(given: Options) -> None:
     lib = f" --lib {quoted(str(given.lib))}" if given.lib is not None else ""
     files = " ".join(quoted(str(one)) for one in given.files)
     scans = len(broken.path)
-    more = f" --size {given.size}" if given.size != SIZE else ""
+    more = " --no-robot" if given.no_robot else ""
+    more += f" --size {given.size}" if given.size != SIZE else ""
     more += "".join(f" --{one} {k}" for one, k in (("m", given.m), ("n", given.n)) if k)
     more += "".join(f" --properties {quoted(str(one))}" for one in given.properties or ())
     print(
@@ -160,6 +167,7 @@ def _settings(given: Options) -> Settings:
         size=given.size,
         m=given.m,
         n=given.n,
+        robot=not given.no_robot,
         states=given.bound,
         depth=given.depth,
     )
@@ -182,10 +190,11 @@ def _print(found: Explored, settings: Settings) -> None:
         print(f"  input {path}: {', '.join(values)}; at most one input changes before a scan")
     for path in found.left:
         print(f"  {path} stays as it begins (--input {path} changes it)")
-    print("  controller: answers as the manual says, one thing before a scan, after any time")
-    print("  data: responses are 0; nothing moves, no positions, no program of the robot's own")
+    if settings.robot:
+        print("  controller: answers as the manual says, one thing before a scan, after any time")
+        print("  data: responses are 0; nothing moves, no positions, no program of the robot's own")
     for fault, about in FAULTS.items():
-        if fault not in settings.faults:
+        if settings.robot and fault not in settings.faults:
             print(f"  not explored: {about}")
     result = found.result
     figures = (

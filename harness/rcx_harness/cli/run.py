@@ -22,8 +22,10 @@ from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import check_outputs, several
 from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cell.stimulus import Stimulus
+from rcx_harness.cli import no_robot
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, no_connection
+from rcx_harness.cli.no_robot import refuse
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
@@ -37,6 +39,7 @@ from rcx_harness.cli.options import (
 )
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
+from rcx_harness.trace.bare import heard
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.explaining import shown_errors
@@ -44,6 +47,8 @@ from rcx_harness.trace.scale import scaled_svg, scaled_text
 from rcx_harness.trace.view.page import View
 from rcx_harness.trace.wave import Wave
 from rcx_harness.watch.safety_source import safety_inputs
+from structured_text.bench import Bench
+from structured_text.bench import stimulus as stimuli
 from structured_text.engines.builtin.collector import Collector, counting
 from structured_text.errors import InputError, legible
 from structured_text.output.console import draws
@@ -78,6 +83,9 @@ _SHORTEST_LINE_US = 1_000
 class RunOptions(CellOptions):
     """What `rcx run` can be asked for besides the cell."""
 
+    no_robot: Annotated[
+        bool, typer.Option("--no-robot", help="Run the program alone: no areas, no controller.")
+    ] = False
     duration: Annotated[str, typer.Option("--for", help="Virtual time to run.")] = "5s"
     realtime: Annotated[
         bool, typer.Option("--realtime", help="With --link enip: cyclic I/O, at the clock's pace.")
@@ -204,6 +212,19 @@ class RunOptions(CellOptions):
         given["positions"] = self.positions
         return {name: value for name, value in given.items() if value not in (None, [])}
 
+    def bench(self, files: SourceFiles, **more: Any) -> Bench:
+        """Put the program onto a bench, without a robot.
+
+        Args:
+            files: Its sources.
+            more: Of the arguments of `Bench.build` those that differ from the options.
+
+        Raises:
+            InputError: as `Bench.build`.
+        """
+        given = {"engine": self.engine, "scan": self.scan, "trace": self.trace}
+        return Bench.build(files, **{**given, "watch": self.watch or (), **more})
+
     @property
     def line_us(self) -> int | None:
         """Time of a line of a chart that is true to scale, 0 for one that fits; None: events.
@@ -246,7 +267,7 @@ class RunOptions(CellOptions):
 class _Outcome:
     """What came of a run; the cell is closed."""
 
-    cell: Cell
+    cell: Bench
     duration_us: int
     notice: str
     timeline: Timeline
@@ -259,12 +280,15 @@ class _Outcome:
 def run(options: RunOptions) -> None:
     """Run a program in a virtual cell.
 
+    With --no-robot it runs alone, and needs no areas.
     With --connect the controller is another one: rcx serve, or a real one. Ctrl-C ends the run;
     zeros go out before the connection is closed.
 
     Exit code: 0 without a violation, 1 with violations or too little coverage, 2 on bad input, and
     with --connect if no packet came from the controller.
     """
+    if options.no_robot:
+        refuse(options)
     collector = _collector(options)
     _check_panel(options)
     if (where := options.where()) is not None:
@@ -328,21 +352,28 @@ def _run(
     line_us = options.line_us
     files = source_files(list(options.files), options.lib, replacements(options.replace))
     check_outputs(options.outputs, files, *several(options.robot), options.stimulus)
-    stimulus = Stimulus.load(options.stimulus) if options.stimulus is not None else None
+    kind: type[stimuli.Stimulus] = no_robot.Stimulus if options.no_robot else Stimulus
+    stimulus = kind.load(options.stimulus) if options.stimulus is not None else None
     late = stimulus.late(end_us) if stimulus is not None else ""
     connected = False
+    made: Bench
+    given: dict[str, Any] = {}
     try:
-        given = options.of_cell()
-        made = Cell.build(list(options.files), **given)
+        if options.no_robot:
+            made = options.bench(files)
+        else:
+            given = options.of_cell()
+            made = Cell.build(list(options.files), **given)
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     with made as cell:
         timeline, safe = Timeline(cell.trace), _Safe()
-        cell.trace.listen(timeline.take)
-        cell.trace.listen(safe.take)
+        cell.trace.listen(heard(timeline.take))
+        if isinstance(cell, Cell):
+            cell.trace.listen(safe.take)
         view = View(cell.trace.header) if options.view is not None else None
         if view is not None:
-            cell.trace.listen(view.take)
+            cell.trace.listen(heard(view.take))
         if options.properties:
             from rcx_harness.verify.properties import judge_run
             from rcx_harness.verify.storm.demands import Demands
@@ -352,15 +383,16 @@ def _run(
             stimulus.schedule(cell)
         wave = None
         if options.vcd is not None:
-            wave = Wave(options.vcd, len(cell.robots), cell.trace)
+            robots = len(cell.robots) if isinstance(cell, Cell) else 0
+            wave = Wave(options.vcd, robots, cell.trace)
         try:
             if wave is not None:
-                cell.trace.listen(wave.take)
+                cell.trace.listen(heard(wave.take))
             reported = 0.0
             with _panel(options, cell):
                 for number in range(1, _SLICES + 1):
                     cell.run(end_us * number // _SLICES - cell.now_us)
-                    connected = connected or cell.connected
+                    connected = connected or (isinstance(cell, Cell) and cell.connected)
                     if time.monotonic() - reported >= _REPORT_S:
                         reported = time.monotonic()
                         progress(cell.now_us, end_us)
@@ -371,7 +403,8 @@ def _run(
         finally:
             if wave is not None:
                 wave.close()
-        timeline.explain(shown_errors(cell.program))
+        if isinstance(cell, Cell):
+            timeline.explain(shown_errors(cell.program))
         if options.chart is not None:
             title = _title(options, cell)
             if line_us is None:
@@ -399,7 +432,7 @@ class _Safe:
         if not self._ever and isinstance(record, Scan):
             self._ever = bool(record.si[_SI_00] & 1)
 
-    def told(self, cell: Cell, files: SourceFiles, options: RunOptions) -> str:
+    def told(self, cell: Bench, files: SourceFiles, options: RunOptions) -> str:
         """Say what has to be set so that the robot leaves its emergency stop; empty if it did."""
         names = [] if self._ever else safety_inputs(*files.users)
         left = [name for name in names if cell[name] is False]
@@ -443,9 +476,9 @@ def _check_panel(options: RunOptions) -> None:
 
 
 @contextmanager
-def _panel(options: RunOptions, cell: Cell) -> Iterator[None]:
+def _panel(options: RunOptions, cell: Bench) -> Iterator[None]:
     """The page of `--panel`, as long as the program runs."""
-    if options.panel is None:
+    if options.panel is None or not isinstance(cell, Cell):
         yield
         return
     try:
@@ -468,8 +501,10 @@ def _panel(options: RunOptions, cell: Cell) -> Iterator[None]:
         yield
 
 
-def _title(options: RunOptions, cell: Cell) -> str:
+def _title(options: RunOptions, cell: Bench) -> str:
     names = ", ".join(path.name for path in options.files)
+    if not isinstance(cell, Cell):
+        return f"{names}: scan {cell.trace.header['scan_us'] / 1000:g} ms"
     return f"{names}: scan {cell.timing.scan_us / 1000:g} ms, RPI {cell.timing.rpi_us / 1000:g} ms"
 
 
@@ -539,7 +574,9 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
         print(legible("\n".join(f"  {path} = {value}" for path, value in watched.items())))
     if outcome.notice:
         print(legible(outcome.notice))
-    if not cell.matched:
+    if not isinstance(cell, Cell):
+        pass
+    elif not cell.matched:
         print("no connection: the areas of PLC and robot differ in size")
     elif not outcome.ever_connected and options.connect is None:
         print("no connection in the whole run")
@@ -548,11 +585,13 @@ def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
     rest = len(violations) - _MOST_SHOWN
     if rest > 0:
         print(f"... and {counted(rest, 'further violation')}")
-    print(
-        f"{outcome.duration_us / 1e6:g} s on the {cell.trace.header['engine']} engine: "
-        f"{counted(cell.scans, 'scan')}, {counted(cell.cycles, 'controller cycle')}, "
-        f"{counted(cell.commands, 'remote command')}, {counted(len(violations), 'violation')}"
-    )
+    counts = [counted(cell.scans, "scan")]
+    if isinstance(cell, Cell):
+        counts.append(counted(cell.cycles, "controller cycle"))
+        counts.append(counted(cell.commands, "remote command"))
+    counts.append(counted(len(violations), "violation"))
+    engine = cell.trace.header["engine"]
+    print(f"{outcome.duration_us / 1e6:g} s on the {engine} engine: {', '.join(counts)}")
     written = [path for path in options.outputs.values() if path is not None]
     if written:
         print("written: " + ", ".join(os.fspath(path) for path in written))

@@ -11,7 +11,6 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.outputs import check_outputs
 from rcx_harness.cli.options import check_port, duration_us, identity_revision, interval_us
 from rcx_harness.enip.cyclic.connections import IO_PORT
 from rcx_harness.enip.options import AdapterOptions, Identity
@@ -19,6 +18,7 @@ from rcx_harness.enip.originator.client import PORT
 from rcx_harness.serve.host import Settings
 from rcx_harness.serve.run import serve as serve_controllers
 from rcx_harness.spec.wire import check_size
+from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError
 
 __all__ = ["serve"]

@@ -2,18 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from structured_text.errors import Violation
 
 __all__ = ["Findings", "Violation"]
-
-
-@dataclass(frozen=True)
-class Violation:
-    """A broken rule: when [us], which (an id of rules.toml), and one clear sentence."""
-
-    t_us: int
-    rule: str
-    text: str
 
 
 class Findings:

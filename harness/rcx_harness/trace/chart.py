@@ -19,6 +19,7 @@ from rcx_harness.spec.wire import ABNORMAL_END
 from rcx_harness.trace.explaining import named, of_alarms, of_errors, unanswered
 from rcx_harness.trace.records import Cycle, Record, Scan, Trace, Violation
 from rcx_harness.watch.wire import word
+from structured_text.bench import samples
 from structured_text.language.displayed import Changed, value_text
 from structured_text.language.types import ElementaryType, Type
 
@@ -241,12 +242,13 @@ class Timeline:
     `Trace.listen`. Memory grows with the changes, not with the time.
     """
 
-    def __init__(self, trace: Trace | None = None) -> None:
-        self._controllers = {1: _Signals(1)}
+    def __init__(self, trace: samples.Trace[Any] | None = None) -> None:
+        alone = trace is not None and "size" not in trace.header  # without a robot
+        self._controllers = {} if alone else {1: _Signals(1)}
         self._variables = _Variables(trace.watched if trace is not None else {})
         self._positions = [
             [_of_axis(title, number) for title in titles]
-            for number, titles in enumerate(trace.axes if trace is not None else (), 1)
+            for number, titles in enumerate(trace.axes if isinstance(trace, Trace) else (), 1)
         ]
         self._findings = Lane("Rule broken", "finding")
         self._named: set[str] = set()
@@ -257,9 +259,10 @@ class Timeline:
         """Take the next record of the run."""
         self.end_us = record.t_us
         if isinstance(record, Scan):
-            if record.controller not in self._controllers:
+            if record.so and record.controller not in self._controllers:
                 self._controllers[record.controller] = _Signals(record.controller)
-            self._controllers[record.controller].take(record)
+            if record.so:
+                self._controllers[record.controller].take(record)
             if record.vars is not None:
                 self._variables.take(record.t_us, record.vars)
         elif isinstance(record, Violation):

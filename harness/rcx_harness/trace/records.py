@@ -5,17 +5,15 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from itertools import count
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, TypeVar
+from typing import Any, BinaryIO, NamedTuple
 
-from rcx_harness.robot import Violation
-from structured_text.errors import InputError
-from structured_text.language.displayed import described, literal
-from structured_text.language.types import Type
-from structured_text.output.files import OutputFile
+from structured_text.bench import samples
+from structured_text.bench.samples import COMPACT, FORMAT, KEPT
+from structured_text.errors import InputError, Violation
+from structured_text.language.displayed import literal
 from structured_text.output.limits import MOST_LINE_BYTES, MOST_TRACE_US, TRACE
 from structured_text.output.reading import open_file
 
@@ -30,12 +28,6 @@ __all__ = [
     "Violation",
     "read_trace",
 ]
-
-#: First entry of the first line.
-FORMAT = "rcx-trace/1"
-
-#: Records kept in memory: about two minutes of a 10 ms scan. A file gets all of them.
-KEPT = 40_000
 
 
 class Scan(NamedTuple):
@@ -54,7 +46,7 @@ class Scan(NamedTuple):
         head = f'{{"t_us":{self.t_us},"scan":{self.scan}{which},"so":"{self.so.hex()}"'
         if self.vars is None:
             return f'{head},"si":"{self.si.hex()}"}}'
-        shown = json.dumps({path: literal(value) for path, value in self.vars.items()}, **_COMPACT)
+        shown = json.dumps({path: literal(value) for path, value in self.vars.items()}, **COMPACT)
         return f'{head},"si":"{self.si.hex()}","vars":{shown}}}'
 
 
@@ -80,9 +72,9 @@ class Cycle(NamedTuple):
             f'"rcx_si":"{self.rcx_si.hex()}","rcx_so":"{self.rcx_so.hex()}"'
         )
         if self.positions is not None:
-            head += f',"positions":{json.dumps(self.positions, **_COMPACT)}'
+            head += f',"positions":{json.dumps(self.positions, **COMPACT)}'
         if self.poses is not None:
-            head += f',"poses":{json.dumps(self.poses, **_COMPACT)}'
+            head += f',"poses":{json.dumps(self.poses, **COMPACT)}'
         return head + "}"
 
 
@@ -94,8 +86,6 @@ _DAY_US = 86_400_000_000
 #: Progress is told after so many lines.
 _REPORT_EVERY = 20_000
 
-_COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
-_R = TypeVar("_R", Scan, Cycle, Violation)
 #: How a broken rule begins, with its name: `plc, scan 3: interval: `.
 _RULE = re.compile(r"(?:controller \d+: )?(?:plc, scan|robot, cycle) \d+: ([a-z -]+): ")
 
@@ -105,25 +95,16 @@ def _which(controller: int) -> str:
     return f',"controller":{controller}' if controller > 1 else ""
 
 
-def _line(record: Record) -> str:
-    """A record as it stands in a file, which has of a broken rule only the words."""
-    if isinstance(record, Violation):
-        return json.dumps({"t_us": record.t_us, "violation": record.text}, **_COMPACT)
-    return record.line()
-
-
-class Trace:
+class Trace(samples.Trace[Record]):
     """The records of a run, streamed to a file as they come; the latest also in memory.
 
     Args:
-        header: Entries of the first line after `format`, in this order.
+        header: As for the trace of a bench, as all that is not named here.
         path: File to write; None for memory only.
-        new: Nothing may be there yet.
-        keep: How many records stay in memory.
-        watched: The variables that scans show, by path, and their types; as `watch` in the header.
         axes: What positions are recorded of, for each controller; as `positions` in the header.
         robots: What the robots look like, for each controller (`rcx_harness.robot.shape.shapes`);
             as `robots` in the header.
+        more: What the trace of a bench takes.
 
     Raises:
         InputError: the file cannot be written.
@@ -134,52 +115,15 @@ class Trace:
         header: Mapping[str, Any],
         path: str | Path | None = None,
         *,
-        new: bool = False,
-        keep: int = KEPT,
-        watched: Mapping[str, Type] | None = None,
         axes: Sequence[Sequence[str]] = (),
         robots: Sequence[Sequence[Mapping[str, Any]]] = (),
+        **more: Any,
     ) -> None:
-        self.header = {"format": FORMAT, **header}
-        self.watched, self.axes = dict(watched or {}), axes
-        if self.watched:
-            self.header["watch"] = {path: described(kind) for path, kind in self.watched.items()}
-        if axes:
-            self.header["positions"] = [list(names) for names in axes]
+        self.axes = axes
+        last: dict[str, Any] = {"positions": [list(names) for names in axes]} if axes else {}
         if robots:
-            self.header["robots"] = [list(every) for every in robots]
-        self.path = Path(path) if path is not None else None
-        self._kept: deque[Record] = deque(maxlen=keep)
-        self._listeners: list[Callable[[Record], None]] = []
-        self._file: OutputFile | None = None
-        if self.path is not None:
-            if new and self.path.exists():
-                raise InputError("is there already", file=self.path, hint="name another one")
-            self._file = OutputFile(self.path, new=new)
-            self._file.write(json.dumps(self.header, **_COMPACT) + "\n")
-
-    def listen(self, listener: Callable[[Record], None]) -> None:
-        """Call `listener` with every record from now on."""
-        self._listeners.append(listener)
-
-    def add(self, record: Record) -> None:
-        """Take the next record."""
-        self._kept.append(record)
-        if self._file is not None:
-            self._file.write(_line(record) + "\n")
-        for listener in self._listeners:
-            listener(record)
-
-    def __iter__(self) -> Iterator[Record]:
-        """The records in memory, oldest first."""
-        return iter(self._kept)
-
-    def latest(self) -> Iterator[Record]:
-        """The records in memory, newest first."""
-        yield from reversed(self._kept)
-
-    def __len__(self) -> int:
-        return len(self._kept)
+            last["robots"] = [list(every) for every in robots]
+        super().__init__(header, path, last=last, **more)
 
     def scans(self) -> list[Scan]:
         """The PLC scans in memory."""
@@ -188,48 +132,6 @@ class Trace:
     def cycles(self) -> list[Cycle]:
         """The controller cycles in memory."""
         return self._of(Cycle)
-
-    def findings(self) -> list[Violation]:
-        """The broken rules in memory."""
-        return self._of(Violation)
-
-    def lines(self) -> Iterator[str]:
-        """The header and the records in memory, as they stand in a file."""
-        yield json.dumps(self.header, **_COMPACT)
-        for record in self._kept:
-            yield _line(record)
-
-    def snapshot(self) -> tuple[Record, ...]:
-        """The records in memory.
-
-        Raises:
-            InputError: a file is written; a file cannot go back in time.
-        """
-        if self._file is not None:
-            raise InputError(
-                "a cell that writes a trace file cannot be set back",
-                file=self.path,
-                hint="build the cell without trace= to use snapshot and restore",
-            )
-        return tuple(self._kept)
-
-    def restore(self, snapshot: tuple[Record, ...]) -> None:
-        """Go back to the records that `snapshot` gave."""
-        self._kept = deque(snapshot, maxlen=self._kept.maxlen)
-
-    def flush(self) -> None:
-        """Hand everything to the system: a run in real time is to be seen while it goes on."""
-        if self._file is not None:
-            self._file.flush()
-
-    def close(self) -> None:
-        """Write out what is buffered and close the file."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
-
-    def _of(self, kind: type[_R]) -> list[_R]:
-        return [record for record in self._kept if isinstance(record, kind)]
 
 
 class CutOffError(InputError):
@@ -389,6 +291,8 @@ def _record(entry: dict[str, Any]) -> Record:
     controller = _whole(entry, "controller", 1) if "controller" in entry else 1
     t_us = _whole(entry, "t_us", 0)
     if "scan" in entry:
+        if "so" not in entry and "si" not in entry:  # of a program without a robot
+            entry = {"so": "", "si": "", **entry}
         so, si = bytes.fromhex(entry["so"]), bytes.fromhex(entry["si"])
         values = entry.get("vars")
         if values is not None and not isinstance(values, dict):

@@ -17,6 +17,7 @@ from vcd.writer import Variable
 from rcx_harness.spec import Signal, signals
 from rcx_harness.trace.records import Cycle, Record, Scan, Trace
 from rcx_harness.watch.wire import word
+from structured_text.bench import samples
 from structured_text.language.displayed import Changed, Part, value_text
 from structured_text.language.types import ElementaryType, Type
 from structured_text.output.files import OutputFile
@@ -115,7 +116,7 @@ def _readable(kind: Type, value: Any) -> str:
 
 def _which(controllers: int) -> list[str]:
     """What the scopes of each controller end with."""
-    return ["", *(f"_{k}" for k in range(2, controllers + 1))]
+    return ["", *(f"_{k}" for k in range(2, controllers + 1))][:controllers]
 
 
 class Wave:
@@ -123,14 +124,17 @@ class Wave:
 
     Args:
         path: File to write.
-        controllers: How many there are; the scopes of all but the first bear their number.
+        controllers: How many there are, maybe none; the scopes of all but the first bear their
+            number.
         trace: Whose watched variables and positions it shows, too.
 
     Raises:
         InputError: the file cannot be written.
     """
 
-    def __init__(self, path: str | Path, controllers: int = 1, trace: Trace | None = None) -> None:
+    def __init__(
+        self, path: str | Path, controllers: int = 1, trace: samples.Trace[Any] | None = None
+    ) -> None:
         self._file = OutputFile(path, "ascii")
         # No date and no version: the same run gives the same bytes.
         self._writer = VCDWriter(
@@ -148,7 +152,7 @@ class Wave:
         self._axes = [
             [self._axis(f"positions{which}", title) for title in titles]
             for which, titles in zip(
-                _which(controllers), trace.axes if trace is not None else (), strict=False
+                _which(controllers), trace.axes if isinstance(trace, Trace) else (), strict=False
             )
         ]
         self._broken = self._writer.register_var("rules", "broken", "integer", size=32, init=0)
@@ -163,9 +167,10 @@ class Wave:
         """Take the next record of the run."""
         self._end_us = record.t_us
         if isinstance(record, Scan):
-            so, si = self._plc[record.controller - 1]
-            so.take(record.t_us, record.so)
-            si.take(record.t_us, record.si)
+            if self._plc:
+                so, si = self._plc[record.controller - 1]
+                so.take(record.t_us, record.so)
+                si.take(record.t_us, record.si)
             if self._values is not None and record.vars is not None:
                 self._values.take(record.t_us, record.vars)
         elif isinstance(record, Cycle):

@@ -25,13 +25,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, overload
 
-from rcx_harness.cell import Cell
-from rcx_harness.cell.clock import Duration
-from rcx_harness.robot import Violation
-from rcx_harness.trace import Record, Scan
+from structured_text.bench import Bench
+from structured_text.bench.agenda import Duration
 from structured_text.engines.base import Program
 from structured_text.engines.conditions import Condition, conditions
-from structured_text.errors import InputError
+from structured_text.errors import InputError, Violation
 from structured_text.language.displayed import value_text
 from structured_text.output.toml_files import check_keys, line_of
 from structured_text.units import format_us, parse_us
@@ -49,7 +47,7 @@ __all__ = [
 ]
 
 #: A property in Python: asked after a scan.
-Asked = Callable[[Cell], object]
+Asked = Callable[[Any], object]
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,7 @@ class Declared:
         """The kind of a failure of it."""
         return f"{'always' if self.within_us is None else 'eventually'} {self.name}"
 
-    def __call__(self, cell: Cell) -> object:
+    def __call__(self, cell: Bench) -> object:
         """Ask it; a function stays one, for tests of it."""
         assert callable(self.that)
         return self.that(cell)
@@ -214,7 +212,7 @@ def _line(error: BaseException, file: str | None) -> int | None:
 class _Asked:
     """Something that is asked after each scan: a condition, or a function of the cell."""
 
-    def __init__(self, cell: Cell | None, declared: Declared, that: Condition | Asked) -> None:
+    def __init__(self, cell: Bench | None, declared: Declared, that: Condition | Asked) -> None:
         self._cell, self._declared, self._that = cell, declared, that
         self.condition = that if isinstance(that, Condition) else None
 
@@ -343,16 +341,16 @@ class Judge:
     """
 
     def __init__(
-        self, cell: Cell, declared: Sequence[Declared], found: Callable[[str, str], None]
+        self, cell: Bench, declared: Sequence[Declared], found: Callable[[str, str], None]
     ) -> None:
         self._cell, self._found = cell, found
         self._properties = followed(cell.program, declared, cell)
         cell.trace.listen(self.take)
         cell.plc.on_start.append(self._forget)
 
-    def take(self, record: Record) -> None:
+    def take(self, record: Any) -> None:
         """A record of the trace; each scan is judged once."""
-        if isinstance(record, Scan) and record.controller == 1:
+        if self._cell.ends_scan(record):
             for one in self._properties:
                 if one.scan(record.t_us):
                     self._found(one.declared.kind, one.told(self._cell.program))
@@ -383,7 +381,7 @@ class Judge:
             one.restore(state)
 
 
-def judge_run(cell: Cell, declared: Sequence[Declared]) -> None:
+def judge_run(cell: Bench, declared: Sequence[Declared]) -> None:
     """Let properties that are broken be violations of a cell, as broken rules are.
 
     Raises:
@@ -398,7 +396,7 @@ def judge_run(cell: Cell, declared: Sequence[Declared]) -> None:
 
 
 def followed(
-    program: Program, declared: Sequence[Declared], cell: Cell | None = None
+    program: Program, declared: Sequence[Declared], cell: Bench | None = None
 ) -> list[Followed]:
     """What is demanded of a program, ready to be followed.
 

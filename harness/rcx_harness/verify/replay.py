@@ -2,42 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 from rcx_harness.cell.cell import Cell
 from rcx_harness.cell.stimulus import Entry, Stimulus, stimulus_text
+from rcx_harness.trace.bare import heard
 from rcx_harness.trace.chart import Timeline
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.verify.properties import Declared, judge_run
+from structured_text.bench import Bench
+from structured_text.bench.stimulus import Stimulus as PlcStimulus
 from structured_text.output.files import replace_files
 from structured_text.output.replays import MARK, check
 
 __all__ = ["replayed"]
 
+_Made = TypeVar("_Made", bound=Bench)
+
 
 @contextmanager
 def replayed(
+    made: Callable[[], _Made],
     entries: Iterable[Entry],
     about: str,
     stimulus: Path,
     chart: Path | None,
-    *given: Any,
+    *,
     properties: Sequence[Declared] = (),
-    **settings: Any,
-) -> Iterator[Cell]:
-    """Write a stimulus file, give the cell that it is scheduled for, and then write its chart.
+    kind: type[PlcStimulus] = Stimulus,
+) -> Iterator[_Made]:
+    """Write a stimulus file, yield the cell for which it is scheduled, and then write its chart.
 
     Args:
+        made: Builds the cell, or the bench of a program without a robot.
         entries: The run.
         about: Comment at the beginning of the file.
         stimulus: Where the stimulus file goes.
         chart: Where the timing chart (SVG) goes.
-        given: The program, as `Cell.build` takes it.
         properties: What judges the run besides the rules.
-        settings: More that `Cell.build` takes; the engine is the built-in one.
+        kind: The class that reads the stimulus file.
 
     Raises:
         InputError: a file cannot be written, or is there already and none of a search.
@@ -46,12 +52,12 @@ def replayed(
         if file is not None:
             check(file)
     replace_files({stimulus: stimulus_text(entries, f"{MARK.removeprefix('# ')}{about}")})
-    timeline = Timeline()
-    with Cell.build(*given, engine="builtin", **settings) as cell:
-        cell.trace.listen(timeline.take)
+    with made() as cell:
+        timeline = Timeline() if isinstance(cell, Cell) else Timeline(cell.trace)
+        cell.trace.listen(heard(timeline.take))
         if properties:
             judge_run(cell, properties)
-        Stimulus.load(stimulus).schedule(cell)
+        kind.load(stimulus).schedule(cell)
         yield cell
         if chart is not None:
             replace_files({chart: svg_chart(timeline, stimulus.name)})

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from structured_text import COMMAND, DISTRIBUTION
 from structured_text.coverage.measure import DecisionResult, FileResult, Item, Share
 from structured_text.coverage.report import totals
+from structured_text.errors import COMMAND, DISTRIBUTION
 from structured_text.output.paths import real
 
 __all__ = ["cobertura", "tracefile"]

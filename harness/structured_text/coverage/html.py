@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 
-from structured_text import COMMAND
 from structured_text.coverage.measure import Condition, DecisionResult, FileResult, Item, Share
 from structured_text.coverage.report import Gap, conditions, gaps, totals
+from structured_text.errors import COMMAND
 
 __all__ = ["pages"]
 

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from structured_text import COMMAND
 from structured_text.coverage.formats import cobertura, tracefile
 from structured_text.coverage.html import pages
 from structured_text.coverage.measure import FileResult, measure
 from structured_text.coverage.parts import Merged
 from structured_text.coverage.report import summary, total
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.output.files import replace_files
 from structured_text.output.paths import real
 

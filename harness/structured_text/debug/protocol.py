@@ -13,8 +13,7 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import Any, BinaryIO
 
-from structured_text import COMMAND
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 
 __all__ = ["Client", "Message", "encoded", "read_message"]
 

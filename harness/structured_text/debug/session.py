@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from structured_text import COMMAND
 from structured_text.debug.breakpoints import Breakpoint, Counting, DataWatch, message_of
 from structured_text.debug.console import Console
 from structured_text.debug.debugger import Back, Debugger, Forward, Order, Quit, Stop
@@ -22,7 +21,7 @@ from structured_text.debug.player import Player
 from structured_text.debug.protocol import Client, Message
 from structured_text.debug.scopes import Frame, Scopes
 from structured_text.debug.values import Held, Item, Memory, Text
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 
 __all__ = ["Launched", "Session"]
 

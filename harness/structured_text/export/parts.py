@@ -9,8 +9,7 @@ from pathlib import Path
 
 from lark import Token
 
-from structured_text import COMMAND
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.export.prefix import Renaming, renaming
 from structured_text.language import syntax as s
 from structured_text.language.constructs import refuse
@@ -176,7 +175,7 @@ def _raise(error: InputError) -> None:
 
 
 def _folder(file: Path, files: SourceFiles) -> str:
-    if file in files.own:
+    if files.folder is None or file in files.own:
         return "program"
     return file.parent.relative_to(files.folder).as_posix()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree as ET
 
-from structured_text import COMMAND
+from structured_text.errors import COMMAND
 from structured_text.export.body import Body, Scope
 from structured_text.export.output import Output
 from structured_text.export.parts import Part, Sources

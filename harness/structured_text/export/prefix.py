@@ -9,8 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from structured_text import BLOCKS
-from structured_text.errors import InputError
+from structured_text.errors import BLOCKS, InputError
 from structured_text.language import syntax as s
 from structured_text.language.lexer import tokens
 from structured_text.language.parser import parse
@@ -83,7 +82,8 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
 def _unneeded(files: SourceFiles) -> Iterator[Path]:
     """Files of the library that are not exported."""
     taken = {real(file) for file in files.all}
-    return (file for file in st_files(files.folder) if real(file) not in taken)
+    there = [] if files.folder is None else st_files(files.folder)
+    return (file for file in there if real(file) not in taken)
 
 
 @dataclass(frozen=True)

@@ -163,6 +163,8 @@ def _not_carried(
     """What the export does not carry of the user's files, without what the lists have told."""
     from structured_text.export.targets import export
 
+    if sources.folder is None:
+        return
     for one in export(tool.export, sources.folder, program, only_needed=True).missing:
         if one.file in users and not one.replaced and _ON_LIST not in one.why:
             at = s.Position(one.line, 1)

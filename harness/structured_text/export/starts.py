@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from structured_text import VARIABLES
+from structured_text.errors import VARIABLES
 from structured_text.export.initial import differing, is_scalar
 from structured_text.export.losses import missing, sections
 from structured_text.export.output import Missing

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from structured_text import BLOCKS
+from structured_text.errors import BLOCKS
 from structured_text.export.losses import missing
 from structured_text.export.output import Missing
 from structured_text.export.parts import Part

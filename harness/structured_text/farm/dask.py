@@ -21,8 +21,7 @@ from distributed import __version__ as distributed_version
 from distributed.client import ClosedClientError
 from distributed.comm import connect, get_address_host
 
-from structured_text import COMMAND, DISTRIBUTION
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, DISTRIBUTION, InputError
 from structured_text.farm.cluster import Cluster
 from structured_text.farm.fingerprint import Fingerprint, differences
 from structured_text.farm.work import Died, Done, Ended, NotBegun, Work, attempt, doer

@@ -13,8 +13,7 @@ from typing import Any, Final, Protocol, TypeVar
 from rich.console import Console
 from rich.progress import Progress
 
-from structured_text import DISTRIBUTION
-from structured_text.errors import InputError
+from structured_text.errors import DISTRIBUTION, InputError
 from structured_text.farm.cluster import Cluster
 from structured_text.farm.kept import Kept
 from structured_text.farm.local import LocalCrew

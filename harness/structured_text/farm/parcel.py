@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from structured_text import COMMAND
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.output.limits import OTHER
 from structured_text.output.paths import real
 from structured_text.output.reading import file_bytes

@@ -24,8 +24,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from structured_text import DISTRIBUTION
-from structured_text.errors import InputError
+from structured_text.errors import DISTRIBUTION, InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.paths import real
 from structured_text.output.reading import file_bytes

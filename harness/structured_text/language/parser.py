@@ -15,8 +15,7 @@ from typing import Any
 from lark import Lark, Token, v_args
 from lark.lexer import Lexer
 
-from structured_text import COMMAND
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.language import cache
 from structured_text.language import syntax as s
 from structured_text.language.building import Statements, name_of, nodes_of, position_of

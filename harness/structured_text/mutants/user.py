@@ -10,8 +10,7 @@ from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from structured_text import COMMAND, DISTRIBUTION
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, DISTRIBUTION, InputError
 from structured_text.farm import Farm
 from structured_text.language.cache import sources_key
 from structured_text.mutants.judging import ENDLESS, Judging, Outcome, Task

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
-from structured_text import COMMAND, DISTRIBUTION
+from structured_text.errors import COMMAND, DISTRIBUTION
 from structured_text.output.paths import real
 
 __all__ = [

@@ -24,7 +24,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, Final, Literal, NoReturn
 
-from structured_text import COMMAND
+from structured_text.errors import COMMAND
 
 if sys.platform == "win32":
     from _ctypes import FreeLibrary

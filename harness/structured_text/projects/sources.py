@@ -11,8 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from structured_text import COMMAND
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
@@ -47,14 +46,14 @@ class SourceFiles:
     Attributes:
         own: ST files, and what was taken out of project files.
         lib: Those files of the library that they need.
-        folder: Of the library.
+        folder: Of the library; None: there is none.
         notes: What of a project is not read, a line each.
         declared: Names that projects declare, in upper case: not taken from the library.
     """
 
     own: tuple[Path, ...]
     lib: tuple[Path, ...]
-    folder: Path
+    folder: Path | None
     notes: tuple[str, ...] = ()
     declared: frozenset[str] = frozenset()
 
@@ -66,14 +65,14 @@ class SourceFiles:
     @property
     def users(self) -> tuple[list[Path], list[Path]]:
         """The user's files, and those of the library, also where they are named one by one."""
-        folder = real(self.folder)
+        folder = real(self.folder) if self.folder is not None else None
         named = {file for file in self.own if folder in real(file).parents}
         return [file for file in self.own if file not in named], [*named, *self.lib]
 
 
 def source_files(
     program: Files,
-    library: Path,
+    library: Path | None,
     replace: Mapping[str, str | Path] | None = None,
 ) -> SourceFiles:
     """Find the files of a program, and those of the library that it needs.
@@ -81,8 +80,8 @@ def source_files(
     Args:
         program: Files, also of projects, or folders whose `.st` files are
             taken, see `st_files`, or where there are none, whose TwinCAT project.
-        library: Its folder, searched with its subfolders. What a project declares itself is not
-            taken from it.
+        library: Its folder, searched with its subfolders; None: there is none. What a project
+            declares itself is not taken from it.
         replace: Files with Structured Text for POUs of a project, by name.
 
     Raises:
@@ -105,13 +104,16 @@ def source_files(
         instead = {name: Path(file) for name, file in (replace or {}).items()}
         made = project_sources(projects, instead)
         own, declared, notes = [*own, *made.paths], made.declared, made.notes
-    check_library(library)
+    if library is not None:
+        check_library(library)
     taken = frozenset(real(file) for file in own)
     own = list(dict.fromkeys(own))
     if INSTEAD:
         own = [INSTEAD.get(real(file), file) for file in own]
     seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
-    parts = _needed(tuple(own), seen, _Folder.of(library), taken, declared)
+    parts: tuple[Path, ...] = ()
+    if library is not None:
+        parts = _needed(tuple(own), seen, _Folder.of(library), taken, declared)
     return SourceFiles(tuple(own), parts, library, notes, declared)
 
 

@@ -12,11 +12,10 @@ from typing import Any
 
 import pytest
 
-from structured_text import COMMAND
 from structured_text.coverage.output import check_fail_under, check_folder, conclude
 from structured_text.coverage.parts import Part, merge, part_of
 from structured_text.engines.builtin.collector import Collector, counting
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.testing import COVERAGE, LIBRARIES
 from structured_text.testing.settings import is_on, project
 

@@ -18,9 +18,9 @@ from typing import Any
 
 import pytest
 
-from structured_text import COMMAND
 from structured_text.coverage.listing import Text, listing
 from structured_text.engines.builtin.collector import Collector, counting
+from structured_text.errors import COMMAND
 from structured_text.language.parser import parse
 from structured_text.mutants.order import Order
 from structured_text.output.system import copied, copy_ended

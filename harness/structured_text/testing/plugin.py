@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from structured_text import COMMAND
+from structured_text.errors import COMMAND
 from structured_text.testing import COVERAGE
 
 __all__ = ["add_options", "check_keys", "is_set", "order"]

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from structured_text import COMMAND
-from structured_text.errors import InputError, did_you_mean
+from structured_text.errors import COMMAND, InputError, did_you_mean
 
 __all__ = ["is_on", "project", "unknown_key"]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from structured_text import BLOCKS
+from structured_text.errors import BLOCKS
 from structured_text.export import export
 from structured_text.language.library import Names
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from structured_text import COMMAND
+from structured_text.errors import COMMAND
 
 _ALONE = ["-pno:rcx", "-pstructured_text.testing.plugin", "-pno:xdist", "-pno:cacheprovider"]
 _TEST = """

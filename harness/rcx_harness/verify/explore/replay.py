@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-from rcx_harness.cell.stimulus import Entry
+from rcx_harness.cell.cell import Cell
+from rcx_harness.cell.sources import source_files
+from rcx_harness.cell.stimulus import Entry, Stimulus
 from rcx_harness.robot import RobotConfig
 from rcx_harness.verify.explore.user import Choice, Explored, Settings
 from rcx_harness.verify.replay import replayed
+from structured_text.bench import Bench
+from structured_text.bench.stimulus import Stimulus as PlcStimulus
 from structured_text.errors import InputError
 
 __all__ = ["replay"]
@@ -30,18 +35,24 @@ def replay(
     assert broken is not None
     stimulus, chart = folder / "broken.toml", folder / "broken.svg"
     told = [f"{k * settings.scan_us // 1000} ms: {one.tell()}" for k, one in enumerate(broken.path)]
+    areas = explored.areas if settings.robot else [None] * len(broken.path)
+
+    def made() -> Bench:
+        given: dict[str, Any] = {"engine": "builtin", "scan": settings.scan_us}
+        if settings.robot:
+            given |= {"robot": RobotConfig(size=settings.size), "m": settings.m, "n": settings.n}
+            return Cell.build(list(files), lib=lib, **given)
+        paths = [one.path for one in broken.path if one.path]  # nothing else changes from outside
+        return Bench.build(source_files(list(files), lib), watch=paths, **given)
+
     with replayed(
-        _entries(broken.path, explored.areas, settings.scan_us),
+        made,
+        _entries(broken.path, areas, settings.scan_us),
         "\n".join([*broken.rules, "broken in the last scan of:", *told]),
         stimulus,
         chart,
-        list(files),
-        lib=lib,
-        scan=settings.scan_us,
-        robot=RobotConfig(size=settings.size),
-        m=settings.m,
-        n=settings.n,
         properties=settings.properties,
+        kind=Stimulus if settings.robot else PlcStimulus,
     ) as cell:
         stopped = ""
         try:
@@ -53,13 +64,13 @@ def replay(
 
 
 def _entries(
-    path: Sequence[Choice], areas: Sequence[tuple[bytes, bool]], scan_us: int
+    path: Sequence[Choice], areas: Sequence[tuple[bytes, bool] | None], scan_us: int
 ) -> Iterator[Entry]:
     """What changes before each scan of a path."""
     before: tuple[bytes, bool] | None = None
     for number, (choice, area) in enumerate(zip(path, areas, strict=True)):
         values = {choice.path: choice.value} if choice.path else {}
-        content, connected = (None, True) if area == before else area
+        content, connected = (None, True) if area is None or area == before else area
         if values or content is not None:
             yield Entry(number * scan_us, values=values, area=content, connected=connected)
         before = area

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 import zlib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import timedelta
 from functools import lru_cache, partial
@@ -82,6 +82,7 @@ class Settings:
         size: Bytes of the areas.
         m: Where the area from the controller begins.
         n: Where the area to it begins.
+        robot: There is a controller; without one the program has no areas, and is alone.
         states: Most states from which it goes on; 0: all.
         depth: Most scans from the start; 0: any number.
         seed: Of the checks of what tells states apart.
@@ -96,6 +97,7 @@ class Settings:
     size: int = SIZE
     m: int = 0
     n: int = 0
+    robot: bool = True
     states: int = 0
     depth: int = 0
     seed: int = 1
@@ -140,10 +142,11 @@ def explore(sources: SourceFiles, settings: Settings, farm: Farm | None = None) 
         except InputError as error:
             raise _of_original(blame_lib(error, sources.folder), copies) from None
         steady = steady_instances(sources.own, sources.lib)
-        world = _Program(project, copies, settings, steady)
+        kind = _Program if settings.robot else _Alone
+        world = kind(project, copies, settings, steady)
         taken, alone_s = None, 0.0
         if farm is not None and (farm.workers > 1 or farm.cluster is not None):
-            make = partial(_Program, project, copies, replace(settings, report=None), steady)
+            make = partial(kind, project, copies, replace(settings, report=None), steady)
             taken = shared(farm, Stepping(make, settings.seed))
             alone_s = _ALONE_S if farm.cluster is None else 0.0
         search = Search(world, world.every, settings.seed, taken, alone_s)
@@ -166,17 +169,16 @@ def _of_original(error: InputError, copies: Copies) -> InputError:
 class _Program(World[Choice]):
     """The program with its surroundings; a state is that of all of them after a scan."""
 
+    moves: Collection[str] = tuple(MOVES)
+
     def __init__(
         self, project: Project, copies: Copies, settings: Settings, steady: Collection[str]
     ) -> None:
         _refuse(project)
         self._settings, self._copies = settings, copies
         self.program = program = BuiltinProgram.build(project)
-        located = reads_located(project)
-        self._image = find_image(
-            program, size=settings.size, m=settings.m, n=settings.n, located=located
-        )
-        self.status = status_path(program, 1)
+        self.status: str | None = None
+        self._surround(project)
         self.inputs = {
             path: list(_values(program, path, texts)) for path, texts in settings.inputs.items()
         }
@@ -185,9 +187,20 @@ class _Program(World[Choice]):
         self._demanded = Demanded(program, settings.properties, settings.scan_us)
         sets = [("", "", None)]
         sets += [(path, *one) for path, found in self.inputs.items() for one in found]
-        pairs = [(move, one) for move in MOVES for one in sets]
+        pairs = [(move, one) for move in self.moves for one in sets]
         self.every = [Choice(k, move, *one) for k, (move, one) in enumerate(pairs)]
-        self._by_move = {move: [c for c in self.every if c.move == move] for move in MOVES}
+        self._by_move = {move: [c for c in self.every if c.move == move] for move in self.moves}
+
+    def _surround(self, project: Project) -> None:
+        """Find the areas (InputError: there are none)."""
+        self._image = find_image(
+            self.program,
+            size=self._settings.size,
+            m=self._settings.m,
+            n=self._settings.n,
+            located=reads_located(project),
+        )
+        self.status = status_path(self.program, 1)
 
     def first(self) -> bytes:
         """Everything as it begins; the first scan is to come."""
@@ -211,13 +224,17 @@ class _Program(World[Choice]):
         small, wire, *_ = _memory(state)
         self._state.thaw(state)
         now = {path: self.program.read(path) for path in self.inputs}
-        moves = small.seen(wire).moves(wire, self._settings.faults)
+        moves = self._possible(small.seen(wire), wire)
         return [
             choice
             for move in moves
             for choice in self._by_move[move]
             if not choice.path or now[choice.path] != choice.value
         ]
+
+    def _possible(self, small: Small, wire: Wire) -> Iterable[str]:
+        """What the controller may do."""
+        return small.moves(wire, self._settings.faults)
 
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
         """One scan."""
@@ -255,25 +272,53 @@ class _Program(World[Choice]):
         self._demanded.go_to(demanded, now_us)
         if choice.path:
             program.write(choice.path, choice.value)
-        so = small.area(self._settings.size)
-        if self.status is not None:
-            program.write(self.status, small.link)
-        self._image.put(so, small.link)
+        self._put(small)
         try:
             program.scan(now_us)
         except InputError as error:
             return state, [self._stopped(error)]
-        si = self._image.get()
-        broken = self._monitors.scan(now_us, so, si, connected=small.link)
+        wire, broken = self._get(small, now_us)
         broken += self._demanded.scan(now_us)
-        memory = (small, Wire.of(si), self._demanded.state(now_us), *self._monitors.state(now_us))
+        memory = (small, wire, self._demanded.state(now_us), *self._monitors.state(now_us))
         return self._state.freeze() + _packed(memory), broken
+
+    def _put(self, small: Small) -> None:
+        """Let the program read what the controller shows."""
+        if self.status is not None:
+            self.program.write(self.status, small.link)
+        self._image.put(small.area(self._settings.size), small.link)
+
+    def _get(self, small: Small, now_us: int) -> tuple[Wire, list[str]]:
+        """Take what the program has written, and what it has broken by that."""
+        so, si = small.area(self._settings.size), self._image.get()
+        return Wire.of(si), self._monitors.scan(now_us, so, si, connected=small.link)
 
     def _stopped(self, error: InputError) -> str:
         for one in self._copies.assertions:
             if (one.file, one.line) == (str(error.file), error.line):
                 return f"always: {one.text}"
         return f"stops: {_of_original(error, self._copies)}"
+
+
+class _Alone(_Program):
+    """A program without a controller."""
+
+    moves = ("",)
+
+    def _surround(self, project: Project) -> None:
+        pass
+
+    def _possible(self, small: Small, wire: Wire) -> Iterable[str]:
+        return self.moves
+
+    def _after(self, state: bytes, choice: Choice) -> Small:
+        return Small()
+
+    def _put(self, small: Small) -> None:
+        pass
+
+    def _get(self, small: Small, now_us: int) -> tuple[Wire, list[str]]:
+        return Wire(), []
 
 
 def _packed(memory: tuple[Any, ...]) -> bytes:

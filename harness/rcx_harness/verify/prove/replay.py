@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -75,18 +76,17 @@ def replay(
     """
     differences: list[str] = []
     error = None
-    with replayed(
-        entries(run, around),
-        about,
-        stimulus,
-        chart,
+    made = partial(
+        Cell.build,
         list(files),
         lib=lib,
+        engine="builtin",
         scan=run.scan_us,
         robot=[RobotConfig(size=area.size) for area in around.areas],
         m=[area.m for area in around.areas],
         n=[area.n for area in around.areas],
-    ) as cell:
+    )
+    with replayed(made, entries(run, around), about, stimulus, chart) as cell:
         compared = _compared(cell, around)
         for number, state in enumerate(run.states):
             try:

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from structured_text import COMMAND
 from structured_text.engines.native.memory import tables
 from structured_text.engines.native.toolchain import (
     CompilerError,
@@ -20,7 +19,7 @@ from structured_text.engines.native.toolchain import (
     from_cache,
     run_tool,
 )
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.output.paths import real
 
 __all__ = [

@@ -17,7 +17,6 @@ from itertools import chain, groupby
 from operator import itemgetter
 from typing import Any, Literal, TypeVar
 
-from structured_text import COMMAND
 from structured_text.engines.base import Value
 from structured_text.engines.native.memory import (
     Codec,
@@ -26,7 +25,7 @@ from structured_text.engines.native.memory import (
     layout_expressions,
     memory_at,
 )
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.language.paths import resolve, walk
 from structured_text.language.project import Project
 from structured_text.language.types import (

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from structured_text import COMMAND
 from structured_text.engines.native.memory import tables
 from structured_text.engines.native.toolchain import (
     CompilerError,
@@ -22,7 +21,7 @@ from structured_text.engines.native.toolchain import (
     version,
 )
 from structured_text.engines.strucpp.memory import NAMESPACE
-from structured_text.errors import InputError
+from structured_text.errors import COMMAND, InputError
 from structured_text.language.project import Project
 from structured_text.language.source import origin, source_text
 from structured_text.output.paths import real

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from structured_text import BLOCKS
+from structured_text.errors import BLOCKS
 from structured_text.language import tree as t
 from structured_text.language.syntax import Position
 from structured_text.language.types import (

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from structured_text import BLOCKS
+from structured_text.errors import BLOCKS
 from structured_text.export.l5x.blocks import standard_blocks
 from structured_text.export.l5x.body import translated
 from structured_text.export.l5x.model import Aoi, Data, Images, NotCarriedError, Tag, data_of

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime, timedelta, timezone
 from xml.sax.saxutils import quoteattr
 
-from structured_text import COMMAND
+from structured_text.errors import COMMAND
 from structured_text.export.l5x.blocks import FBD_TIMER
 from structured_text.export.l5x.model import Aoi, Data, Images, Tag, check_name, data_of
 from structured_text.language.scalars import string_literal

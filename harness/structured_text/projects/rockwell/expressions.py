@@ -12,8 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from structured_text import VARIABLES
-from structured_text.errors import InputError
+from structured_text.errors import VARIABLES, InputError
 from structured_text.language.lexer import KEYWORDS
 from structured_text.language.source import Line
 from structured_text.projects.rockwell.data import INTEGERS, NUMBERS, STORED, Data, Types

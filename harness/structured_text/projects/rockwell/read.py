@@ -9,8 +9,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from structured_text import VARIABLES
-from structured_text.errors import InputError
+from structured_text.errors import VARIABLES, InputError
 from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
 from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, made

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcx_harness.trace import FORMAT
-from rcx_harness.trace.view import BEGINNING
-from structured_text.errors import InputError
+from structured_text.bench.samples import FORMAT
+from structured_text.errors import COMMAND, InputError
 from structured_text.output.paths import real
 
 if TYPE_CHECKING:
@@ -22,7 +21,7 @@ _WRITTEN = {
     "trace": ("trace", f'{{"format":"{FORMAT.partition("/")[0]}/'),
     "chart": ("timing chart (SVG)", "<svg "),
     "vcd": ("wave file (VCD)", "$timescale"),
-    "view": ("page of rcx view", BEGINNING),
+    "view": (f"page of {COMMAND} view", f"<!doctype html>\n<!-- {COMMAND} view -->"),
 }
 
 

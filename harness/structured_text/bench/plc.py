@@ -1,31 +1,40 @@
-"""The PLC of a cell besides its scans: STOP and RUN, its power, and what a start leaves."""
+"""A PLC besides its scans: STOP and RUN, its power, and what a start leaves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
 
-from rcx_harness.robot import Violation
-from rcx_harness.watch.calls import CallMonitor
-from rcx_harness.watch.calls_source import CallPlan
-from rcx_harness.watch.contract import ContractMonitor
 from structured_text.engines.base import Program, Value
+from structured_text.errors import Violation
 
-__all__ = ["Plc"]
+__all__ = ["Monitor", "Plc"]
+
+
+class Monitor(Protocol):
+    """What watches a program."""
+
+    def scan(self, now_us: int, scan: int) -> list[Violation]:
+        """Return what was broken in a scan."""
+
+    def snapshot(self) -> Any:
+        """Return what is remembered."""
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to what `snapshot` gave."""
 
 
 class Plc:
-    """A program with what a PLC does to it, and the monitors that watch its blocks.
+    """A program with what a PLC does to it, and the monitors that watch it.
 
     Args:
         program: Before its first scan.
-        steady: As at `ContractMonitor`.
-        calls: As at `CallMonitor`.
         retained: Paths of the variables that a warm start keeps.
+        monitors: They begin anew with the program.
     """
 
     def __init__(
-        self, program: Program, steady: Collection[str], calls: CallPlan, retained: Sequence[str]
+        self, program: Program, retained: Sequence[str], monitors: Sequence[Monitor] = ()
     ) -> None:
         self.runs = True
         """It has power and is in RUN."""
@@ -37,8 +46,7 @@ class Plc:
         self.on_start: list[Callable[[], None]] = []
         """Called after a start."""
         self._program, self._retained = program, retained
-        self._contract, self._calls = ContractMonitor(program, steady), CallMonitor(program, calls)
-        self._quiet: tuple[Any, Any] = (self._contract.snapshot(), self._calls.snapshot())
+        self._monitors = [(one, one.snapshot()) for one in monitors]
         self._outside: dict[str, Value] = {}
 
     def note(self, path: str) -> None:
@@ -47,8 +55,8 @@ class Plc:
         self._outside[path] = self._program.read(path)
 
     def judge(self, now_us: int, scan: int) -> list[Violation]:
-        """What the blocks, and the calls of them, broke in a scan."""
-        return self._contract.scan(now_us, scan) + self._calls.scan(now_us, scan)
+        """What the monitors have found in a scan."""
+        return [found for one, _ in self._monitors for found in one.scan(now_us, scan)]
 
     def stop(self, *, power: bool) -> None:
         """Go into STOP, or lose the power."""
@@ -76,17 +84,17 @@ class Plc:
         program.restore(self.beginning)
         for path, value in kept.items():
             program.write(path, value)
-        self._contract.restore(self._quiet[0])
-        self._calls.restore(self._quiet[1])
+        for monitor, quiet in self._monitors:
+            monitor.restore(quiet)
 
     def snapshot(self) -> object:
         """The state of monitors and PLC, the program's apart."""
-        monitors = self._contract.snapshot(), self._calls.snapshot()
+        monitors = [one.snapshot() for one, _ in self._monitors]
         return monitors, self.runs, self.powered, dict(self._outside)
 
     def restore(self, snapshot: Any) -> None:
         """Go back to what `snapshot` gave."""
-        (contract, calls), self.runs, self.powered, outside = snapshot
-        self._contract.restore(contract)
-        self._calls.restore(calls)
+        monitors, self.runs, self.powered, outside = snapshot
+        for (one, _), state in zip(self._monitors, monitors, strict=True):
+            one.restore(state)
         self._outside = dict(outside)

@@ -1,0 +1,390 @@
+"""A program on an engine, on one virtual clock."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, ClassVar, NamedTuple, NoReturn, TypeVar, cast
+
+from structured_text.bench.agenda import SCAN, STIMULUS, Agenda, Duration, scan_us
+from structured_text.bench.compiled import Compiled
+from structured_text.bench.events import EVENTS, checked
+from structured_text.bench.outputs import check_outputs
+from structured_text.bench.plc import Plc
+from structured_text.bench.samples import KEPT, Sample, Trace
+from structured_text.bench.watched import Watched
+from structured_text.engines.base import Program, Value
+from structured_text.errors import InputError, Violation
+from structured_text.projects.sources import Files, SourceFiles, source_files
+from structured_text.units import format_us, parse_us, whole
+
+__all__ = ["Bench", "BenchTimeout"]
+
+#: A time, or a number of scans, that does not come.
+_NEVER = sys.maxsize
+#: More scans than any run has, and a delay that no scan has [us].
+_MOST_SCANS, _LONGEST_US = 10**10, 365 * 86_400_000_000
+
+_Self = TypeVar("_Self", bound="Bench")
+
+
+class BenchTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fault of the bench
+    """What a test waited for did not come within its time."""
+
+
+class _ClosedProgram:
+    """In place of a program after `close`: a compiled one has no memory then."""
+
+    def __init__(self, error: Callable[[], InputError]) -> None:
+        self._error = error
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise self._error()
+
+
+class _Snapshot(NamedTuple):
+    program: object
+    agenda: Any
+    plc: Any
+    trace: Any
+    counts: tuple[int, int, int]
+
+
+class Bench:
+    """A PLC program with nothing around it, in virtual time.
+
+    Build it with `Bench.build`. `now_us` is the time up to which all has happened. What surrounds
+    a program is added by classes below this one.
+    """
+
+    place: ClassVar[str] = "bench"
+    """What messages call it."""
+    late: ClassVar[type[BenchTimeout]] = BenchTimeout
+    """What `run_until` raises."""
+
+    def __init__(
+        self,
+        program: Program,
+        scan_us: int,
+        *,
+        watched: Watched,
+        trace: Trace[Any],
+        plc: Plc,
+        first_us: int = 0,
+        notice: str = "",
+        mistakes: Sequence[str] = (),
+        agenda: Agenda | None = None,
+        leave: Callable[[], None] | None = None,
+    ) -> None:
+        self.program = program
+        self.closed = False
+        """After `close`."""
+        self._notice, self._leave = notice, leave or program.close
+        self.mistakes = mistakes
+        """What the source of the program is warned of, a line each; in `notice`, too."""
+        self.now_us = 0
+        self.scans = 0
+        self.violations: list[Violation] = []
+        """All broken rules so far, in order of time."""
+        self._watch, self.trace = watched, trace
+        self._agenda = Agenda() if agenda is None else agenda
+        self._agenda.repeat(first_us, SCAN, scan_us, self._scan)
+        self._scan_us, self._first_us = scan_us, first_us
+        self.plc = plc
+        """STOP and RUN, power, and what a start leaves."""
+        self._wanted = False
+
+    @classmethod
+    def build(
+        cls,
+        program: Files | SourceFiles,
+        *,
+        lib: str | Path | None = None,
+        scan: Duration | None = None,
+        engine: str = "auto",
+        trace: str | Path | None = None,
+        watch: str | Sequence[str] = (),
+        replace: Mapping[str, str | Path] | None = None,
+        keep: int = KEPT,
+    ) -> Bench:
+        """Compile a program and put it onto a bench.
+
+        Args:
+            program: One ST file or project file, or several, or a folder.
+            lib: Folder of a library, whose files are added as far as the program needs them.
+            scan: Period of the scan; default: the configuration's tick, or 10 ms.
+            engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
+            trace: File for the trace; that of an earlier run is written over.
+            watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
+            replace: ST files for POUs of a project, by the POU's name.
+            keep: How many records of the trace stay in memory; each snapshot has them.
+
+        Raises:
+            InputError: anything wrong with the sources or the arguments.
+        """
+        whole("keep", keep, 0, sys.maxsize)
+        files = program
+        if not isinstance(files, SourceFiles):
+            files = source_files(files, None if lib is None else Path(lib), replace)
+        check_outputs({"trace": trace}, files)
+        compiled = Compiled.take(files, engine)
+        try:
+            made = compiled.program
+            period_us = scan_us(scan if scan is not None else made.tick_us or "10ms")
+            watched = Watched(made, watch)
+            header = {"scan_us": period_us, "engine": made.engine}
+            return cls(
+                made,
+                period_us,
+                watched=watched,
+                trace=Trace(header, trace, keep=keep, watched=watched.types),
+                plc=Plc(made, compiled.retained),
+                notice=compiled.notice,
+                mistakes=compiled.mistakes,
+                leave=compiled.leave,
+            )
+        except BaseException:
+            compiled.leave()
+            raise
+
+    # --- variables ---------------------------------------------------------------------------
+
+    def __getitem__(self, path: str) -> Value:
+        """The value of a variable, `bench["Main.Motor.Done"]`."""
+        return self.program.read(path)
+
+    def __setitem__(self, path: str, value: Value) -> None:
+        """Set a variable between two scans."""
+        self.program.write(path, value)
+        self.plc.note(path)
+
+    def watched(self) -> dict[str, str]:
+        """The watched variables as they stand in Structured Text, by path.
+
+        Structures and arrays are given by their members and elements. After `close` it is how the
+        run ended.
+        """
+        return self._watch.texts()
+
+    # --- time --------------------------------------------------------------------------------
+
+    def scan(self, n: int = 1) -> None:
+        """Let time pass until `n` more scans have run.
+
+        Raises:
+            InputError: `n` is no number of scans; no scan comes, for the PLC is in STOP or has no
+                power.
+        """
+        goal = self.scans + whole("the number of scans", n, 0, _MOST_SCANS)
+        self._wanted = True
+        try:
+            self._pass(_NEVER, goal)
+        finally:
+            self._wanted = False
+
+    def run(self, duration: Duration) -> None:
+        """Let `duration` pass: everything before `now + duration` happens."""
+        end = self.now_us + parse_us(duration)
+        self._pass(end)
+        self.now_us = end
+
+    def run_until(self, predicate: Callable[[], bool], within: Duration) -> int:
+        """Scan until `predicate()` is true; it is asked at once and after every scan.
+
+        Returns:
+            How long it took, in microseconds.
+
+        Raises:
+            BenchTimeout: it did not become true within this time.
+            InputError: `predicate` is no function.
+        """
+        if not callable(predicate):
+            hint = f'write run_until(lambda: {self.place}["Main.Done"], within="1s")'
+            raise InputError(f"run_until needs a function, not {predicate!r:.40}", hint=hint)
+        start = self.now_us
+        end = start + parse_us(within)
+        while not predicate():
+            goal = self.scans + 1
+            self._pass(end + 1, goal)
+            if self.scans < goal:
+                self.now_us = end
+                raise self.late(self._timeout_text(end - start))
+        return self.now_us - start
+
+    @contextmanager
+    def takes(self, *, scans: int) -> Iterator[None]:
+        """Assert that what is inside takes exactly so many scans."""
+        whole("scans", scans, 0, _MOST_SCANS)
+        before = self.scans
+        yield
+        took = self.scans - before
+        assert took == scans, (
+            f"took {took} scans, expected {scans} (until scan {self.scans}, "
+            f"{format_us(self.now_us)})"
+        )
+
+    # --- surroundings ------------------------------------------------------------------------
+
+    def inject(self, event: str, **args: Any) -> None:
+        """Let one of `events.EVENTS` happen now.
+
+        Raises:
+            InputError: no such event, or arguments it does not take.
+        """
+        if event not in EVENTS:
+            raise InputError(f"no event {event!r}", hint=f"events are {', '.join(EVENTS)}")
+        checked(EVENTS, event, args)(self, 1)
+
+    def stop_plc(self, *, power: bool = False) -> None:
+        """The PLC goes into STOP, or loses its power: no scan runs."""
+        self.plc.stop(power=power)
+
+    def start_plc(self, start: str = "warm") -> None:
+        """The PLC goes into RUN; one that runs already is started anew.
+
+        Args:
+            start: `"warm"`: all variables begin anew but those that are retained; `"cold"`: all
+                of them; `"continue"`: none, as it stands.
+        """
+        checked(EVENTS, "plc_run", {"start": start})
+        self.plc.start(start)
+
+    def overrun(self, late_us: int) -> None:
+        """The PLC's next scan, and with it all that follow, come so much later [us]."""
+        self._agenda.delay(SCAN, whole("late_us", late_us, 0, _LONGEST_US))
+
+    def at(self, t_us: int, action: Callable[[], None]) -> None:
+        """Call `action` at `t_us`, before anything else that happens then."""
+        whole("t_us", t_us, 0, _NEVER)
+        if t_us < self.now_us:
+            raise InputError(f"{format_us(t_us)} has passed; it is {format_us(self.now_us)}")
+        self._agenda.add(t_us, STIMULUS, lambda _: action())
+
+    @property
+    def notice(self) -> str:
+        """A line on the engine that was taken, one on the network; or empty."""
+        return "\n".join(filter(None, (self._notice, self._agenda.notice)))
+
+    @contextmanager
+    def trying(self) -> Iterator[None]:
+        """What is set inside is taken back at its end; no time passes."""
+        before = self.program.snapshot()
+        try:
+            yield
+        finally:
+            self.program.restore(before)
+
+    def ends_scan(self, record: object) -> bool:
+        """Is a record of the trace that of a scan, the first one of it?"""
+        return isinstance(record, Sample)
+
+    @property
+    def next_us(self) -> int:
+        """When the next scan comes, if none has come late."""
+        return self._first_us + self.scans * self._scan_us
+
+    # --- state -------------------------------------------------------------------------------
+
+    def snapshot(self) -> Any:
+        """The state of everything: program, time, and what is around it."""
+        return _Snapshot(
+            self.program.snapshot(),
+            self._agenda.snapshot(),
+            self.plc.snapshot(),
+            self.trace.snapshot(),
+            (self.now_us, self.scans, len(self.violations)),
+        )
+
+    def restore(self, snapshot: Any) -> None:
+        """Go back to what `snapshot` of this one gave."""
+        assert isinstance(snapshot, _Snapshot), f"not a snapshot of a {self.place}"
+        self.program.restore(snapshot.program)
+        self._agenda.restore(snapshot.agenda)
+        self.plc.restore(snapshot.plc)
+        self.trace.restore(snapshot.trace)
+        self.now_us, self.scans, found = snapshot.counts
+        del self.violations[found:]
+
+    def close(self) -> None:
+        """Write out the trace, free the program and what is around it.
+
+        Afterwards the trace and `violations` can still be read; time, variables and snapshots
+        raise `InputError`.
+        """
+        if self.closed:
+            return
+        self._watch.keep()
+        self.trace.close()
+        self._part()
+        self._leave()
+        self.closed = True
+        self.program = cast(Program, _ClosedProgram(self._closed))
+
+    def _part(self) -> None:
+        """End what is around the program."""
+
+    def _closed(self) -> InputError:
+        """The error of everything that cannot be done after `close`."""
+        hint = "read and scan before close(), inside the `with`"
+        return InputError(f"the {self.place} is closed", hint=hint)
+
+    def __enter__(self: _Self) -> _Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    # --- what happens ------------------------------------------------------------------------
+
+    def _pass(self, end: int, scans: int = _NEVER) -> None:
+        """Let everything before `end` happen, or all until so many scans have run."""
+        agenda = self._agenda
+        while self.scans < scans:
+            if self.closed:
+                raise self._closed()
+            if agenda.first()[0] >= end:
+                return
+            self.now_us, action = agenda.pop()
+            action(self.now_us)
+
+    def _scan(self, now: int) -> None:
+        if not self.plc.runs:
+            if self._wanted:
+                hint = f"use {self.place}.run(), or let plc_run or plc_power_on happen"
+                raise InputError("the PLC does not run: no scan comes", hint=hint)
+            return
+        self._before_scan(now)
+        self.program.scan(now)
+        number, self.scans = self.scans, self.scans + 1
+        self._after_scan(now, number, self._watch.values() if self._watch.types else None)
+        if found := self.plc.judge(now, number):
+            self.report(found)
+
+    def _before_scan(self, now: int) -> None:
+        """What the program reads comes from what is around it."""
+
+    def _after_scan(self, now: int, number: int, watched: dict[str, Any] | None) -> None:
+        """What the program has written goes to what is around it, and into the trace."""
+        self.trace.add(Sample(now, number, watched))
+
+    def report(self, found: Iterable[Violation]) -> None:
+        """Note rules that were broken."""
+        for violation in found:
+            self.violations.append(violation)
+            self.trace.add(violation)
+
+    def _timeout_text(self, waited_us: int) -> str:
+        text = f"not within {format_us(waited_us)} (scan {self.scans}, {format_us(self.now_us)})"
+        for path, value in self._watch.values().items():
+            text += f"; {path} = {value}"
+        if self.violations:
+            text += f"; last violation: {self.violations[-1].text}"
+        return "\n".join((text, *self.mistakes))

@@ -1,0 +1,84 @@
+"""A program that is compiled once, for one bench after the other."""
+
+from __future__ import annotations
+
+import os
+from collections import OrderedDict
+from collections.abc import Hashable, Sequence
+from typing import TypeVar
+
+from structured_text.engines.base import Program
+from structured_text.engines.builtin.collector import collecting
+from structured_text.engines.load import build
+from structured_text.language import cache
+from structured_text.projects.sources import SourceFiles
+
+__all__ = ["Compiled"]
+
+#: So many programs of closed benches wait in this process for the next one of theirs.
+_WAITING = 8
+#: What else an engine is chosen by.
+_CHOICE = ("RCX_MATIEC", "RCX_STRUCPP", "RCX_CACHE", "PATH", "CC", "CXX")
+
+_Made = TypeVar("_Made", bound="Compiled")
+
+_waiting: OrderedDict[Hashable, Compiled] = OrderedDict()
+
+
+class Compiled:
+    """A program with what is known of its sources.
+
+    Args:
+        files: Its sources.
+        engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
+
+    Raises:
+        InputError: anything wrong with the sources or the engine.
+    """
+
+    def __init__(self, files: SourceFiles, engine: str = "auto") -> None:
+        self.files = files
+        if (collector := collecting()) and files.folder is not None:
+            collector.leave_out(files.folder)
+        built = build(files.all, engine)
+        self.program: Program = built.program
+        self.retained = built.retained
+        self.notice = "\n".join(filter(None, (*files.notes, built.notice)))
+        self.mistakes: Sequence[str] = ()
+        self._first = self.program.snapshot()
+        self._name: Hashable = None
+
+    @classmethod
+    def take(cls: type[_Made], files: SourceFiles, engine: str = "auto") -> _Made:
+        """One that another bench of the same sources has left, from its beginning, or a new one.
+
+        Raises:
+            InputError: anything wrong with the sources or the engine.
+        """
+        key = "" if collecting() else cache.sources_key(files.all)
+        name = (cls, key, files, engine, *map(os.environ.get, _CHOICE)) if key else None
+        found = _waiting.pop(name, None)
+        if isinstance(found, cls):
+            found.fresh()
+            return found
+        made = cls(files, engine)
+        made._name = name
+        return made
+
+    def leave(self) -> None:
+        """The bench needs it no longer."""
+        if self._name is None or self._name in _waiting:
+            self.close()
+            return
+        _waiting[self._name] = self
+        if len(_waiting) > _WAITING:
+            _waiting.popitem(last=False)[1].close()
+
+    def fresh(self) -> Program:
+        """The program before its first scan; there is one at a time."""
+        self.program.restore(self._first)
+        return self.program
+
+    def close(self) -> None:
+        """Free the program."""
+        self.program.close()

@@ -1,0 +1,164 @@
+"""What happened in a run: JSON lines, one per scan and broken rule, and what others add."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+
+from structured_text.errors import COMMAND, InputError, Violation
+from structured_text.language.displayed import described, literal
+from structured_text.language.types import Type
+from structured_text.output.files import OutputFile
+
+__all__ = ["COMPACT", "FORMAT", "KEPT", "Sample", "Trace"]
+
+#: First entry of the first line.
+FORMAT = f"{COMMAND}-trace/1"
+
+#: Records kept in memory: about two minutes of a 10 ms scan. A file gets all of them.
+KEPT = 40_000
+
+COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
+
+
+class _Record(Protocol):
+    @property
+    def t_us(self) -> int:
+        """When."""
+
+
+_R = TypeVar("_R", bound=_Record)
+_K = TypeVar("_K")
+
+
+class Sample(NamedTuple):
+    """One scan: the watched variables at its end."""
+
+    t_us: int
+    scan: int
+    vars: Mapping[str, Any] | None = None
+
+    def line(self) -> str:
+        """The record as JSON; `vars` only when variables are watched."""
+        head = f'{{"t_us":{self.t_us},"scan":{self.scan}'
+        if self.vars is None:
+            return head + "}"
+        shown = json.dumps({path: literal(value) for path, value in self.vars.items()}, **COMPACT)
+        return f'{head},"vars":{shown}}}'
+
+
+def _line(record: Any) -> str:
+    """A record as it stands in a file, which has of a broken rule only the words."""
+    if isinstance(record, Violation):
+        return json.dumps({"t_us": record.t_us, "violation": record.text}, **COMPACT)
+    line: str = record.line()
+    return line
+
+
+class Trace(Generic[_R]):
+    """The records of a run, streamed to a file as they come; the latest also in memory.
+
+    Args:
+        header: Entries of the first line after `format`, in this order.
+        path: File to write; None for memory only.
+        new: Nothing may be there yet.
+        keep: How many records stay in memory.
+        watched: The variables that scans show, by path, and their types; as `watch` in the header.
+        last: Further entries of the first line, behind those.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+
+    def __init__(
+        self,
+        header: Mapping[str, Any],
+        path: str | Path | None = None,
+        *,
+        new: bool = False,
+        keep: int = KEPT,
+        watched: Mapping[str, Type] | None = None,
+        last: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.header: dict[str, Any] = {"format": FORMAT, **header}
+        self.watched = dict(watched or {})
+        if self.watched:
+            self.header["watch"] = {path: described(kind) for path, kind in self.watched.items()}
+        self.header |= last or {}
+        self.path = Path(path) if path is not None else None
+        self._kept: deque[_R] = deque(maxlen=keep)
+        self._listeners: list[Callable[[_R], None]] = []
+        self._file: OutputFile | None = None
+        if self.path is not None:
+            if new and self.path.exists():
+                raise InputError("is there already", file=self.path, hint="name another one")
+            self._file = OutputFile(self.path, new=new)
+            self._file.write(json.dumps(self.header, **COMPACT) + "\n")
+
+    def listen(self, listener: Callable[[_R], None]) -> None:
+        """Call `listener` with every record from now on."""
+        self._listeners.append(listener)
+
+    def add(self, record: _R) -> None:
+        """Take the next record."""
+        self._kept.append(record)
+        if self._file is not None:
+            self._file.write(_line(record) + "\n")
+        for listener in self._listeners:
+            listener(record)
+
+    def __iter__(self) -> Iterator[_R]:
+        """The records in memory, oldest first."""
+        return iter(self._kept)
+
+    def latest(self) -> Iterator[_R]:
+        """The records in memory, newest first."""
+        yield from reversed(self._kept)
+
+    def __len__(self) -> int:
+        return len(self._kept)
+
+    def findings(self) -> list[Violation]:
+        """The broken rules in memory."""
+        return self._of(Violation)
+
+    def lines(self) -> Iterator[str]:
+        """The header and the records in memory, as they stand in a file."""
+        yield json.dumps(self.header, **COMPACT)
+        for record in self._kept:
+            yield _line(record)
+
+    def snapshot(self) -> tuple[_R, ...]:
+        """The records in memory.
+
+        Raises:
+            InputError: a file is written; a file cannot go back in time.
+        """
+        if self._file is not None:
+            raise InputError(
+                "a cell that writes a trace file cannot be set back",
+                file=self.path,
+                hint="build the cell without trace= to use snapshot and restore",
+            )
+        return tuple(self._kept)
+
+    def restore(self, snapshot: tuple[_R, ...]) -> None:
+        """Go back to the records that `snapshot` gave."""
+        self._kept = deque(snapshot, maxlen=self._kept.maxlen)
+
+    def flush(self) -> None:
+        """Hand everything to the system: a run in real time is to be seen while it goes on."""
+        if self._file is not None:
+            self._file.flush()
+
+    def close(self) -> None:
+        """Write out what is buffered and close the file."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _of(self, kind: type[_K]) -> list[_K]:
+        return [record for record in self._kept if isinstance(record, kind)]

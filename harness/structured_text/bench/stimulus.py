@@ -1,0 +1,332 @@
+"""A stimulus file: what is set, and what befalls the PLC, at which time (TOML)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from datetime import timedelta
+from difflib import get_close_matches
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
+
+from structured_text.bench.bench import Bench
+from structured_text.bench.events import EVENTS, checked, opposite
+from structured_text.engines.conditions import Condition, conditions
+from structured_text.errors import COMMAND, InputError, Violation
+from structured_text.language.types import ArrayType, ElementaryType, StructType, Type
+from structured_text.output.toml_files import check_keys, load_toml, toml_text
+from structured_text.units import parse_us
+
+__all__ = ["PLC", "Entry", "Stimulus", "event_of", "listed", "typed"]
+
+_ENTRY = re.compile(r"^\s*(?:\[\[\s*at\s*\]\]|(?:at\s*=\s*\[\s*)?\{[^#]*\btime\b)")
+#: How the events of a PLC begin; the key `plc` leaves that out.
+PLC = "plc_"
+
+_Made = TypeVar("_Made", bound="Entry")
+_Read = TypeVar("_Read", bound="Stimulus")
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One `[[at]]` table.
+
+    Attributes:
+        t_us: When, from the start of the run.
+        line: Where it stands in the file.
+        values: Variables to set, by path.
+        events: What befalls the PLC: name and arguments.
+        held_us: After so long the values, all of type BOOL, and the events are taken back; None:
+            they stay.
+        expect: Conditions that hold now, just before all this: see `engines.conditions`.
+    """
+
+    keys: ClassVar[tuple[str, ...]] = ("time", "set", "plc", "for", "expect")
+    """What a table may have."""
+    opposite: ClassVar[Callable[..., tuple[str, dict[str, Any]]]] = staticmethod(opposite)
+    """The event that takes another back."""
+    lasting: ClassVar[str] = "set or plc"
+    """The keys that `for` goes with."""
+
+    t_us: int
+    line: int = 0
+    values: Mapping[str, Any] = field(default_factory=dict)
+    events: tuple[tuple[str, Mapping[str, Any]], ...] = ()
+    held_us: int | None = None
+    expect: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls: type[_Made], table: Mapping[str, Any], line: int) -> _Made:
+        """Read a table (InputError: something in it is wrong)."""
+        for key in table:
+            if key not in cls.keys:
+                cls.refuse(key)
+        if "time" not in table:
+            raise InputError("the entry has no time", hint='write time = "100ms"')
+        if not isinstance(table["time"], str):
+            raise InputError("time is not a text", hint='write time = "100ms"')
+        values = table.get("set", {})
+        if not isinstance(values, dict):
+            raise InputError("set is not a table", hint='write set = { "Main.Go" = true }')
+        names = [path.upper() for path in values]
+        if twice := [path for path in values if names.count(path.upper()) > 1]:
+            hint = "names of Structured Text do not differ by case"
+            raise InputError(f"{twice[0]} is set twice, as {twice[1]}, too", hint=hint)
+        events = cls.events_of(table)
+        t_us, more = parse_us(table["time"]), cls.more_of(table)
+        held_us = cls._held(table, values, events)
+        return cls(t_us, line, values, tuple(events), held_us, _conditions(table), **more)
+
+    @classmethod
+    def refuse(cls, key: str) -> None:
+        """Refuse a key (InputError)."""
+        near = get_close_matches(key, cls.keys, n=1)
+        hint = f"did you mean {near[0]}" if near else "keys are " + ", ".join(cls.keys)
+        raise InputError(f"unknown key {key!r}", hint=hint)
+
+    @classmethod
+    def events_of(cls, table: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+        """The events of a table."""
+        names = {name.removeprefix(PLC): name for name in EVENTS}
+        return [event_of(one, "plc", names) for one in listed(table, "plc")]
+
+    @classmethod
+    def more_of(cls, table: Mapping[str, Any]) -> dict[str, Any]:
+        """What the classes below this one have besides, by their attributes."""
+        del table
+        return {}
+
+    @classmethod
+    def _held(
+        cls,
+        table: Mapping[str, Any],
+        values: Mapping[str, Any],
+        events: list[tuple[str, Mapping[str, Any]]],
+    ) -> int | None:
+        """How long it lasts, if that is said."""
+        given = table.get("for")
+        if given is None:
+            return None
+        if not isinstance(given, str):
+            raise InputError("for is not a text", hint='write for = "100ms"')
+        for path, value in values.items():
+            if not isinstance(value, bool):
+                hint = "set it back in an entry of its own"
+                raise InputError(
+                    f"'for' is for inputs that are true or false, not {path}", hint=hint
+                )
+        for event, args in events:
+            cls.opposite(event, args)
+        if not values and not events:
+            raise InputError(f"'for' goes with {cls.lasting}")
+        held_us = parse_us(given)
+        if not held_us:
+            raise InputError("'for' is a time longer than 0", hint='write for = "100ms"')
+        return held_us
+
+    def parts(self: _Made) -> list[_Made]:
+        """This without an end; and where it has one, that."""
+        if self.held_us is None:
+            return [self]
+        return [replace(self, held_us=None), self.end(self.t_us + self.held_us)]
+
+    def end(self: _Made, t_us: int) -> _Made:
+        """What takes values and events back."""
+        values = {path: not value for path, value in self.values.items()}
+        events = tuple(self.opposite(event, args) for event, args in self.events)
+        return type(self)(t_us, self.line, values, events)
+
+    def apply(self, bench: Any) -> None:
+        """Let it happen, now; its end is not waited for."""
+        self.set_values(bench)
+        for event, args in self.events:
+            bench.inject(event, **args)
+
+    def attempt(self, bench: Any) -> None:
+        """Check that it can happen (InputError: it cannot); what it sets is set."""
+        self.set_values(bench)
+        for event, args in self.events:
+            checked(EVENTS, event, args)
+
+    def set_values(self, bench: Bench) -> None:
+        """Set the variables."""
+        for path, value in self.values.items():
+            bench[path] = typed(bench, path, value)
+
+
+class Stimulus:
+    """The entries of a file, in order of time.
+
+    Args:
+        file: The file they come from, for messages.
+        entries: The entries; those of equal time keep the order of the file.
+    """
+
+    entry: ClassVar[type[Entry]] = Entry
+    """What the tables are read as."""
+
+    def __init__(self, file: Path, entries: Sequence[Any]) -> None:
+        self.file = file
+        self.entries: list[Any] = sorted(entries, key=lambda entry: entry.t_us)
+
+    @classmethod
+    def load(cls: type[_Read], path: str | Path) -> _Read:
+        """Read a stimulus file.
+
+        Raises:
+            InputError: unreadable, not TOML, or an entry that is wrong, with its line.
+        """
+        file = Path(path)
+        table = load_toml(file)
+        check_keys(table, ["at"], file=file)
+        tables = table.get("at", [])
+        if not isinstance(tables, list) or not all(isinstance(one, dict) for one in tables):
+            raise InputError("'at' is not a list of tables", file=file, hint="write [[at]]")
+        lines = _entry_lines(file)
+        entries = []
+        for number, one in enumerate(tables):
+            line = lines[number] if number < len(lines) else 1
+            with _at_line(file, line):
+                entries.append(cls.entry.of(one, line))
+        return cls(file, entries)
+
+    def late(self, end_us: int) -> str:
+        """One line if there are entries that a run of `end_us` does not come to; else empty."""
+        number = sum(entry.t_us >= end_us for entry in self.entries)
+        if not number:
+            return ""
+        entries = "1 entry" if number == 1 else f"{number} entries"
+        verb = "is" if number == 1 else "are"
+        return f"{entries} of {self.file} {verb} at or after the end ({end_us / 1e6:g} s)"
+
+    def schedule(self, bench: Bench) -> None:
+        """Let the entries happen in `bench`, after all were tried.
+
+        Raises:
+            InputError: a path, value, event or signal that does not exist.
+        """
+        self.check(bench)
+        expected = self._expected(bench)
+        for one in self.entries:
+            if one in expected:
+                bench.at(one.t_us, partial(_judge, bench, expected[one]))
+            for part in one.parts():
+                bench.at(part.t_us, partial(part.apply, bench))
+
+    def check(self, bench: Bench) -> None:
+        """Try the entries on the state of `bench`, and take them back.
+
+        Raises:
+            InputError: a path, value, event or signal that does not exist.
+        """
+        with bench.trying():
+            for entry in self.entries:
+                with _at_line(self.file, entry.line):
+                    entry.attempt(bench)
+                    conditions(bench.program, entry.expect)
+
+    def _expected(self, bench: Bench) -> dict[Entry, list[Condition]]:
+        """What entries expect, ready to be asked."""
+        found = {}
+        for entry in self.entries:
+            if entry.expect:
+                with _at_line(self.file, entry.line):
+                    found[entry] = conditions(bench.program, entry.expect)
+        return found
+
+
+def _judge(bench: Bench, expected: list[Condition]) -> None:
+    """Report what does not hold now."""
+    for one in expected:
+        if not one.holds():
+            text = f"plc, scan {bench.scans}: expect: {one.text} does not hold"
+            bench.report([Violation(bench.now_us, "expect", text)])
+
+
+@contextmanager
+def _at_line(file: Path, line: int) -> Iterator[None]:
+    """Say of every error in which entry of the file it is."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(error.message, file=file, line=line, hint=error.hint) from None
+
+
+def _entry_lines(file: Path) -> list[int]:
+    lines = toml_text(file).splitlines()
+    return [number for number, line in enumerate(lines, start=1) if _ENTRY.match(line)]
+
+
+def listed(table: Mapping[str, Any], key: str) -> list[Any]:
+    """What a key has, one or several."""
+    given = table.get(key, [])
+    return given if isinstance(given, list) else [given]
+
+
+def _conditions(table: Mapping[str, Any]) -> tuple[str, ...]:
+    found = listed(table, "expect")
+    if not all(isinstance(one, str) for one in found):
+        raise InputError("expect is no condition", hint='write expect = "Main.Parts > 3"')
+    return tuple(found)
+
+
+def event_of(
+    given: object, key: str, names: Mapping[str, str], elsewhere: Mapping[str, str] | None = None
+) -> tuple[str, Mapping[str, Any]]:
+    """An event by its name in the file.
+
+    Args:
+        given: What stands there.
+        key: Where.
+        names: Of events, by how they are called there.
+        elsewhere: What to write instead, by what was written in the wrong place.
+
+    Raises:
+        InputError: it is no event.
+    """
+    args: dict[str, Any] = {}
+    if isinstance(given, dict):
+        args = dict(given)
+        given = args.pop("event", None)
+    example, more = ("run", 'start = "cold"') if key == "plc" else ("alarm", "group = 12")
+    if not isinstance(given, str):
+        hint = f'write {key} = "{example}", or {{ event = "{example}", {more} }}'
+        raise InputError(f"{key} is not an event", hint=hint)
+    if given not in names:
+        near = get_close_matches(given, names, n=3)
+        hint = (
+            f"did you mean {' or '.join(near)}"
+            if near
+            else f"{COMMAND} run --help lists the events"
+        )
+        hint = (elsewhere or {}).get(given, hint)
+        raise InputError(f"unknown event {given!r}", hint=hint)
+    return names[given], args
+
+
+def typed(bench: Bench, path: str, value: Any) -> Any:
+    """TOML has no durations: a TIME or LTIME is given as a text, also in arrays and structures."""
+    if not isinstance(value, (str, list, Mapping)):
+        return value
+    return _typed(bench.program.type_of(path), value)
+
+
+def _typed(kind: Type, value: Any) -> Any:
+    if isinstance(value, str):
+        is_text = kind != ElementaryType("TIME")
+        if is_text and (kind != ElementaryType("LTIME") or "#" in value):
+            return value
+        return timedelta(microseconds=parse_us(value))
+    if isinstance(value, Mapping) and isinstance(kind, StructType):
+        fields = {name.upper(): part for name, part in kind.fields}
+        return {
+            name: _typed(fields[name.upper()], part) if name.upper() in fields else part
+            for name, part in value.items()
+        }
+    if isinstance(value, list) and isinstance(kind, ArrayType):
+        # Of several dimensions in rows.
+        return [_typed(kind if isinstance(part, list) else kind.element, part) for part in value]
+    return value

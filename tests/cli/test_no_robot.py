@@ -1,0 +1,167 @@
+"""`--no-robot`: a program alone, as a user types it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.cli.app import main
+from rcx_harness.cli.debug import launched
+from rcx_harness.trace import Scan, read_trace
+from structured_text.errors import InputError
+
+Captured = pytest.CaptureFixture[str]
+
+_MOTOR = """PROGRAM Main
+  VAR Start, Stop, Motor : BOOL; Count : INT; END_VAR
+  IF Stop THEN Motor := FALSE; ELSIF Start THEN Motor := TRUE; END_IF;
+  IF Motor AND Count < 3 THEN Count := Count + 1; END_IF;
+END_PROGRAM
+"""
+
+
+@pytest.fixture
+def motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A program without areas, in the folder where the command runs."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("RCX_MATIEC", raising=False)
+    (tmp_path / "motor.st").write_text(_MOTOR, encoding="utf-8")
+    (tmp_path / "s.toml").write_text('at = [{ time = "95ms", set = { "Main.Start" = true } }]')
+    (tmp_path / "p.toml").write_text('[[always]]\nthat = "Main.Count < 3"\n')
+    return "motor.st"
+
+
+def test_a_program_without_areas_runs_and_all_pictures_are_drawn(
+    motor: str, capsys: Captured
+) -> None:
+    """The motor is on from the scan at 100 ms on, the count is 3 two scans later."""
+    files = ["--trace", "t.jsonl", "--chart", "c.svg", "--vcd", "w.vcd", "--view", "v.html"]
+    options = ["--stimulus", "s.toml", "--watch", "Main.*", "--show", "--engine", "builtin"]
+    assert main(["run", motor, "--no-robot", "--for", "1s", *options, *files]) == 0
+    out = capsys.readouterr().out
+    assert "1 s on the builtin engine: 100 scans, no violations" in out
+    assert "Main.Count" in out
+    assert "connection" not in out
+    assert "Remote" not in out
+    header, records = read_trace("t.jsonl")
+    assert "size" not in header
+    counts = ((one.t_us, one.vars) for one in records if isinstance(one, Scan))
+    assert next(t_us for t_us, values in counts if values and values["Main.Count"] == 3) == 120_000
+    assert "Main.Motor" in Path("c.svg").read_text(encoding="utf-8")
+    assert "Motor" in Path("w.vcd").read_text(encoding="utf-8")
+    assert main(["view", "t.jsonl", "-o", "again.html"]) == 0
+
+
+def test_what_has_to_hold_is_judged_and_coverage_counted(motor: str, capsys: Captured) -> None:
+    options = ["--stimulus", "s.toml", "--for", "1s", "--properties", "p.toml", "--coverage"]
+    assert main(["run", motor, "--no-robot", *options]) == 1
+    out = capsys.readouterr().out
+    assert "violation at 120 ms: plc, scan 13: property: always Main.Count < 3" in out
+    assert "75.0 % 3/4" in out, "the motor is never stopped"
+
+
+def test_without_areas_and_robot_options_the_message_says_what_to_do(
+    motor: str, capsys: Captured
+) -> None:
+    assert main(["run", motor, "--engine", "builtin"]) == 2
+    said = capsys.readouterr().err
+    assert "declare InputArea and OutputArea" in said
+    assert "in a list of global variables" in said
+    assert "--no-robot" in said
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        ("run", "--robot=robot.toml"),
+        ("run", "--link=enip"),
+        ("run", "--size=256"),
+        ("run", "--rpi=20ms"),
+        ("run", "--m=4"),
+        ("run", "--connect=192.168.0.2"),
+        ("run", "--positions=mm"),
+        ("run", "--from=127.0.0.1"),
+        ("explore", "--faults=link"),
+        ("explore", "--size=256"),
+    ],
+)
+def test_an_option_for_a_robot_is_refused(
+    motor: str, capsys: Captured, command: str, option: str
+) -> None:
+    assert main([command, motor, "--no-robot", option]) == 2
+    name = option.partition("=")[0]
+    told = f"{name} is for a robot, and there is none; leave out {name}, or --no-robot"
+    assert told in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("key", ['robot = "alarm"', 'hold = "SO02"', 'area = "00"'])
+def test_a_stimulus_for_a_robot_is_refused_with_its_line(
+    motor: str, capsys: Captured, key: str
+) -> None:
+    Path("r.toml").write_text(f'at = [\n  {{ time = "1s", {key} }},\n]\n')
+    assert main(["run", motor, "--no-robot", "--stimulus", "r.toml"]) == 2
+    told = f"r.toml:2: {key.partition(' ')[0]!r} is for a robot, and there is none"
+    assert told in capsys.readouterr().err
+
+
+def test_all_states_of_a_program_alone_are_explored(motor: str, capsys: Captured) -> None:
+    """Off: 3 inputs that keep it off, 4 counts; on: Start ON with 3, Start OFF with 2 counts: 17.
+
+    From each there are three choices: none, either input changes.
+    """
+    inputs = ["--input", "Main.Start", "--input", "Main.Stop", "--workers", "0"]
+    assert main(["explore", motor, "--no-robot", "--always", "Count < 4", *inputs]) == 0
+    out = capsys.readouterr().out
+    assert "explored to the end: 17 states, 51 scans judged" in out
+    assert "controller" not in out
+
+
+def test_what_an_exploration_finds_runs_again(motor: str, capsys: Captured) -> None:
+    options = ["--input", "Main.Start", "--properties", "p.toml", "--workers", "0"]
+    assert main(["explore", motor, "--no-robot", *options]) == 1
+    out = capsys.readouterr().out
+    assert "BROKEN in scan 3, at 200 ms" in out
+    line = next(one.split() for one in out.splitlines() if one.startswith("  rcx run "))
+    assert main(line[1:]) == 1
+    assert "violation at 200 ms: plc, scan 3: property" in capsys.readouterr().out
+
+
+def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
+    launch = {"sources": motor, "for": "1s", "stimulus": "s.toml"}
+    with pytest.raises(InputError, match="no process image"):
+        launched(launch, [])
+    with pytest.raises(InputError, match="noRobot is neither true nor false"):
+        launched({**launch, "noRobot": "yes"}, [])
+    with pytest.raises(InputError, match="--rpi is for a robot"):
+        launched({**launch, "noRobot": True, "rpi": "20ms"}, [])
+    for machine in (
+        launched({**launch, "noRobot": True}, []).machine,
+        launched(launch, [], alone=True).machine,
+    ):
+        for _ in range(11):
+            machine.scan()
+        assert machine.program.read("Main.Motor") is True
+        machine.close()
+
+
+def test_mutants_of_a_program_alone_are_judged_by_tests_on_a_bench(
+    motor: str, tmp_path: Path
+) -> None:
+    """The motor that is the button, or nothing else, is seen by a test that presses it."""
+    (tmp_path / "motor.st").write_text(
+        "PROGRAM Main\n  VAR Start, Motor : BOOL; END_VAR\n  Motor := Start;\nEND_PROGRAM\n"
+    )
+    (tmp_path / "test_motor.py").write_text(
+        "from structured_text import Bench\n\n"
+        "def test_it_runs():\n"
+        '    with Bench.build("motor.st") as bench:\n'
+        '        bench["Main.Start"] = True\n'
+        "        bench.scan()\n"
+        '        assert bench["Main.Motor"]\n'
+    )
+    options = ["--workers", "1", "--json", "found.json", "--fail-under", "100"]
+    assert main(["mutants", motor, *options, "--", "pytest", "-q", "-p", "no:cacheprovider"]) == 0
+    found = json.loads(Path("found.json").read_text(encoding="utf-8"))["mutants"]
+    assert found["killed"] == found["mutants"] > 0
