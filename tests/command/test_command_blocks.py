@@ -20,7 +20,7 @@ from both_engines import ENGINES
 from command_bench import BLOCKS, CommandBench, bench_of
 from rcx_harness.spec.telegram import WORDS, Command, FieldValue
 from structured_text.language.types import BlockType
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 pytestmark = [
     pytest.mark.parametrize("engine", ENGINES, scope="module"),

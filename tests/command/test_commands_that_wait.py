@@ -12,7 +12,7 @@ import pytest
 from block_pins import Reading
 from command_bench import BLOCKS, bench_of
 from structured_text.engines.base import Value
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 
 @pytest.mark.parametrize("name", list(BLOCKS))

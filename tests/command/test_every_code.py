@@ -63,7 +63,7 @@ def test_the_table_of_commands_has_a_row_with_block_test_and_section(command: Co
     rows = dict(_ROWS.findall(page))
     row = rows[command.shown.removeprefix("0x")]
     for name in _blocks(command):
-        (link,) = re.findall(rf"\[{name}\]\(\.\./(plc/lib/command/\S+)\)", row)
+        (link,) = re.findall(rf"\[{name}\]\(\.\./\.\./(plc/lib/command/\S+)\)", row)
         assert (ROOT / link).is_file(), link
     assert command.title in row
     assert re.search(r"tests/command/\w+\.py", row)

@@ -241,8 +241,13 @@ def test_what_is_there_is_written_over_with_force_only(tmp_path: Path, capsys: C
     assert main(["eds", str(file)]) == 2
     assert capsys.readouterr().err == (f"rcx: {file}: is there already; --force writes over it\n")
     assert file.read_text() == "mine"
-    assert main(["eds", str(file), "--force"]) == 0
-    assert file.read_text() == eds_text()
+    assert main(["eds", str(file), "--force"]) == 2, "no sheet is replaced by one"
+    assert file.read_text() == "mine"
+    sheet = tmp_path / "rcx3.eds"
+    assert main(["eds", str(sheet)]) == 0
+    sheet.write_text(sheet.read_text() + "$ an older one")
+    assert main(["eds", str(sheet), "--force"]) == 0
+    assert sheet.read_text() == eds_text()
 
 
 def test_the_commands_of_the_page_can_be_typed_one_after_the_other(

@@ -7,7 +7,7 @@ from datetime import timedelta
 import pytest
 
 from structured_text.errors import InputError
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 _YEAR_US = 365 * 24 * 3600 * 1_000_000
 

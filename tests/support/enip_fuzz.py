@@ -30,7 +30,7 @@ from rcx_harness.enip import Adapter, Client, EnipError
 from rcx_harness.enip.cyclic.connections import IO_PORT, OwnerState
 from rcx_harness.enip.originator.scanner import Scanner
 from structured_text.errors import InputError
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["Bench", "FuzzFailure", "Report", "bench", "fuzz"]
 

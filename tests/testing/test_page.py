@@ -42,13 +42,28 @@ def test_every_rule_that_can_be_allowed_is_in_the_page_and_no_other(page: str) -
     assert sorted(shown) == sorted({rule for some in RULES.values() for rule in some})
 
 
+_MOTOR = """
+PROGRAM Motor
+  VAR Start : BOOL; Motor : BOOL; END_VAR
+  Motor := Start;
+END_PROGRAM
+CONFIGURATION Config0
+  RESOURCE Res0 ON PLC
+    TASK Cyclic(INTERVAL := T#10ms, PRIORITY := 0);
+    PROGRAM Main WITH Cyclic : Motor;
+  END_RESOURCE
+END_CONFIGURATION
+"""
+
+
 def test_the_examples_of_the_page_pass_in_a_new_project(
     page: str, pytester: pytest.Pytester
 ) -> None:
     assert main(["new", "."]) == 0
     blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    assert len(blocks) == 2
+    assert len(blocks) == 3
+    Path("motor.st").write_text(_MOTOR, encoding="utf-8")
     for number, block in enumerate(blocks):
         Path(f"tests/test_page_{number}.py").write_text(block, encoding="utf-8")
     result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-k", "test_page")
-    result.assert_outcomes(passed=3, deselected=19)
+    result.assert_outcomes(passed=4, deselected=19)

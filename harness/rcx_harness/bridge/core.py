@@ -16,7 +16,7 @@ from enum import Enum
 
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
-from structured_text.units import format_us, format_word
+from structured_text.output.units import format_us, format_word
 
 __all__ = [
     "Actions",

@@ -16,7 +16,7 @@ from rcx_harness.spec.wire import check_size
 from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
-from structured_text.units import whole
+from structured_text.output.units import whole
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere

@@ -31,8 +31,8 @@ from structured_text.bench.plc import Plc
 from structured_text.bench.watched import Watched
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
+from structured_text.output.units import whole
 from structured_text.projects.sources import Files
-from structured_text.units import whole
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere

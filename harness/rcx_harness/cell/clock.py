@@ -16,7 +16,7 @@ from rcx_harness.spec.wire import CYCLE_US
 from structured_text.bench import agenda
 from structured_text.bench.agenda import Action, Agenda, Duration, Snapshot
 from structured_text.errors import InputError
-from structured_text.units import whole, within_us
+from structured_text.output.units import whole, within_us
 
 __all__ = ["LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US"]
 __all__ += ["Action", "Agenda", "Duration", "Kind", "Snapshot", "Timing"]

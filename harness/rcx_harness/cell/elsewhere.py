@@ -17,7 +17,7 @@ from rcx_harness.enip.originator.opening import multiplier_of
 from rcx_harness.enip.originator.scanner import Assemblies, Scanner
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from structured_text.errors import InputError
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["NAME", "Elsewhere", "FarLink"]
 

@@ -19,7 +19,7 @@ from rcx_harness.enip.originator.opening import Opener, multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
 from structured_text.errors import InputError
 from structured_text.output.system import fine_timers
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink"]
 

@@ -17,7 +17,7 @@ from structured_text.bench import stimulus
 from structured_text.bench.events import EVENTS as PLC_EVENTS
 from structured_text.bench.stimulus import PLC, event_of, listed, typed
 from structured_text.errors import InputError
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text", "typed"]
 

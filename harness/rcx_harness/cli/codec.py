@@ -13,7 +13,7 @@ from rcx_harness.spec.plain import alarm_name
 from rcx_harness.spec.telegram import intervals
 from rcx_harness.spec.wire import ABNORMAL_END, STATUS_NAMES
 from structured_text.errors import InputError
-from structured_text.units import format_word
+from structured_text.output.units import format_word
 
 __all__ = ["decode", "encode"]
 

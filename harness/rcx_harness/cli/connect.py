@@ -11,7 +11,7 @@ import typer
 
 from structured_text.errors import InputError
 from structured_text.output.throttle import Throttle
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere

@@ -18,7 +18,7 @@ from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_opt
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.console import quoted
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 if TYPE_CHECKING:
     from rcx_harness.verify.explore.user import Explored, Settings

@@ -14,7 +14,7 @@ import typer
 from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from structured_text.errors import InputError
 from structured_text.output.reading import check_file
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["Lib", "Replace", "Sources", "check_ipv4", "check_port", "config_data"]
 __all__ += ["config_instance", "counted", "duration_us", "host_port", "identity_revision"]

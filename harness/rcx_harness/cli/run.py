@@ -53,8 +53,8 @@ from structured_text.engines.builtin.collector import Collector, counting
 from structured_text.errors import InputError, legible
 from structured_text.output.console import draws
 from structured_text.output.files import replace_files
+from structured_text.output.units import format_us, parse_us
 from structured_text.projects.sources import SourceFiles
-from structured_text.units import format_us, parse_us
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere

@@ -9,7 +9,7 @@ from typing import Any
 from rcx_harness.enip.cyclic.connections import FIRST_PACKET_US, LONGEST_TIMEOUT_US
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from structured_text.errors import InputError
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["AdapterOptions", "Identity"]
 

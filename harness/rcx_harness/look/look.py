@@ -26,7 +26,7 @@ from rcx_harness.robot.ports import port
 from rcx_harness.spec.wire import AREA_SIZES
 from rcx_harness.trace import Scan, Trace
 from structured_text.errors import InputError
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["ScanOptions", "output_image", "scan"]
 

@@ -9,7 +9,7 @@ from rcx_harness import spec
 from rcx_harness.spec.plain import request_text, response_text
 from rcx_harness.spec.wire import DEDICATED_AT, READY, RESERVED_AT, SIZE
 from structured_text.output.console import escaped
-from structured_text.units import format_word
+from structured_text.output.units import format_word
 
 __all__ = [
     "area_lines",

@@ -9,7 +9,7 @@ from rcx_harness.robot.area import DEDICATED, INPUTS, RESERVED, dedicated_word, 
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.findings import Findings
 from rcx_harness.spec import Signal, signals
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["DedicatedInputs"]
 

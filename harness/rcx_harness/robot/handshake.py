@@ -14,7 +14,7 @@ from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import Command, commands
 from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, RUN
-from structured_text.units import format_word
+from structured_text.output.units import format_word
 
 __all__ = ["Handshake", "Kind", "Phase", "Words"]
 

@@ -7,7 +7,7 @@ from collections import deque
 from rcx_harness.enip.cyclic.connections import ConnectionKind, EndReason
 from rcx_harness.enip.cyclic.journal import ConnectionEvent
 from rcx_harness.serve.status import Event
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["News", "event_text", "intervals_text"]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from rcx_harness import spec
 from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, RUN
-from structured_text.units import format_word
+from structured_text.output.units import format_word
 
 __all__ = ["alarm_name", "alarm_text", "request_text", "response_text"]
 

@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from typing import Any, cast
 
 from structured_text.errors import InputError, did_you_mean
-from structured_text.units import format_word
+from structured_text.output.units import format_word
 
 __all__ = ["WORDS", "Command", "Field", "FieldValue", "Product", "intervals"]
 

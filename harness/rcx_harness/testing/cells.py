@@ -28,8 +28,8 @@ from rcx_harness.verify.debug.recording import write_recording
 from structured_text.debug.recording import Recorded
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
+from structured_text.output.units import format_us
 from structured_text.testing.settings import project
-from structured_text.units import format_us
 
 __all__ = ["Build", "Cells", "folder_of", "shorten"]
 

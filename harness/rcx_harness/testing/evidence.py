@@ -18,7 +18,7 @@ from structured_text.language.types import BlockType, ElementaryType, EnumType
 from structured_text.output.console import draws
 from structured_text.output.files import replace_files
 from structured_text.output.toml_files import load_toml
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
 

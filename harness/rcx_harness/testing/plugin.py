@@ -172,7 +172,7 @@ def pytest_runtest_makereport(
 
 def _duration(text: str) -> str:
     from structured_text.errors import InputError
-    from structured_text.units import parse_us
+    from structured_text.output.units import parse_us
 
     try:
         parse_us(text)

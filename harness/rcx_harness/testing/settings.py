@@ -17,8 +17,8 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.testing import OPTIONS, VALUES
 from structured_text.engines.load import why_not
 from structured_text.errors import InputError, did_you_mean, near
+from structured_text.output.units import parse_us
 from structured_text.testing.settings import is_on, project
-from structured_text.units import parse_us
 
 __all__ = ["RULES", "artifacts", "check_settings", "header", "known", "settings_of", "wrong_marker"]
 

@@ -32,7 +32,7 @@ from structured_text.engines.conditions import Condition, conditions
 from structured_text.errors import InputError, Violation
 from structured_text.language.displayed import value_text
 from structured_text.output.toml_files import check_keys, line_of
-from structured_text.units import format_us, parse_us
+from structured_text.output.units import format_us, parse_us
 
 __all__ = [
     "Declared",

@@ -13,7 +13,7 @@ from structured_text.engines.conditions import Condition, conditions
 from structured_text.errors import InputError
 from structured_text.language.displayed import value_text
 from structured_text.output.toml_files import check_keys
-from structured_text.units import format_us, parse_us
+from structured_text.output.units import format_us, parse_us
 
 __all__ = ["NotRecoveredError", "Operator", "Recovery", "Step", "recovery_of"]
 

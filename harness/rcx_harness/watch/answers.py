@@ -10,7 +10,7 @@ from rcx_harness.robot import Violation
 from rcx_harness.spec import signals
 from rcx_harness.spec.wire import DEDICATED_AT, ENDS, READY, RESERVED_AT, RUN, STATUS_NAMES
 from rcx_harness.watch.wire import word
-from structured_text.units import format_word
+from structured_text.output.units import format_word
 
 __all__ = ["AnswerMonitor"]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from rcx_harness.robot import Violation
 from rcx_harness.spec import signals
 from rcx_harness.spec.wire import DEDICATED_AT, ENDS, RESERVED_AT, RUN, SIZE
-from structured_text.units import format_us, format_word
+from structured_text.output.units import format_us, format_word
 
 __all__ = ["INTERVAL_US", "WireMonitor", "word"]
 

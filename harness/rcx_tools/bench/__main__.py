@@ -17,7 +17,7 @@ from rich.console import Console
 
 from rcx_tools.bench.figure import Figure, Options, as_table, store
 from structured_text.errors import InputError
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["POINTS", "main"]
 

@@ -44,7 +44,7 @@ from rcx_tools.bench.processes import (
     in_ordinary_time,
     running,
 )
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = [
     "Case",

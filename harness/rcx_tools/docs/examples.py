@@ -26,7 +26,7 @@ from rcx_harness.trace.chart import Lane
 from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, draw_lane, rule, text
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["FOLDER", "ChartSpec", "Example", "Recorder", "chart_specs", "example_chart", "examples"]
 __all__ += ["files"]

@@ -23,7 +23,7 @@ from rcx_harness.trace.chart import Lane, time_labels
 from rcx_harness.watch.wire import word
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["FOLDER", "Process", "ProcessChart", "Step", "TimedStep", "Track", "process_chart"]
 __all__ += ["processes", "run_process"]

@@ -33,7 +33,7 @@ PLANS: Mapping[str, Plan] = {
         {"export": 0, "mutants": 1.1, "coverage": 2.3, "prove": 3.5, "bench": 4.6},
         {"projects": 0.5, "engines": 2.3, "farm": 4.3},
         {"language": 1.5},
-        {"output": 1, "units": 2, "errors": 3},
+        {"output": 1, "errors": 3},
     ),
 }
 

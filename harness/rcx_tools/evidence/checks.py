@@ -24,8 +24,9 @@ _BASE = (
     "spec",
     "harness/rcx_tools/library",
     *(f"harness/rcx_harness/{name}" for name in ("cell", "robot", "spec", "trace", "watch")),
-    *(f"harness/structured_text/{name}" for name in ("engines", "errors", "language")),
-    *(f"harness/structured_text/{name}" for name in ("projects", "units")),
+    *(f"harness/structured_text/{name}" for name in ("bench", "engines", "errors", "language")),
+    "harness/structured_text/projects",
+    "harness/structured_text/output/units.py",
 )
 _KINDS = {".py", ".st", ".toml", ".lark", ".c", ".jsonl"}
 

@@ -17,7 +17,7 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.trace.view.page import View
 from structured_text.errors import InputError
-from structured_text.units import format_us, parse_us
+from structured_text.output.units import format_us, parse_us
 
 __all__ = ["STIMULUS", "Runner"]
 

@@ -12,7 +12,7 @@ from typing import Any
 from rcx_harness.cell.stimulus import Entry, Stimulus, entry_text
 from rcx_tools.docs.blocks.examples import START_US, program, snippets
 from rcx_tools.docs.examples import ROOT, Example, chart_specs, examples
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["FIRST", "ROOT", "bake_job", "block_jobs", "example_jobs", "programs_json"]
 

@@ -7,7 +7,7 @@ from datetime import timedelta
 from heapq import heapify, heappop, heappush, heapreplace
 from typing import Any
 
-from structured_text.units import within_us
+from structured_text.output.units import within_us
 
 __all__ = ["SCAN", "STIMULUS", "Action", "Agenda", "Duration", "Snapshot", "scan_us"]
 

@@ -18,8 +18,8 @@ from structured_text.bench.samples import KEPT, Sample, Trace
 from structured_text.bench.watched import Watched
 from structured_text.engines.base import Program, Value
 from structured_text.errors import InputError, Violation
+from structured_text.output.units import format_us, parse_us, whole
 from structured_text.projects.sources import Files, SourceFiles, source_files
-from structured_text.units import format_us, parse_us, whole
 
 __all__ = ["Bench", "BenchTimeout"]
 

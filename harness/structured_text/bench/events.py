@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 from structured_text.errors import InputError
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["EVENTS", "OPPOSITES", "Event", "Stopped", "checked", "opposite", "time_us"]
 

@@ -18,7 +18,7 @@ from structured_text.engines.conditions import Condition, conditions
 from structured_text.errors import COMMAND, InputError, Violation
 from structured_text.language.types import ArrayType, ElementaryType, StructType, Type
 from structured_text.output.toml_files import check_keys, load_toml, toml_text
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["PLC", "Entry", "Stimulus", "event_of", "listed", "typed"]
 

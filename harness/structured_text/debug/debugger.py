@@ -13,7 +13,7 @@ from structured_text.debug.places import Code
 from structured_text.debug.player import Moment, Player
 from structured_text.debug.values import Memory
 from structured_text.errors import InputError
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["Back", "Debugger", "Forward", "Order", "Quit", "Stop"]
 

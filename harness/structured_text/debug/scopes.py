@@ -15,7 +15,7 @@ from structured_text.debug.tracer import Tracer
 from structured_text.debug.values import Held, Item, Memory, Text, local
 from structured_text.language import tree as t
 from structured_text.language.values import describe
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["Frame", "Scopes"]
 

@@ -10,7 +10,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from structured_text.errors import InputError
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["interval_text", "interval_us", "milliseconds_us", "priority_of", "whole"]
 

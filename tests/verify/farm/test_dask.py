@@ -197,7 +197,7 @@ def other_package(folder: Path, repository: Path) -> Path:
     """A copy of this package with another line; the folder to import it from."""
     harness = folder / "harness"
     shutil.copytree(repository / "harness/structured_text", harness / "structured_text")
-    with (harness / "structured_text/units.py").open("a") as stream:
+    with (harness / "structured_text/output/units.py").open("a") as stream:
         stream.write("# another line\n")
     return harness
 

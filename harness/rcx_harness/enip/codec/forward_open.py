@@ -25,7 +25,7 @@ from rcx_harness.enip.codec.cip import (
     encode_request,
     encode_segment,
 )
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = [
     "ConnectionPath",

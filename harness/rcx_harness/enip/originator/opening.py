@@ -14,7 +14,7 @@ from rcx_harness.enip.errors import CipError
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
 from rcx_harness.spec.wire import AREA_SIZES
 from structured_text.errors import InputError
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["MasterLink", "Opener", "multiplier_of", "refusal_hint"]
 

@@ -14,7 +14,7 @@ from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.admission import EXPLICIT_CLASS
 from rcx_harness.spec.wire import AREA_SIZES, TO_MASTER, TO_ROBOT
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["Facts", "refusal_text"]
 

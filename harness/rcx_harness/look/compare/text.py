@@ -18,7 +18,7 @@ from rcx_harness.spec.wire import STATUS_NAMES
 from rcx_harness.trace import Scan
 from rcx_harness.trace.chart import MOST_INSTANTS, Timeline
 from rcx_harness.watch.wire import word
-from structured_text.units import format_us, format_word
+from structured_text.output.units import format_us, format_word
 
 __all__ = ["as_json", "chart", "fit_lines", "lines", "rules_of"]
 

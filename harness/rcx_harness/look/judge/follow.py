@@ -13,7 +13,7 @@ from rcx_harness.spec.plain import request_text, response_text
 from rcx_harness.spec.wire import DEDICATED_AT, ENDS, READY, RUN
 from rcx_harness.watch.answers import AnswerMonitor
 from rcx_harness.watch.wire import INTERVAL_US, WireMonitor, word
-from structured_text.units import format_us, format_word
+from structured_text.output.units import format_us, format_word
 
 __all__ = ["ANSWERS", "Follower", "ordered"]
 

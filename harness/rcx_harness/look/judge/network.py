@@ -32,7 +32,7 @@ from rcx_harness.look.judge.capture import Packet, host_text
 from rcx_harness.look.judge.streams import Streams
 from rcx_harness.look.judge.ways import Arrival, Way
 from rcx_harness.spec.wire import AREA_SIZES, TO_MASTER, TO_ROBOT
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["Connection", "Network", "Note", "Robot", "Sample", "Stranger"]
 

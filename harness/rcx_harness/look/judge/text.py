@@ -12,7 +12,7 @@ from rcx_harness.look.judge.judge import Judgement
 from rcx_harness.look.judge.network import Connection, Robot
 from rcx_harness.look.judge.times import Times
 from rcx_harness.look.judge.ways import Way
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["as_json", "summary"]
 

@@ -13,7 +13,7 @@ from rcx_harness.robot.area import input_words
 from rcx_harness.spec import FieldValue, command, commands, signals
 from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, ENDS, NORMAL_END, READY, RUN
 from rcx_harness.trace import Scan, Trace
-from structured_text.units import format_word
+from structured_text.output.units import format_word
 
 __all__ = ["Answer", "Asker", "History", "NoAnswerError", "telegram"]
 

@@ -11,7 +11,7 @@ from rcx_harness.verify.debug.telegrams import Telegram, Telegrams
 from structured_text.debug.machine import Scope
 from structured_text.debug.values import Item, Text
 from structured_text.engines.base import Program
-from structured_text.units import format_us, format_word
+from structured_text.output.units import format_us, format_word
 
 __all__ = ["live_input", "scopes"]
 

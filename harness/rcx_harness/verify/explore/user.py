@@ -38,9 +38,9 @@ from structured_text.language.load import load
 from structured_text.language.project import Project
 from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.language.walk import written
+from structured_text.output.units import parse_us
 from structured_text.projects.sources import SourceFiles
 from structured_text.prove.assertions import VARIABLE, Copies
-from structured_text.units import parse_us
 
 __all__ = ["Choice", "Explored", "Settings", "explore"]
 

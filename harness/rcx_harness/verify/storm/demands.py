@@ -18,7 +18,7 @@ from structured_text.errors import InputError, near
 from structured_text.language.types import ElementaryType
 from structured_text.output.reading import check_file
 from structured_text.output.toml_files import check_keys, line_of, load_toml, toml_text
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["FAULTS", "Demands"]
 

@@ -15,7 +15,7 @@ from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.storms import Failure, kind_of
 from structured_text.output.replays import MARK
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["MARK", "Replay", "Replayed", "replay", "replay_of"]
 

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 from rcx_harness.cell import Cell, CellTimeout
 from rcx_harness.cell.stimulus import Entry
 from rcx_harness.robot import Violation
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["Failure", "Run", "Storm", "kind_of"]
 

@@ -16,7 +16,7 @@ from rcx_harness.verify.storm.replay import Replay, replay_of
 from rcx_harness.verify.storm.shrink import thin_out
 from rcx_harness.verify.storm.storms import Failure
 from structured_text.errors import InputError, did_you_mean
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["Failing", "Inject", "Moments", "Shown", "Sweep", "injects", "pieces", "ranges", "told"]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END
 from rcx_tools.evidence.campaign.station import Execution
-from structured_text.units import format_us
+from structured_text.output.units import format_us
 
 __all__ = ["Comparison", "Request", "hexed"]
 

@@ -11,7 +11,7 @@ from rcx_tools.docs.examples import examples
 from rcx_tools.docs.processes import processes
 from rcx_tools.evidence.results import ROOT
 from rcx_tools.library.tables import Block, library
-from structured_text.units import parse_us
+from structured_text.output.units import parse_us
 
 __all__ = ["EVERY_COMMAND", "Subject", "every_command", "subjects"]
 
