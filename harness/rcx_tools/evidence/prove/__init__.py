@@ -1,1 +1,1 @@
-"""What is proved of plc/lib, for every program: `make prove`."""
+"""Proofs of the properties of plc/lib for every user program: `make prove`."""

@@ -1,7 +1,7 @@
-"""`python -m rcx_tools.evidence.prove`: prove every property of the library; out/prove.json.
+"""Command `python -m rcx_tools.evidence.prove`: prove the library; write out/prove.json.
 
-With names of properties or of seeded bugs, or for another copy of the library, only a part of that
-is run; of names the outcome is in out/prove/part.json.
+If properties or seeded bugs are named, or another copy of the library is given, only that part
+runs. The outcome of named properties or bugs goes to out/prove/part.json.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from structured_text.output.system import processors
 
 __all__ = ["LIBRARY", "main"]
 
-#: What is proved.
+# #: The library that is proved.
 LIBRARY = ROOT / "plc" / "lib"
 _OUT = ROOT / "out"
 
@@ -60,7 +60,7 @@ def _positive(text: str) -> float:
 
 
 class _Runner:
-    """Runs what is not known yet; what has come out well is kept."""
+    """Runs the jobs without a saved outcome; only good outcomes are saved."""
 
     def __init__(self, options: Namespace, console: Console) -> None:
         self._known = Results(options.out / "prove" / "known.jsonl", fresh=options.fresh)
@@ -75,14 +75,14 @@ class _Runner:
         died: Run[Any],
         prepare: Callable[[], None] = lambda: None,
     ) -> dict[str, Any]:
-        """Outcomes by key; one that is `good` is taken from earlier runs, with its files.
+        """Return the outcomes by key; take `good` ones from earlier runs if their files exist.
 
         Args:
-            title: For people.
+            title: The title of the progress bar.
             run: Runs a job.
             work: The jobs.
-            died: The outcome of a job whose process has died.
-            prepare: What is to be done before any job is run.
+            died: Gives the outcome of a job after its process has died.
+            prepare: Is called once before the first job, if any job has to run.
         """
         found = {
             job.key: known
@@ -141,7 +141,7 @@ def _prove(options: Namespace, console: Console) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run it; 0 where all is proved and every seeded bug is found, 1 if not, 2 on bad input."""
+    """Prove the library; return 0 if all comes out right, 1 if not, 2 on bad input."""
     options = _arguments(arguments)
     console = Console(stderr=True, highlight=False)
     try:

@@ -1,6 +1,7 @@
 """The areas of the controller in the process image, as the proofs read them (chapter 1, 4).
 
-Written from the manual a second time, not from plc/lib.
+The layout is written a second time from the manual and does not use plc/lib. An error in plc/lib
+therefore cannot hide itself.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ __all__ = [
 
 #: Bytes n + 32 and n + 33 (chapter 5, 1): SI(00), SI(01), SI(06); SI(10), SI(12), SI(14) to SI(17).
 INPUTS = 0x0043 | 0xF500
-#: SI(00) and SI(06), whose switch-off goes out at once.
+# #: SI(00) and SI(06): switching them OFF takes effect at once.
 STOPS = 0x0041
-#: The first of those two bytes, from m or n on (chapter 1, 4.1).
+# #: Offset of the first of those two bytes, from m or n (chapter 1, 4.1).
 DEDICATED = 32
 #: ErrorID of a second call in a scan (docs/reference/errors.md).
 AGAIN = 0x8037
@@ -42,7 +43,7 @@ Memory = Mapping[Path, Value]
 
 
 def byte(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
-    """A byte of the image, little endian where it holds words (guide chapter 1, 1.1)."""
+    """Return a byte of the image; an image of words is little endian (guide chapter 1, 1.1)."""
     image = machine.term(IMAGE, memory)
     if image.sort().range().size() == 8:
         return z3.Select(image, address)
@@ -53,7 +54,7 @@ def byte(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
 
 
 def word(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
-    """A word of the image at an even distance from the area's start."""
+    """Return a word of the image; its distance from the start of the area must be even."""
     image = machine.term(IMAGE, memory)
     if image.sort().range().size() == 8:
         return z3.Concat(z3.Select(image, address + 1), z3.Select(image, address))
@@ -61,28 +62,28 @@ def word(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
 
 
 def offset(machine: Machine, pin: str = "N") -> Any:
-    """The first byte of the area as an address."""
+    """Return the first byte of the area as an address of 32 bits."""
     return z3.SignExt(16, machine.term((*BLOCK, pin)))
 
 
 def legal_image(machine: Machine) -> Any:
-    """ImageSize is not above the array's 512 bytes (chapter 1, 4: it may be any image)."""
+    """Return that ImageSize is at most the 512 bytes of the array (chapter 1, 4: any image)."""
     size = machine.term((*BLOCK, "IMAGESIZE"))
     return z3.And(size >= 0, size <= 512)
 
 
 def accepted(step: Step) -> Any:
-    """The call of FB_WriteArea was the first of its scan, with a legal area."""
+    """Return that the call of FB_WriteArea was the first of its scan, with a legal area."""
     return step.now((*BLOCK, "ERRORID")) == 0
 
 
 def again(step: Step) -> Any:
-    """The call was another one of its scan, with a legal area."""
+    """Return that the call was another one in the same scan, with a legal area."""
     return step.now((*BLOCK, "ERRORID")) == AGAIN
 
 
 def at_the_start(library: Library, block: str) -> Machine:
-    """A machine with an instance of a block, and what it is connected to, before its first call."""
+    """Return a machine with a new instance of a block and its VAR_IN_OUTs before its first call."""
     machine = library.machine()
     pou = library.pou(block)
     assert pou.block is not None

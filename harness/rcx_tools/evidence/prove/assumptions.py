@@ -1,10 +1,10 @@
-"""What the proofs take for granted of a user's program; each is said on the page."""
+"""Assumptions of the proofs about a user's program; the page of the evidence lists each."""
 
 from __future__ import annotations
 
 __all__ = ["ASSUMPTIONS"]
 
-#: By name: one sentence.
+# #: One sentence by name.
 ASSUMPTIONS = {
     "inner": "No program writes into RCX_REF: neither its part Inner nor the other fields.",
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",

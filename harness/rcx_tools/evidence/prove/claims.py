@@ -1,4 +1,4 @@
-"""What breaks a property in a run, judged on the engine by plain Python: no solver, no formulas."""
+"""Judges of a run in plain Python: they find violations on the engine without the solver."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from structured_text.engines.base import Program
 
 __all__ = ["CLAIMS", "DIFFERS", "HANG", "QUIET", "RESULT", "STOPS", "About", "Judges"]
 
-#: Kinds of findings: the program cannot go on; a channel is not free in a quiet environment;
-#: another telegram, another area, other outputs of blocks, other results of functions than with
-#: the library as it is, which is proved.
+# #: Kinds of findings. STOPS: a fault stops the program. HANG: a channel is not free in a quiet #:
+# environment. The others: telegram, area, outputs of blocks or results of functions differ from #:
+# those of the unchanged library, which is proved.
 STOPS, HANG, PINS, BYTES, SHOWN, RESULT = "stops", "hang", "pins", "bytes", "shown", "result"
 DIFFERS = (PINS, BYTES, SHOWN, RESULT)
 _HELD = ("command held", "data before code", "ready before code")
 _TURNS = ("both", "order", HANG, SHOWN)
 
-#: Of each property: the kinds of findings that refute it.
+# #: For each property: the kinds of findings that refute it.
 CLAIMS: Mapping[str, tuple[str, ...]] = {
     "interval": ("interval",),
     "stop-inputs": ("levels", BYTES),
@@ -48,9 +48,9 @@ CLAIMS: Mapping[str, tuple[str, ...]] = {
         ("turn-hands", "turn-once", "turn-order", "turn-back", "turn-free", "turn-limit"), _TURNS
     ),
 }
-#: SI(00) and SI(06), whose switch-off goes out at once.
+# #: SI(00) and SI(06): switching them OFF takes effect at once.
 _STOPS = 0x0041
-#: Scans with a quiet environment after which the channels have to be free.
+# #: Scans in a quiet environment after which the channels must be free.
 QUIET = 120
 
 Findings = Iterator[tuple[str, str]]
@@ -58,15 +58,15 @@ Findings = Iterator[tuple[str, str]]
 
 @dataclass(frozen=True)
 class About:
-    """What a run is about.
+    """The subject of a run.
 
     Attributes:
-        library: Where the blocks of the client are.
-        client: What it is.
-        blocks: The numbers of those that are called, from 1 on.
+        library: The library with the blocks of the client.
+        client: The client program.
+        blocks: The numbers of the blocks that are called, from 1.
         steady: Instances that are called once in every scan.
-        n: Where the output area is in its image.
-        kinds: Of what is to be looked for.
+        n: The offset of the output area in its image.
+        kinds: The kinds of findings to report.
     """
 
     library: Library
@@ -77,7 +77,7 @@ class About:
     kinds: frozenset[str]
 
     def pins(self, section: str) -> Iterator[str]:
-        """The inputs or outputs of the blocks that are called."""
+        """Yield the paths of the inputs or outputs of the blocks that are called."""
         for number in self.blocks:
             block = self.client.blocks[number - 1]
             for symbol in self.library.pou(block.upper()).section(section):
@@ -85,11 +85,11 @@ class About:
 
 
 class Judges:
-    """All that judge some kinds of findings, on one program in a run from its start.
+    """All judges for some kinds of findings, on one program in a run from its start.
 
     Args:
         program: The client, compiled.
-        about: What the run is about.
+        about: The subject of the run.
 
     Attributes:
         written: The area as it was written in the last scan.
@@ -129,7 +129,7 @@ class Judges:
         self._checks = list(self._chosen(kinds))
 
     def _chosen(self, kinds: Collection[str]) -> Iterator[Callable[[Moment, bytes], Findings]]:
-        """The checks that can find something of these kinds."""
+        """Yield the checks that can find something of these kinds."""
         if {"telegram", PINS} & set(kinds):
             yield self._telegram
         named = {
@@ -151,11 +151,11 @@ class Judges:
             yield lambda moment, _: (
                 (one.rule, one.text)
                 for one in monitor.scan(moment.t_us, moment.number)
-                if "16#8017" not in one.text  # out of place: the caller's fault, not the block's
+                if "16#8017" not in one.text  # out of place: an error of the caller
             )
 
     def scan(self, moment: Moment) -> list[tuple[str, str]]:
-        """What a scan breaks: the kind of it, and what it is."""
+        """Return the findings of a scan, each with its kind and a text."""
         self._whole = self._program.read_bytes("Main.OutputArea")
         si = self._whole[self._about.n : self._about.n + SIZE]
         found = [one for check in self._checks for one in check(moment, si)]
@@ -168,14 +168,14 @@ class Judges:
         return [one for one in found if one[0] in self._about.kinds]
 
     def differs(self, other: Judges) -> bool:
-        """Whether the last scan was not as in the other run."""
+        """Return whether the last scan differs from that of the other run."""
         kinds = self._about.kinds
         if PINS in kinds and any(
             one != two for one, two in zip(self._telegrams, other._telegrams, strict=False)
         ):
             return True
         pairs = [(self._seen[k], other._seen[k]) for k in (BYTES, SHOWN, RESULT) if k in kinds]
-        return any(one != two and repr(one) != repr(two) for one, two in pairs)  # NaN is no other
+        return any(one != two and repr(one) != repr(two) for one, two in pairs)  # NaN != NaN
 
     def _monitored(self, moment: Moment, si: bytes) -> Findings:
         at = moment.t_us, moment.number
@@ -183,7 +183,7 @@ class Judges:
             yield one.rule, one.text
 
     def _interval(self, moment: Moment, si: bytes) -> Findings:
-        """Chapter 5, 3, caution; with what Interval and Margin ask for besides."""
+        """Check the spacing of changes by Interval and Margin (chapter 5, 3, caution)."""
         before, now = word(self.written, DEDICATED_AT), word(si, DEDICATED_AT)
         changed = before ^ now
         if not changed:
@@ -200,14 +200,14 @@ class Judges:
             yield "interval", text
 
     def _levels(self, moment: Moment, si: bytes) -> Findings:
-        """SI(00) and SI(06) follow their pins and the link, at once where they go OFF."""
+        """Check that SI(00) and SI(06) follow their pins and the link, and go OFF at once."""
         emergency_ok, stop_ok, _, _ = self._pins()
         for bit, allowed in ((0x01, emergency_ok), (0x40, stop_ok)):
             if si[DEDICATED_AT] & bit and not (allowed and moment.connected):
                 yield "levels", f"bit {bit:#x} is ON without its pin, or without the link"
 
     def _place(self, _: Moment, si: bytes) -> Findings:
-        """What is asked for goes out in a scan in which a block is called in its place."""
+        """Check that requests go out only in a scan in which a block is called in its place."""
         rising = word(si, DEDICATED_AT) & ~word(self.written, DEDICATED_AT) & ~_STOPS
         if (rising or (word(si, 0) and not word(self.written, 0))) and not any(self._placed()):
             yield "place", "something goes out, and no block was called in its place"
@@ -230,14 +230,14 @@ class Judges:
                 yield "telegram", f"{code:#06x} went out: {why}"
 
     def _owner(self, moment: Moment, _: bytes) -> Findings:
-        """What FB_ReadArea owns is as it was read."""
+        """Check that Connected, Status and Response of FB_ReadArea hold the values read."""
         area = moment.area if moment.connected else bytes(SIZE)
         words = [word(area, at) for at in range(0, DEDICATED_AT, 2)]
         if self._owned() != (moment.connected, words[0], words[1:]):
             yield "owned", "Robot.Connected, Status or Response are not what was read"
 
     def _restart(self, moment: Moment, si: bytes) -> Findings:
-        """After a loss nothing but SI(00) and SI(06) without a new edge."""
+        """Check that after a link loss only SI(00) and SI(06) come back without a new edge."""
         now = self._edges()
         edge = any(new and not old for new, old in zip(now, self._asked, strict=True))
         self._asked = now
@@ -257,7 +257,7 @@ class Judges:
 
 
 class _Jobs:
-    """Whose turn it is, by the pins: one at a time, first come, first served."""
+    """Check of the turns by the pins: one active job per channel, first come, first served."""
 
     def __init__(self, program: Program, about: About) -> None:
         self._turns: dict[str, list[int]] = {}
@@ -285,7 +285,7 @@ class _Jobs:
             if not busy:
                 self._since.pop(place, None)
             elif not called:
-                self._since[place] = self._scans  # it may have lost its place
+                self._since[place] = self._scans  # it may have lost its place in the queue
             else:
                 self._since.setdefault(place, self._scans)
         for kind, places in self._turns.items():

@@ -1,4 +1,7 @@
-"""Client programs of the library, as users write them, good and bad: every pin of them is free."""
+"""Generated client programs of the library, as users write them; every pin is free.
+
+Some use the library correctly, others do not.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ IMAGE_BYTES = 512
 
 
 def less(block: int, pin: str) -> str:
-    """The variable that a negative duration at a pin comes from: a stimulus has none below 0."""
+    """Return the name of the variable for negative durations at a pin.
+
+    A stimulus cannot set a TIME below zero. The client subtracts this variable from zero instead.
+    """
     return f"Less{block}{pin}"
 
 
@@ -23,17 +29,17 @@ def less(block: int, pin: str) -> str:
 class Client:
     """A program with some blocks between FB_ReadArea and FB_WriteArea.
 
-    Each block is called early (`Call1`), late (`Late1`), twice or not at all; with `out_of_place`
-    also before FB_ReadArea (`Before1`) and behind FB_WriteArea (`Behind1`). The areas may be left
-    out of a scan (`SkipRead`, `SkipWrite`), or written a second time by the same instance or by
-    another one (`Again`, `Other`).
+    Each block is called early (`Call1`), late (`Late1`), twice or not at all. With `out_of_place`
+    it is also called before FB_ReadArea (`Before1`) and after FB_WriteArea (`Behind1`). A scan may
+    skip the areas (`SkipRead`, `SkipWrite`), or write them a second time with the same instance
+    (`Again`) or with another one (`Other`).
 
     Attributes:
         blocks: Their types.
-        steady: They are called once in every scan, and so are the areas.
-        words: The process image is one of words.
+        steady: Blocks and areas are called exactly once in every scan.
+        words: The process image is an array of words.
         functions: Functions that are called in every scan, with free inputs.
-        out_of_place: The blocks are called outside of the areas, too.
+        out_of_place: The blocks are also called outside of the areas.
     """
 
     blocks: tuple[str, ...]
@@ -44,11 +50,11 @@ class Client:
 
     @property
     def places(self) -> tuple[str, ...]:
-        """The variables that say where a block is called."""
+        """Return the prefixes of the variables that select where a block is called."""
         return ("Call", "Late", *(("Before", "Behind") if self.out_of_place else ()))
 
     def source(self, library: Library) -> str:
-        """Structured Text."""
+        """Return the program as Structured Text."""
         more = "Words" if self.words else ""
         image = "RCX_IMAGE_WORDS" if self.words else "RCX_IMAGE"
         lines = [

@@ -1,4 +1,4 @@
-"""A call of a command block: what it holds, what it requests, and its pins."""
+"""A call of a command block: the command it holds, its request and its pins."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["Call", "Held"]
 
 @dataclass(frozen=True)
 class Held:
-    """What a block holds: code and data, whether its job is busy, and whether it is refused."""
+    """The command that a block holds, whether its job is busy and whether it is refused."""
 
     busy: Any
     refused: Any
@@ -32,18 +32,18 @@ class Held:
 
     @property
     def ready(self) -> Any:
-        """It may be requested."""
+        """Return that the command may be requested."""
         return z3.And(self.busy, self.refused == 0)
 
     def same(self, other: Held) -> Any:
-        """All but busy is equal."""
+        """Return that all but `busy` is equal."""
         pairs = [(self.refused, other.refused), (self.code, other.code)]
         pairs += zip(self.data, other.data, strict=True)
         return z3.And([one == two for one, two in pairs])
 
 
 class Call:
-    """One call of a command block, in any state in which its job is busy, or in which it is not.
+    """One call of a command block, from any state with its job busy, or from any state without.
 
     Attributes:
         block: Its name in upper case.
@@ -68,12 +68,12 @@ class Call:
 
     @cached_property
     def was(self) -> Held:
-        """Before the call."""
+        """Return the held command before the call."""
         return self._held(self.step.before)
 
     @cached_property
     def now(self) -> Held:
-        """After the call."""
+        """Return the held command after the call."""
         return self._held(self.machine.snapshot())
 
     def _held(self, memory: Mapping[Path, Value]) -> Held:
@@ -81,7 +81,7 @@ class Call:
             return self.machine.term((*BLOCK, *path), memory)
 
         busy = term("JOB", "BUSY")
-        if self.block == "FB_CONTINUOUSPOSITION":  # it begins only what is legal
+        if self.block == "FB_CONTINUOUSPOSITION":  # it starts only legal commands
             data = tuple(z3.BitVecVal(int(k == 0), 16) for k in WORDS)
             return Held(busy, z3.BitVecVal(0, 16), term("CODE"), data)
         data = tuple(term("DATA", k) for k in WORDS)
@@ -90,7 +90,7 @@ class Call:
         return Held(busy, term("JOB", "TROUBLE"), term("JOB", "HOLDER"), data)
 
     def between(self, memory: Mapping[Path, Value], unused: Iterable[int]) -> Any:
-        """What holds between two calls, besides what the goals say of what is held."""
+        """Return the invariant between two calls, beside the goals about the held command."""
         held = self._held(memory)
         rules = [z3.Implies(self.machine.term((*BLOCK, "JOB", "ACTIVE"), memory), held.busy)]
         rules += [held.data[k] == 0 for k in unused]
@@ -101,7 +101,7 @@ class Call:
 
     @property
     def turn(self) -> Any:
-        """What the property `turn-once` proves of the job."""
+        """Return what the property `turn-once` proves of the job."""
         was, job, channel = self.step.was, (*BLOCK, "JOB"), (*ROBOT, "INNER", "COMMAND")
         own = was((*job, "TICKET")) == was((*channel, "SERVING"))
         number = was((*ROBOT, "INNER", "SCAN"))
@@ -111,7 +111,7 @@ class Call:
 
     @property
     def requested(self) -> Any:
-        """This call has requested nothing, or what the block holds."""
+        """Return that this call has requested nothing, or exactly the held command."""
         inner = (*ROBOT, "INNER")
         code, asked = (*inner, "CODE"), (*inner, "CODEREQUEST")
         data = [(*inner, "DATA", k) for k in WORDS]
@@ -123,7 +123,7 @@ class Call:
 
     @property
     def edge(self) -> Any:
-        """The pin that starts a job has risen; of a block with Enable nothing is said."""
+        """Return that the pin Execute has a rising edge; for a block with Enable always true."""
         if self.block in ("FB_JOG", "FB_CONTINUOUSPOSITION"):
             return z3.BoolVal(True)
         return z3.And(
@@ -133,7 +133,7 @@ class Call:
     # --- pins ---
 
     def pin(self, name: str, place: int = 0) -> Any:
-        """A pin as it is at the call, or an element of it: a term, or a text."""
+        """Return a pin as it is at the call, or an element of it: a term, or a text."""
         path: Path = (*BLOCK, name.upper())
         if isinstance(self._pou.symbols[name.upper()].type, ArrayType):
             path = (*path, place)
@@ -143,7 +143,7 @@ class Call:
         return value.value if isinstance(value, Real) else self.machine.term(path, self.step.before)
 
     def member(self, name: str, member: str) -> Any:
-        """A pin is this member of its enumeration."""
+        """Return that a pin equals this member of its enumeration."""
         kind = self._pou.symbols[name.upper()].type
         assert isinstance(kind, EnumType)
         return self.pin(name) == [one.upper() for one in kind.members].index(member)

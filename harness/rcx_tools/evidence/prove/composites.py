@@ -1,4 +1,4 @@
-"""What holds between two calls of the blocks that are proved by what is proved of others."""
+"""Invariants between two calls of the blocks that are proved from the proofs of their parts."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ __all__ = ["COLLECTS", "inside", "keeps"]
 
 Memory = Mapping[Path, Value]
 
-#: Its alarm is that of the one of its commands that has ended abnormally.
+# #: Its alarm is that of the command that has ended abnormally.
 COLLECTS = "FB_PICKPLACE"
 
-#: The kinds of rows by the block of FB_RcxMove that does them, and those that only go forwards.
+# #: By inner block of FB_RcxMove: the kind of rows that it executes. Below: kinds that only run #:
+# forwards.
 _KINDS = {
     "PTP": "PTP",
     "STRAIGHT": "LINEAR",
@@ -38,7 +39,7 @@ _FORWARDS = ("CIRCULAR", "BY_PTP", "BY_LINEAR", "BY_MM")
 
 
 def inside(library: Library, name: str, path: Path = BLOCK) -> Iterator[tuple[Path, str]]:
-    """The blocks that it works through, that users call, too, with their types."""
+    """Yield the inner blocks that users call, too, with their types."""
     for symbol in library.pou(name).section("VAR"):
         kind = symbol.type
         if not isinstance(kind, BlockType) or kind.name.upper() not in library.project.pous:
@@ -57,23 +58,23 @@ class _State:
         self._machine, self._memory = machine, memory
 
     def get(self, *path: Any) -> Any:
-        """A scalar by its path inside of the block."""
+        """Return a scalar by its path in the block."""
         return self._machine.term((*BLOCK, *path), self._memory)
 
     def among(self, path: tuple[str, ...], *members: str) -> Any:
-        """An enumeration is one of these."""
+        """Return that an enumeration has one of these values."""
         kind = self._machine.type_of((*BLOCK, *path))
         assert isinstance(kind, EnumType)
         places = [member.upper() for member in kind.members]
         return z3.Or([self.get(*path) == places.index(member) for member in members])
 
     def stage(self, *names: str) -> Any:
-        """FB_PickPlace is in one of these stages."""
+        """Return that FB_PickPlace is in one of these stages."""
         return self.among(("STAGE",), *(f"PICK_{name}" for name in names))
 
 
 def keeps(library: Library, machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
-    """What holds of the blocks inside, beside what each of them shows."""
+    """Yield the invariants of the inner blocks, in addition to the outputs of each."""
     state = _State(machine, memory)
     if name == "FB_MOVETABLE":
         yield from _table(library, state)
@@ -82,7 +83,10 @@ def keeps(library: Library, machine: Machine, memory: Memory, name: str) -> Iter
 
 
 def _table(library: Library, state: _State) -> Iterator[Any]:
-    """At most the block of the row that runs is busy, unless it was withdrawn in the last call."""
+    """Yield: only the block of the running row is busy.
+
+    A block that was withdrawn in the last call may still be busy.
+    """
     get = state.get
     yield get("STARTEDGE", "seen") == get("JOB", "WASEXECUTE")
     busy, withdrawn = get("BUSY"), get("WITHDRAWN")
@@ -99,7 +103,7 @@ def _table(library: Library, state: _State) -> Iterator[Any]:
 
 
 def _row(state: _State, block: str) -> Any:
-    """The row that runs is one for this block."""
+    """Return that the running row belongs to this block."""
     get = state.get
     kind = ("PRESENT", "KIND")
     if block == "PORT":
@@ -111,7 +115,7 @@ def _row(state: _State, block: str) -> Any:
     return z3.And(z3.Not(get("ARRIVED")), state.among(kind, f"MOVE_{own}"), forwards)
 
 
-#: The stages of FB_PickPlace in which its parts are at work; near the places.
+# #: The stages of FB_PickPlace in which its parts work; below, the stages near the places.
 _MOVES = ("TO_SOURCE", "TO_PART", "LIFT", "TO_TARGET", "LOWER", "LEAVE", "SHIFT")
 _NEAR = ("TO_PART", "LIFT", "LOWER", "LEAVE")
 _AT_TARGET = ("TO_TARGET", "LOWER", "LEAVE")
@@ -120,9 +124,9 @@ _LOOKS = ("EMPTY", "CHECK", "STILL")
 
 
 def _pick(library: Library, state: _State) -> Iterator[Any]:
-    """At most the block of what the stage does is busy, and the pins say again that it is that.
+    """Yield: only the block of the current stage may be busy; the outputs repeat its state.
 
-    Unless it was withdrawn in the last call.
+    A block that was withdrawn in the last call may still be busy.
     """
     get = state.get
     yield get("EDGE", "seen") == get("JOB", "WASEXECUTE")
@@ -167,7 +171,7 @@ def _shifts(state: _State) -> Any:
 
 
 def _task(state: _State, path: Path) -> Any:
-    """The pins of a part of FB_PickPlace say that this block does its work."""
+    """Return that the pins of a part of FB_PickPlace select this block."""
     get = state.get
     if path[0] == "CARRY":
         return _movement(state, path[-1])
@@ -192,7 +196,7 @@ def _task(state: _State, path: Path) -> Any:
 
 
 def _legal(number: Any) -> Any:
-    """An input that there is: 20 is DI(20)."""
+    """Return that an input of this number exists: 20 is DI(20)."""
     return z3.And(number > 0, z3.SRem(number, z3.BitVecVal(10, number.size())) <= 7)
 
 

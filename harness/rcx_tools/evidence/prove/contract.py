@@ -1,7 +1,8 @@
-"""Each block's own contract: its pins Execute, Enable, Busy, Done, Valid, Error and the like.
+"""The contract of each block: its pins Execute, Enable, Busy, Done, Valid, Error and similar ones.
 
-What holds between the calls is guessed from templates (equal pins of inner blocks, outputs that
-exclude each other ...); guesses that a call can break are dropped until the rest is inductive.
+Candidates for the invariant between the calls come from templates, for example equal pins of inner
+blocks, or outputs that exclude each other. A candidate that a call can violate is dropped. This is
+repeated until the remaining conjunction is inductive (Houdini).
 """
 
 from __future__ import annotations
@@ -36,28 +37,28 @@ from structured_text.prove.values import Value, scalar
 
 __all__ = ["PROPERTIES", "kind_of"]
 
-#: A word may be shared with the responses of commands: neither Valid nor Error meanwhile.
+# #: A word may be shared with the responses of commands; then neither Valid nor Error is set.
 _SHARED = ("WORD", "WORDINWORDS")
-#: Errors of these go with their cause, not with Enable.
+# #: Their errors end with the cause, not with Enable.
 _PASSING = ("FB_AUTOMODE", "FB_STATUS")
 #: Blocks without an Error pin whose outputs depend on their pins alone.
 _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
-#: What they show goes through arithmetic, of which a proof takes any result: a second instance
-#: gives another one.
+# #: Their outputs depend on arithmetic. A proof takes any result of it, so a second instance may #:
+# give another result.
 _COMPUTING = ("FB_HANDFROMPOINTS", "FB_SCARAFORWARD", "FB_SCARAINVERSE", "FB_SHIFTFROMPOINTS")
-#: Neither Valid nor Error where the data are old; they remember on which side they were.
+# #: Neither Valid nor Error while the data are old; these blocks remember the last side.
 _WATCHING = ("FB_ATPOINT", "FB_AXISAREA", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
-#: It alone says what the link and the controller's answer are.
+# #: The only block that reports the link and the controller's answer.
 _TAKER = "FB_RCXTAKEHEAD"
-#: They ask nothing of the controller, in any place.
+# #: They send nothing to the controller, so they may be called in any place.
 _LOOKING = ("FB_AUTOMODE", "FB_INTERLOCK", "FB_STATUS")
 #: ErrorID of a block that is called out of place (docs/reference/errors.md).
 _OUT_OF_PLACE = 0x8017
 
 
 def kind_of(library: Library, block: str) -> str:
-    """Which contract a block has by its pins; "" for none."""
+    """Return the kind of contract that a block has by its pins; "" if it has none."""
     pou = library.pou(block)
     inputs = {symbol.name.upper() for symbol in pou.section("VAR_INPUT")}
     outputs = {symbol.name.upper() for symbol in pou.section("VAR_OUTPUT")}
@@ -76,7 +77,7 @@ def kind_of(library: Library, block: str) -> str:
 
 
 def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
-    """What a block with Execute promises of one call, by name."""
+    """Return the claims about one call of a block with Execute, by name."""
     execute, placed = now["EXECUTE"], _placed(was)
     edge = z3.And(execute, z3.Not(saw), z3.Not(was["BUSY"]))
     refused = z3.And(now["ERROR"], now["ERRORID"] == _OUT_OF_PLACE, z3.Not(now["BUSY"]))
@@ -85,7 +86,7 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
     return {
         "at most one of Busy, Done, Error": exclusive(now, ("BUSY", "DONE", "ERROR")),
         "Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0),
-        # FB_PickPlace is Active where a command of it is: that is asked in `response`.
+        # FB_PickPlace is Active while one of its commands is: the property `response` proves that.
         "Active only with Busy": z3.Implies(
             z3.And(now.bit("ACTIVE"), block != COLLECTS), now["BUSY"]
         ),
@@ -104,7 +105,7 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
 
 
 def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
-    """What a block with Enable promises of one call, by name."""
+    """Return the claims about one call of a block with Enable, by name."""
     enable = now["ENABLE"]
     shown = z3.Or(now["VALID"], now.bit("BUSY"), now["ERROR"])
     claims = {
@@ -117,7 +118,7 @@ def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
             z3.And(enable, was["ERROR"]), now["ERROR"]
         )
     if block not in _LOOKING:
-        # A jog that has ended by itself shows that on.
+        # A jog that has ended by itself keeps showing that.
         ended = z3.And(now["VALID"], now.bit("LOCKED"))
         claims["out of place it is an error"] = z3.Implies(
             z3.And(z3.Not(_placed(was)), enable), z3.Or(now["ERROR"], ended)
@@ -126,7 +127,7 @@ def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
 
 
 def _placed(was: View) -> Any:
-    """The call is between FB_ReadArea and FB_WriteArea."""
+    """Return that the call is between FB_ReadArea and FB_WriteArea."""
     if "INSCAN" in was:
         return was["INSCAN"]
     return was.machine.term((*ROBOT, "INNER", "INSCAN"), was.memory)
@@ -148,7 +149,7 @@ _CLAIMS = {"edge": _edge, "level": _level, "error": _error, "reader": _reader}
 
 
 def _answers(library: Library, block: str, machine: Machine) -> list[Path]:
-    """The scalars of what a block brings from the controller."""
+    """Return the paths of the scalars that a block brings from the controller."""
     return [
         (*BLOCK, symbol.name.upper(), *leaf.suffix)
         for symbol in library.pou(block).section("VAR_OUTPUT")
@@ -158,7 +159,7 @@ def _answers(library: Library, block: str, machine: Machine) -> list[Path]:
 
 
 def _equal(machine: Machine, path: Path, one: Value, other: Value) -> Any:
-    """Two values of a scalar are the same, bit by bit."""
+    """Return that two values of a scalar are equal, bit by bit."""
     if isinstance(one, reals.Real) or isinstance(other, reals.Real):
         one, other = (z3.BitVecVal(0, 32) if v.known else v.value for v in (one, other))
         return one == other
@@ -169,11 +170,11 @@ def _equal(machine: Machine, path: Path, one: Value, other: Value) -> Any:
 
 
 def _data(library: Library, block: str, step: Step, was: View, now: View) -> dict[str, Any]:
-    """What a command block shows of the answer to its last command."""
+    """Return the claims about the answer data that a command block shows of its last command."""
     machine = step.machine
     _, initial = at_start(library, block)
     ended = z3.And(was["BUSY"], z3.Not(now["BUSY"]))
-    if (*BLOCK, "JOB", "ENDED") in now.memory:  # out of place it begins and ends in one call
+    if (*BLOCK, "JOB", "ENDED") in now.memory:  # out of place it starts and ends in one call
         ended = z3.Or(ended, z3.And(z3.Not(_placed(was)), step.now((*BLOCK, "JOB", "ENDED"))))
     kept, cleared = [], []
     for path in _answers(library, block, machine):
@@ -201,7 +202,10 @@ def _data(library: Library, block: str, step: Step, was: View, now: View) -> dic
 
 
 def _memoryless(library: Library, block: str, step: Step) -> Goal:
-    """Two instances with different pasts and the same pins show the same."""
+    """Return the goal that the outputs depend on the pins only, not on the history.
+
+    Two instances with different histories and the same pins must show the same.
+    """
     machine, pou = step.machine, library.pou(block)
     first = machine.snapshot()
     again = call(library, block, machine, step.before)
@@ -216,7 +220,10 @@ def _memoryless(library: Library, block: str, step: Step) -> Goal:
 
 
 def _empty(library: Library, block: str, step: Step, now: View) -> dict[str, Any]:
-    """What a reading block shows while it is not Valid; what no call writes is as at the start."""
+    """Return the claim that a reading block shows initial values while it is not Valid.
+
+    Outputs that the call does not write keep their initial values and are left out.
+    """
     machine = step.machine
     _, initial = at_start(library, block)
     cleared = [

@@ -1,6 +1,7 @@
-"""What happens around a client program, by a seed: a controller, pins that change, lost links.
+"""Random environment of a client program: a controller, changing pins, lost links.
 
-In half of the runs all is used as it should be; in the others sizes, times and calls are absurd.
+The seed determines all choices. In half of the runs the library is used correctly. In the others
+sizes, times and calls are absurd.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from structured_text.language.types import ArrayType, ElementaryType, EnumType, 
 
 __all__ = ["Environment", "Hints", "Moment", "numbers_in"]
 
-#: Values of pins that a solver has found, by the place of each: ("AXIS",), ("DATA", "3"); of a text
-#: its length and its characters: ("NAME", "len"), ("NAME", "[0]").
+# #: Pin values found by the solver, by the path of the pin: ("AXIS",), ("DATA", "3"). A text has
+# its #: length and its characters: ("NAME", "len"), ("NAME", "[0]").
 Hints = Mapping[tuple[str, ...], Any]
 
 _TIMES_MS = (0, 1, 50, 100, 150, 300, 1000, 5000)
@@ -44,18 +45,18 @@ _COUNTS = (
     *(0, 1, 2, 3, 4, 5, 7, 8, 15, 16, 17, 31, 32, 33, 63, 64, 99, 100, 127, 128, 255, 256),
     *(999, 1000, 9999, 10000, 29999, 30000, 32767, -1, -2, -32768),
 )
-#: Offsets and sizes of areas: legal ones that are seldom, and others.
+# #: Offsets and sizes of areas: rare legal ones, and illegal ones.
 _OFFSETS = (2, 48, 100, 256, 462, 464, 466, 1, -1, 510, 512, 32767, -32768)
 _SIZES = (48, 48, 48, 256, 256, 0, 47, 49, 255, 257, 512, -1, 32767, -32768)
 _IMAGES = (IMAGE_BYTES, IMAGE_BYTES, 48, 256, 300, 100, 47, 0, -1, -32768, -32767)
 _PLACES = {"M": _OFFSETS, "N": _OFFSETS, "SIZE": _SIZES, "IMAGESIZE": _IMAGES}
-#: Periods of scans [us]: usual ones, and others.
+# #: Periods of scans [us]: usual ones, and unusual ones.
 _USUAL_US = (10_000, 20_000, 50_000, 100_000, 100_000, 250_000, 250_000)
 _ODD_US = (100, 1_000, 1_500, 7_000, 33_300, 333_000, 1_000_000, 5_000_000, 10_000_000)
-#: With them a quiet environment lasts longer than the time limits that are tried.
+# #: With these periods a quiet environment lasts longer than the time limits tried.
 _LONG_US = (100_000, 250_000)
-#: Dedicated outputs: CPU_OK; with MP RDY, AUTO mode and the origin where all is well; what is then
-#: OFF: emergency stop, alarm.
+# #: Dedicated outputs: CPU_OK; _WELL: MP RDY, AUTO mode and origin are also ON; _ILL: emergency
+# stop #: and alarm, OFF in a healthy state.
 _CPU_OK, _WELL, _ILL = 0x0002, 0x0312, 0x0009
 _NOTHING = bytes(DEDICATED_AT - 2)
 _BOOL, _TIME = ElementaryType("BOOL"), ElementaryType("TIME")
@@ -63,7 +64,7 @@ _BOOL, _TIME = ElementaryType("BOOL"), ElementaryType("TIME")
 
 @dataclass(frozen=True)
 class Moment:
-    """What happens before a scan."""
+    """The events before a scan."""
 
     number: int
     t_us: int
@@ -75,21 +76,21 @@ class Moment:
 
 
 class Environment:
-    """Chooses what happens.
+    """Source of random events around a client program.
 
     Args:
         library: Where the pins are found.
         client: The program.
-        seed: Two of the same seed choose the same.
-        numbers: Numbers that may matter to the pins; every second one is of these.
+        seed: Two environments of the same seed make the same choices.
+        numbers: Numbers that may matter to the pins; half of the values are drawn from these.
         hints: Values that may matter to single pins.
-        first: So many blocks of the client are what the run is about; 0: all of them.
-        long: Scans that are long enough for time limits.
+        first: The first blocks of the client, which the run is about; 0: all of them.
+        long: Use scan periods that are long enough for time limits.
 
     Attributes:
-        blocks: The numbers of the blocks that are called in this run, from 1 on.
+        blocks: The numbers of the blocks that are called in this run, from 1.
         scan_us: The period of the scans.
-        n: Where the output area is in its image; where that is illegal none is written.
+        n: The offset of the output area in its image; 0 if it is illegal.
     """
 
     def __init__(
@@ -107,12 +108,13 @@ class Environment:
         self._numbers = (*numbers,) or _COUNTS
         self._hints = hints
         draw = self._random.random
-        # Lossless and polite, or everything may happen; well, or in any state; all are called
-        # in the end, or those that are not are gone for good; the values that were found.
+        # _calm: no losses and a correct controller, or anything may happen. _well: a healthy state,
+        # or any. _gone: blocks without a call at the end stay uncalled. _told: prefer the solver's
+        # values.
         self._calm, self._well, self._gone, self._told = (draw() < 0.4 for _ in range(4))
-        # How soon somebody thinks otherwise: orders last for some scans, or for most of the run.
+        # How soon inputs change: orders last for a few scans, or for most of the run.
         self._pace = self._random.choice((0.03, 0.1, 0.2, 0.4))
-        # All is as it should be: what comes after long and undisturbed work is reached, too.
+        # No disturbance at all: this reaches states that need long undisturbed work.
         self._smooth = draw() < 0.25
         if self._smooth:
             self._calm = self._well = True
@@ -130,7 +132,7 @@ class Environment:
         ]
         starts = [pin for pin in pins if pin[0].endswith(("Execute", "Enable"))]
         others = [pin for pin in pins if pin not in starts]
-        # A few pins vary, the others stay as they are declared, which is legal; or all do.
+        # A few pins vary and the others keep their declared values, which are legal; or all vary.
         few = self._random.choice((1, 2, 3, len(others)))
         self._pins = starts + self._random.sample(others, min(few, len(others)))
         self._pins += [
@@ -146,7 +148,7 @@ class Environment:
             for path, kind in self._pins
             if path.startswith(f"Main.B{number}.") and kind == _TIME and absurd and draw() < 0.3
         }
-        # In their order, or the other way round: before others, or behind them.
+        # Call in order, or in another place: early or late.
         self._calls = [
             f"Main.{self._random.choice(client.places)}{number}"
             for number in (() if client.steady else self.blocks)
@@ -159,7 +161,7 @@ class Environment:
         self.scan_us = self._random.choice(_LONG_US if long else odd)
 
     def _chosen(self, library: Library, client: Client, first: int) -> tuple[int, ...]:
-        """Some of the blocks; of the first ones at least one, the others often of one channel."""
+        """Choose some of the blocks: at least one of the first; the others often of one channel."""
         every = range(1, len(client.blocks) + 1)
         if client.steady:
             return tuple(every)
@@ -178,7 +180,7 @@ class Environment:
         return tuple(sorted(found))
 
     def before(self, number: int, si: bytes, quiet: int) -> Moment:
-        """What happens before scan `number`; `si` is what was written in the one before."""
+        """Return the events before scan `number`; `si` is the area written in the scan before."""
         draw = self._random.random
         values: dict[str, Any] = dict(self._first()) if number == 0 else {}
         if quiet:
@@ -188,7 +190,7 @@ class Environment:
         values = {name: value for name, value in values.items() if self._values.get(name) != value}
         self._values |= values
         self._answer(word(si, 0), quiet > 0)
-        # Often in the scan after one that nobody wrote the area of.
+        # The link is often lost in the scan after a skipped FB_WriteArea.
         lost = 0.0 if self._calm else 0.3 if self._values.get("Main.SkipWrite") else 0.03
         self._connected = draw() > lost if self._connected or quiet else draw() < 0.5
         self._connected = self._connected or quiet > 0
@@ -210,7 +212,7 @@ class Environment:
         )
 
     def _answer(self, code: int, quiet: bool) -> None:
-        """The status: mostly what a controller says to the code that is out."""
+        """Update the status: usually the controller's answer to the code on the wire."""
         draw = self._random.random()
         if draw < 0.02 and not self._calm and not quiet:
             self._status = self._random.choice((READY, RUN, *ENDS, 0x8000, 1))
@@ -223,7 +225,7 @@ class Environment:
                 self._status = ENDS[self._random.random() < 0.3]
 
     def _odd_areas(self, odd: bool) -> Iterator[tuple[str, int]]:
-        """Sizes and places of the areas, which stay as they are."""
+        """Yield sizes and offsets of the areas; they are constant over the run."""
         pick = self._random.choice
         for name, values in (("n", _OFFSETS), ("OutSize", _SIZES), ("ImageSize", _IMAGES)):
             if odd and self._random.random() < 0.6:
@@ -278,7 +280,7 @@ class Environment:
                     yield name, not self._values.get(name)
 
     def _quiet(self) -> dict[str, Any]:
-        """Nobody asks for anything."""
+        """Return the values for a quiet environment, in which nothing is requested."""
         values: dict[str, Any] = {"Main.EmergencyStopOk": True, "Main.StopOk": True}
         values |= {path: False for path, kind in self._pins if kind == _BOOL}
         odd = ("Call", "Late", "Before", "Behind", "SkipRead", "SkipWrite", "Again", "Other")
@@ -290,7 +292,7 @@ class Environment:
         return values if self._gone else values | dict.fromkeys(self._calls, True)
 
     def _value(self, kind: Type, path: str, place: Sequence[str] | None = None) -> Any:
-        """A value of a pin; one that was found for it, in the runs that take those."""
+        """Return a random value for a pin; some runs prefer the value found by the solver."""
         pick = self._random.choice
         if place is None:
             place = (re.sub(r"^Main\.(B\d+\.|F\d+)", "", path).upper(),)
@@ -322,7 +324,7 @@ class Environment:
         return _fitting(pick(counts) if self._random.random() < 0.9 else 0, name)
 
     def _time(self) -> timedelta:
-        """A usual one, some scans, or one that is odd."""
+        """Return a usual duration, a few scans, or an unusual duration."""
         pick, draw = self._random.choice, self._random.random()
         if draw < 0.5:
             return timedelta(milliseconds=pick(_TIMES_MS))
@@ -332,7 +334,7 @@ class Environment:
 
 
 def _as_pin(hints: Hints, place: tuple[str, ...], kind: Type) -> Any:
-    """What the solver has found, as a pin of this type takes it; None: nothing."""
+    """Return the solver's value in the type of the pin; None if there is none."""
     if kind == ElementaryType("STRING"):
         return _as_text(hints, place)
     value = hints.get(place)
@@ -352,7 +354,7 @@ def _as_pin(hints: Hints, place: tuple[str, ...], kind: Type) -> Any:
 
 
 def _as_text(hints: Hints, place: tuple[str, ...]) -> str | None:
-    """A text by its length and its characters; those that do not matter are A."""
+    """Return a text from its length and its characters; characters that do not matter become A."""
     length = hints.get((*place, "len"))
     if length is None:
         return None
@@ -360,14 +362,14 @@ def _as_text(hints: Hints, place: tuple[str, ...]) -> str | None:
 
 
 def _fitting(value: int, name: str) -> int:
-    """The number as the type takes it."""
+    """Return the number, wrapped to the range of the type."""
     width = {"INT": 16, "UINT": 16, "WORD": 16, "DINT": 32, "UDINT": 32, "DWORD": 32}.get(name, 8)
     value %= 1 << width
     return value - (1 << width) if name in ("INT", "DINT", "SINT") and value >> width - 1 else value
 
 
 def numbers_in(file: Path) -> set[int]:
-    """The numbers of a source, and those beside them."""
+    """Return the numbers in a source, and their neighbours."""
     text = file.read_text(encoding="utf-8")
     found = {int(digits, 16) for digits in re.findall(r"16#([0-9A-F]+)", text)}
     found |= {int(digits) for digits in re.findall(r"(?<![\w#.])\d{1,9}\b", text)}

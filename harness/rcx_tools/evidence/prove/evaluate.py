@@ -1,9 +1,9 @@
-"""Terms of the solver as straight-line Python: one function, much faster than `z3.substitute`.
+"""Compiler from terms of the solver to straight-line Python, much faster than `z3.substitute`.
 
-Truth values are `bool`, bit-vectors unsigned `int`, floating-point numbers `float`, arrays `dict`
-with the value of all other places at `REST`. A function of the solver that is not interpreted is
-whatever the caller gives for it. Where the solver leaves a result open (a
-conversion out of range), so does this: some number.
+Truth values are `bool`, bit vectors unsigned `int`, floating-point numbers `float`. Arrays are
+`dict`; the key `REST` holds the value of all other places. The caller supplies the functions that
+the solver does not interpret. If the solver leaves a result open (a conversion out of range), this
+compiler returns some number.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from structured_text.prove.logic import UnsupportedError
 
 __all__ = ["REST", "Program", "program"]
 
-#: The key of an array's value for the places that it does not name.
+# #: The key of an array's value for all places that are not keys.
 REST = "rest"
-#: Code of a term that is used once goes into that which uses it, up to this many characters.
+# #: A term that is used once is written inline if its code is at most this many characters long.
 _INLINE = 300
 
 
 @dataclass(frozen=True)
 class Program:
-    """What `program` wrote.
+    """A compiled term or list of terms, made by `program`.
 
     Attributes:
         inputs: Names of the variables, in the order in which `run` takes their values.
-        run: Takes the values of the inputs, gives those of the terms.
+        run: Takes the values of the inputs and returns those of the terms.
     """
 
     inputs: tuple[str, ...]
@@ -43,11 +43,11 @@ class Program:
 def program(
     terms: Sequence[Any], functions: Mapping[str, Callable[..., Any]] | None = None
 ) -> Program:
-    """Python for these terms.
+    """Compile these terms to Python.
 
     Args:
-        terms: Terms of the solver; what is none is a constant.
-        functions: What stands for functions that are not interpreted, by name.
+        terms: Terms of the solver; anything else is a constant.
+        functions: Python functions for uninterpreted functions, by name.
     """
     order, uses = _ordered(terms)
     writer = _Writer(uses, functions or {})
@@ -69,7 +69,7 @@ def program(
 
 
 def _ordered(terms: Iterable[Any]) -> tuple[list[Any], dict[int, int]]:
-    """Every term after its arguments, and how often each is used."""
+    """Return every term after its arguments, and the number of uses of each."""
     order: list[Any] = []
     uses: dict[int, int] = {}
     todo: list[tuple[Any, list[Any] | None]] = [(term, None) for term in terms if z3.is_expr(term)]
@@ -103,7 +103,7 @@ class _Writer:
         self.names: dict[str, Any] = dict(_NAMES)
 
     def add(self, term: Any) -> None:
-        """Write a term whose arguments are written."""
+        """Write a term; its arguments must be written already."""
         arguments = [self.code[child.get_id()] for child in term.children()]
         code = self._code(term, arguments)
         name = term.get_id()
@@ -156,7 +156,7 @@ def _wrapping(symbol: str) -> Callable[[Any, list[str]], str]:
 
 
 def _ordering(symbol: str) -> Callable[[Any, list[str]], str]:
-    """A signed comparison."""
+    """Return the writer of a signed comparison."""
 
     def code(term: Any, a: list[str]) -> str:
         half = _half(term.arg(0))
@@ -194,7 +194,7 @@ def _rotate(name: str) -> Callable[[Any, list[str]], str]:
 
 
 def _fits(symbol: str, high: bool) -> Callable[[Any, list[str]], str]:
-    """Whether a signed result is not above (below) what the width holds."""
+    """Return the writer of a check that a signed result is not above (or below) its range."""
 
     def code(term: Any, a: list[str]) -> str:
         one = term.arg(0)
@@ -205,7 +205,7 @@ def _fits(symbol: str, high: bool) -> Callable[[Any, list[str]], str]:
     return code
 
 
-#: Of what every operand is as it is.
+# #: Templates of operators that use their operands unchanged.
 _PLAIN: dict[int, str] = {
     z3.Z3_OP_TRUE: "True",
     z3.Z3_OP_FALSE: "False",
@@ -269,7 +269,10 @@ def _is_single(term: Any) -> bool:
 
 
 def _rounded(symbol: str) -> Callable[[Any, list[str]], str]:
-    """An operation to the nearest: of single precision the double result, rounded once more."""
+    """Return the writer of an operation that rounds to the nearest number.
+
+    A result of single precision is computed as a double and rounded once more.
+    """
 
     def code(term: Any, a: list[str]) -> str:
         result = (
@@ -285,7 +288,7 @@ def _rounded(symbol: str) -> Callable[[Any, list[str]], str]:
 
 
 def _to_float(term: Any, a: list[str]) -> str:
-    """From a pattern (one argument), another precision, or a signed number."""
+    """Write a conversion from a pattern (one argument), another precision, or a signed number."""
     source = term.arg(len(a) - 1)
     if len(a) == 1:
         return f"{'single' if _is_single(term) else 'double'}_of({a[0]})"
@@ -324,7 +327,7 @@ _FLOAT: dict[int, Callable[[Any, list[str]], str]] = {
     z3.Z3_OP_FPA_TO_SBV: lambda term, a: f"whole({a[0]}, {a[1]}, {_mask(term)})",
     z3.Z3_OP_FPA_TO_UBV: lambda term, a: f"whole({a[0]}, {a[1]}, {_mask(term)})",
     z3.Z3_OP_FPA_TO_IEEE_BV: _pattern,
-    # Of one sort: patterns and numbers, where NaN is the same as NaN and 0.0 not as -0.0.
+    # Both sides have one sort. For floats NaN equals NaN, and 0.0 differs from -0.0.
     z3.Z3_OP_EQ: lambda term, a: (
         f"alike({a[0]}, {a[1]})" if z3.is_fp(term.arg(0)) else f"({a[0]} == {a[1]})"
     ),
@@ -332,7 +335,7 @@ _FLOAT: dict[int, Callable[[Any, list[str]], str]] = {
 
 
 def _quotient(a: int, b: int) -> int:
-    """A quotient cut towards zero; by 0 what the solver's standard says."""
+    """Return the quotient, truncated towards zero; division by 0 follows the solver's standard."""
     if b == 0:
         return 1 if a < 0 else -1
     quotient = abs(a) // abs(b)
@@ -385,7 +388,10 @@ def _double_pattern(value: float) -> int:
 
 
 def _nearest_single(value: int) -> float:
-    """Rounded once: what a double cannot hold gets an odd last bit before it is rounded again."""
+    """Return the nearest REAL, rounded only once.
+
+    Bits that a double cannot hold are folded into an odd last bit before the second rounding.
+    """
     cut = max(abs(value).bit_length() - 53, 0)
     kept = abs(value) >> cut << cut
     sticky = 1 << cut if kept != abs(value) and not kept >> cut & 1 else 0

@@ -1,7 +1,7 @@
-"""The summaries of what counts in long loops, proved of the bodies.
+"""Proofs of the summaries of functions with long loops against their bodies.
 
-A loop is not unrolled but cut: what holds before each of its rounds holds at its start, and after
-a round again. `n` counts the rounds; that it has a bound is the end of the loop.
+A loop is not unrolled but cut. Its loop invariant must hold at the start (base), and again after a
+round (induction step). `n` counts the rounds. Its bound proves that the loop ends.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ __all__ = ["PROPERTIES"]
 
 @dataclass(frozen=True)
 class _Loop:
-    """What is to be shown of a loop.
+    """The claims about a loop.
 
     Attributes:
-        keeps: What holds before each round: of its variables before the loop, and now, and of the
+        keeps: The loop invariant: takes the variables before the loop, the variables now, and the
             number of rounds.
-        gives: What follows of it for those after the loop, for which alone it is used; None where
-            that is all of it.
+        gives: A weaker consequence for the values after the loop. Only this consequence is used
+            afterwards. None: the invariant itself is used.
     """
 
     keeps: Callable[[Mapping[str, Any], Mapping[str, Any], Any], Any]
@@ -48,14 +48,14 @@ class _Loop:
 
 
 class _Cut(Machine):
-    """A machine that asks for what its loops keep, instead of unrolling them.
+    """A machine that collects goals for loop invariants instead of unrolling the loops.
 
-    Integers that a loop changes are held with room for what they could have become; that they fit
-    is part of what the loop keeps.
+    Integers that a loop changes are widened, so that they cannot wrap. The invariant includes that
+    they fit their type.
 
     Args:
         library: Where its sources are.
-        loops: What is to be shown of each loop, in their order.
+        loops: The claims about each loop, in the order of the loops.
     """
 
     def __init__(self, library: Library, loops: Iterable[_Loop]) -> None:
@@ -69,7 +69,7 @@ class _Cut(Machine):
         self._loops = iter(loops)
 
     def _variables(self, nodes: tuple[t.Statement, ...]) -> dict[str, Path]:
-        """What the rounds of a loop assign to."""
+        """Return the variables that the rounds of a loop assign."""
         found = {}
         for node in nodes:
             if not isinstance(node, t.Assign) or not isinstance(node.target, t.Use):
@@ -79,7 +79,7 @@ class _Cut(Machine):
         return found
 
     def _values(self, variables: Mapping[str, Path]) -> dict[str, Any]:
-        """Patterns of REAL, all else with room."""
+        """Return the values: REALs as bit patterns, all others widened."""
         values = {}
         for name, path in variables.items():
             value = self[path]
@@ -111,6 +111,10 @@ class _Cut(Machine):
             raise UnsupportedError("a loop that is no WHILE")
         loop, told = next(self._loops), f"the loop of line {node.at.line}"
         variables = self._variables(node.body)
+        # 1. The invariant holds before the first round. 2. All assigned variables become arbitrary,
+        # restricted by the invariant. 3. One round from there must restore the invariant for n + 1.
+        # 4. After the loop the invariant and the negated condition are assumed. Only the goals of 1
+        # and 3 justify that assumption.
         first = self._values(variables)
         n = z3.ZeroExt(TIME_BITS - 10, z3.BitVec(self.fresh("rounds"), 10))
         zero = z3.BitVecVal(0, TIME_BITS)
@@ -141,7 +145,7 @@ class _Cut(Machine):
     def _after_a_round(
         self, variables: Mapping[str, Path], before: Mapping[str, Any]
     ) -> tuple[dict[str, Any], Any]:
-        """The variables after a round, with room; integers change by a constant."""
+        """Return the widened variables after a round; an integer changes by a constant."""
         after, fits = {}, []
         for name, path in variables.items():
             value = self[path]
@@ -154,7 +158,7 @@ class _Cut(Machine):
 
 
 def _fit(values: Mapping[str, Any]) -> Any:
-    """All durations have 64 bits, which their sums cannot leave."""
+    """Return that all durations fit into 64 bits, so that their sums do not wrap."""
     limit = 1 << 63
     durations = [values[name] for name in values if name == "Rest" and values[name].size() > 32]
     return z3.And([z3.And(value >= -limit, value < limit) for value in durations])
@@ -164,7 +168,10 @@ _HOUR, _MINUTE, _SECOND, _MS = 3_600_000_000_000, 60_000_000_000, 1_000_000_000,
 
 
 def _counts(step: int, most: int, count: str) -> _Loop:
-    """A loop that takes `step` ns off Rest and counts them in ms, `most` times at most."""
+    """Return the claims about a loop that moves `step` ns from Rest to the count in ms.
+
+    It runs at most `most` rounds.
+    """
     by = step // _MS
 
     def keeps(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
@@ -189,7 +196,7 @@ def _counts(step: int, most: int, count: str) -> _Loop:
 
 
 def _milliseconds(library: Library) -> Iterator[Goal]:
-    """All TIME values of 64 bits."""
+    """Yield the goals of FC_RcxMilliseconds, for all TIME values of 64 bits."""
     steps = (
         (_HOUR, LONGEST_MS * _MS // _HOUR),
         (_MINUTE, 60),
@@ -227,19 +234,19 @@ def _milliseconds(library: Library) -> Iterator[Goal]:
     )
 
 
-# --- a REAL: its pattern is Size, what it has below the sign; an exponent steps it by _STEP ---
+# --- a REAL: Size is its pattern without the sign; one exponent changes the pattern by _STEP ---
 
 _STEP, _INFINITE, _SIGN = 0x80_0000, 0x7F80_0000, 1 << 31
-#: 2^23 and 2^24: from the one to below the other a REAL is its own mantissa.
+# #: 2^23 and 2^24: between them the mantissa of a REAL is the number itself.
 _WHOLE, _ABOVE = 0x4B00_0000, 0x4B80_0000
-#: Doublings of a denormal number that make its mantissa a whole number.
+# #: Doublings that make the mantissa of a denormal number a whole number.
 _DOUBLINGS = 149
 
 
 def _doubled(size: Any, n: Any) -> Any:
-    """The pattern of a denormal number, or 0, after `n` doublings, at most 149; `n` has 32 bits.
+    """Return the pattern of a denormal number, or 0, after `n` doublings, at most 149.
 
-    While the mantissa has room below 2^24 it moves to the left, then the exponent is counted.
+    `n` has 32 bits. While the mantissa is below 2^24 it is shifted left; then the exponent counts.
     """
     result = z3.BitVecVal(0, 32)
     for high in range(23):
@@ -254,7 +261,10 @@ def _narrow(n: Any) -> Any:
 
 
 def _halvings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
-    """FC_RcxRealBits halves what is 2^24 and more: infinity for ever, until Exponent ends it."""
+    """Return the invariant of the halvings in FC_RcxRealBits.
+
+    Numbers of 2^24 and more are halved. Infinity stays infinity until Exponent ends the loop.
+    """
     infinite = first["Rest"] == _INFINITE
     return z3.And(
         z3.ULE(n, 105),
@@ -265,7 +275,10 @@ def _halvings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
 
 
 def _doublings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
-    """FC_RcxRealBits doubles what is below 2^23, a denormal number until Exponent ends it."""
+    """Return the invariant of the doublings in FC_RcxRealBits.
+
+    Numbers below 2^23 are doubled; a denormal number until Exponent ends the loop.
+    """
     rest, steps = first["Rest"], _narrow(n)
     return z3.And(
         z3.ULE(n, _DOUBLINGS),
@@ -276,7 +289,7 @@ def _doublings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
 
 
 def _real_bits(library: Library) -> Iterator[Goal]:
-    """All patterns of a REAL, infinities and NaN among them."""
+    """Yield the goals of FC_RcxRealBits for all patterns of a REAL, with infinities and NaN."""
     machine = _Cut(library, [_Loop(_halvings), _Loop(_doublings)])
     pattern = z3.BitVec("value", 32)
     result = machine.call_function("FC_RCXREALBITS", [reals.Real(pattern)])
@@ -298,7 +311,7 @@ def _real_bits(library: Library) -> Iterator[Goal]:
 
 
 def _bits_real(library: Library) -> Iterator[Goal]:
-    """All patterns, those that are no number among them."""
+    """Yield the goals of FC_RcxBitsReal for all patterns, with those that are not numbers."""
     pattern = z3.BitVec("pattern", 32)
     mantissa, exponent = pattern & _STEP - 1, z3.LShR(pattern, 23) & 0xFF
     start = z3.If(exponent == 0, z3.BitVecVal(1, 32), exponent)
@@ -347,7 +360,7 @@ def _bits_real(library: Library) -> Iterator[Goal]:
 
 
 def _first_row(library: Library) -> Iterator[Goal]:
-    """Any pins and any table, but MovesSize is not above it."""
+    """Yield the goals of FB_RcxFirstRow for any pins and any table with a legal MovesSize."""
     name = "FB_RCXFIRSTROW"
 
     def upwards(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:

@@ -1,7 +1,8 @@
-"""What a block may do to RCX_REF, whatever its pins hold, in its place or out of it.
+"""The permitted changes of a block to RCX_REF, for any pins, in its place or out of it.
 
-`guarantee` is reflexive and transitive: it holds of any number of calls of any blocks in any order.
-The inductions over FB_ReadArea and FB_WriteArea lean on it; FB_ReadArea keeps `reading`.
+The relation `guarantee` is reflexive and transitive. It therefore holds for any number of calls of
+any blocks in any order. The inductions over FB_ReadArea and FB_WriteArea depend on it. FB_ReadArea
+satisfies `reading` instead.
 """
 
 from __future__ import annotations
@@ -32,12 +33,12 @@ __all__ = [
 INNER: Path = (*ROBOT, "INNER")
 READERS = ("FB_READAREA", "FB_READAREAWORDS")
 WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
-#: What FB_ReadArea writes.
+# #: The fields that FB_ReadArea writes.
 _READ = ("CONNECTED", "SO", "STATUS", "RESPONSE")
 _READ_INNER = ("ELAPSED", "SCAN", "INSCAN", "ANSWER")
-#: What it takes back, since it was asked for outside of a scan.
+# #: The fields that it withdraws, because they were requested outside of a scan.
 _TAKEN_BACK = ("REQUEST", "CODEREQUEST")
-#: Blocks that are, or have, an FB_PowerUp, and where it is.
+# #: Blocks that are or contain an FB_PowerUp, and the path of it.
 _POWER_UPS: dict[str, Path] = {
     "FB_POWERUP": BLOCK,
     "FB_OPERATOR": (*BLOCK, "SEQUENCES", "POWERING"),
@@ -47,7 +48,7 @@ Memory = Mapping[Path, Value]
 
 
 def _leaf(machine: Machine, path: Path, before: Memory, after: Memory, request: int) -> Any:
-    """What holds of one scalar of RCX_REF before and after; None: anything."""
+    """Return the relation between one scalar of RCX_REF before and after; None: unrestricted."""
     was, now = machine.term(path, before), machine.term(path, after)
     law = law_of(path[1:])
     if law == "free":
@@ -65,15 +66,15 @@ def _leaf(machine: Machine, path: Path, before: Memory, after: Memory, request: 
 
 
 def written(was: Any, now: Any) -> Any:
-    """When a value was written, as far as its term shows: the new value itself does not matter.
+    """Return when a value was written, as far as its term shows; the new value does not matter.
 
-    It saves the solver the arithmetic, of REAL most of all.
+    The solver does not have to reason about the arithmetic, above all of REAL.
     """
     return _written(was, now, {})
 
 
 def _written(was: Any, now: Any, known: dict[int, Any]) -> Any:
-    """The same; `known` are terms that were looked at: calls share most of theirs."""
+    """Do the work of `written`; `known` caches terms, because the branches share most of them."""
     number = now.get_id()
     if number not in known:
         if now.eq(was):
@@ -88,17 +89,17 @@ def _written(was: Any, now: Any, known: dict[int, Any]) -> Any:
 
 
 def guarantee(machine: Machine, before: Memory, after: Memory, request: int = ANY) -> Any:
-    """The relation: blocks leave alone what FB_ReadArea and FB_WriteArea own.
+    """Return the relation: blocks do not change what FB_ReadArea and FB_WriteArea own.
 
-    Code and Data are theirs to write, but never while a command is out; requests and the flags of
-    the scan only come; General[1] is not written, the words 2 to 15 are the program's.
+    Blocks may write Code and Data, but never while a command is out. Requests and the flags of the
+    scan can only be added. General[1] is not written; the words 2 to 15 belong to the program.
     """
     found = [_leaf(machine, path, before, after, request) for path in before if path[:1] == ROBOT]
     return z3.And(*[claim for claim in found if claim is not None])
 
 
 def reading(machine: Machine, before: Memory, after: Memory) -> Any:
-    """What FB_ReadArea does: it writes what it has read, and takes requests back; nothing else."""
+    """Return the relation of FB_ReadArea: it writes its readings and withdraws requests only."""
     claims = []
     for path in before:
         inner = path[2] if path[1:2] == ("INNER",) else ""
@@ -113,12 +114,12 @@ def reading(machine: Machine, before: Memory, after: Memory) -> Any:
 
 
 def is_connected(library: Library, name: str, path: Path) -> bool:
-    """A block has a VAR_IN_OUT of this name."""
+    """Return whether a block has a VAR_IN_OUT of this name."""
     return path in [(symbol.name.upper(),) for symbol in library.pou(name).section("VAR_IN_OUT")]
 
 
 def between(library: Library) -> list[str]:
-    """The blocks that users call beside FB_ReadArea and FB_WriteArea and that have a Robot."""
+    """Return the blocks with a Robot that users call, without FB_ReadArea and FB_WriteArea."""
     return [
         name
         for name in library.blocks
@@ -127,7 +128,10 @@ def between(library: Library) -> list[str]:
 
 
 def _lemmas(library: Library) -> Iterator[Goal]:
-    """Reflexive and transitive: whatever one call keeps, any number of them does."""
+    """Yield the lemmas: the guarantee is reflexive and transitive.
+
+    What one call keeps, any number of calls keeps.
+    """
     machine = library.machine()
     kind = library.pou("FB_STATUS").symbols["ROBOT"].type
     memories = []
@@ -141,10 +145,11 @@ def _lemmas(library: Library) -> Iterator[Goal]:
 
 
 def _releases(step: Step, name: str) -> Iterator[Goal]:
-    """A hold ends only in the block that is meant to end it, on a rising edge."""
+    """Yield: only the block meant to release a hold releases it, on a rising edge."""
     assumed = list(step.machine.assumptions)
     if name in _POWER_UPS:
-        # It starts FB_ServoOnFromEmergencyStop only where there is no hold; kept, see below.
+        # It starts FB_ServoOnFromEmergencyStop only without a hold; the next goal proves the
+        # invariant.
         place = _POWER_UPS[name]
         at_work = _servo_started(step.machine, step.before, place)
         yield Goal(
@@ -166,7 +171,7 @@ def _releases(step: Step, name: str) -> Iterator[Goal]:
 
 
 def _key_pressed(step: Step) -> Any:
-    """FB_Operator: the key Reset while its own Stop holds SI(06), or the key Start."""
+    """Return that FB_Operator releases: key Reset during its own Stop of SI(06), or key Start."""
     keys = (*BLOCK, "KEYS", "PRESSED")
     own = z3.And(step.now((*keys, "RESET")), step.was((*BLOCK, "STOPPED")))
     starts = z3.And(
@@ -176,7 +181,10 @@ def _key_pressed(step: Step) -> Any:
 
 
 def _servo_started(machine: Machine, memory: Memory, at: Path) -> Any:
-    """FB_PowerUp in a stage of FB_ServoOnFromEmergencyStop: that one has seen its edge."""
+    """Return that FB_PowerUp's inner block saw its edge in a stage of that block.
+
+    The inner block is FB_ServoOnFromEmergencyStop.
+    """
     stage = machine.term((*at, "STAGE"), memory)
     members = machine.type_of((*at, "STAGE")).members  # type: ignore[union-attr]
     places = {member.upper(): place for place, member in enumerate(members)}

@@ -32,17 +32,17 @@ Memory = Mapping[Path, Value]
 READY, RUNNING, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
 #: Answers of FB_ReadArea to the end statuses (docs/reference/errors.md: 16#8020, abnormal end).
 _ENDS = {NORMAL_END: 0x0200, ABNORMAL_END: 0x8020}
-#: All that it answers: those, nothing yet, not connected, not ready, command lost.
+# #: All answers: those, nothing yet, not connected, not ready, command lost.
 _ANSWERS = (*_ENDS.values(), 0x0000, 0x8001, 0x8002, 0x8014)
-#: Current position in pulses and in mm, and the bit of n + 2 that asks for it all the time (guide
-#: 4.7.4): it has no end status, the status reset ends it.
+# #: Current position in pulses and in mm, and the bit of n + 2 that requests continuous output #:
+# (guide 4.7.4). Continuous output has no end status; the status reset ends it.
 _POSITIONS, _CONTINUOUS = (0x0505, 0x0506), 0x0001
 _HEAD: Path = (*BLOCK, "MAKEHEAD")
-#: FB_WriteArea's copy of what is on the wire (property `bytes`).
+# #: FB_WriteArea's copy of the data on the wire (property `bytes`).
 _CODE: Path = (*_HEAD, "CODE")
 _RECOVERY: Path = (*_HEAD, "HANDSHAKE", "RECOVERY")
 _COMMAND_DATA = 2
-#: Of the blocks with a command for each row: the pin that says "this row", and what counts rows.
+# #: Blocks with one command per row: the pin that reports a row, and the row counter.
 _ROWS: dict[str, tuple[str, Path]] = {
     "FB_POINTBACKUP": ("TAKEN", ("HEAD", "COUNT")),
     "FB_POINTRESTORE": ("DIFFERENT", ("ROW",)),
@@ -58,7 +58,7 @@ def _same(one: list[Any], other: list[Any]) -> Any:
 
 
 def _holds(machine: Machine, memory: Memory | None, answered: Any) -> list[Any]:
-    """What is true between two calls of FB_WriteArea.
+    """Return the invariant between two calls of FB_WriteArea.
 
     `answered`: since the code went out, a status other than 16#0000 has been read.
     """
@@ -73,6 +73,10 @@ def _holds(machine: Machine, memory: Memory | None, answered: Any) -> list[Any]:
         _words(memory, machine, (*INNER, "DATA")),
     )
     expired, clock = get(*_RECOVERY, "Q"), get(*_RECOVERY, "phase")
+    # The clauses, in order: the recovery timer is consistent; no code is on the wire unless a
+    # command runs; while one runs, wire and request agree in code and data; a command runs only
+    # after the recovery time and if it was not lost; RUNNING is set only after an answer. The last
+    # clause links the flag to the history of the wire, which no variable of the block records.
     return [
         z3.And(
             z3.ULE(clock, 2), expired == (clock == 2), get(*_RECOVERY, "before") == (clock != 0)
@@ -86,17 +90,17 @@ def _holds(machine: Machine, memory: Memory | None, answered: Any) -> list[Any]:
 
 
 def _continuous(step: Step) -> Any:
-    """The command that is out is a continuous output of positions."""
+    """Return that the command on the wire is a continuous output of positions."""
     code = step.was(_CODE) & 0x0FFF
     asked = step.was((*_HEAD, "WORDS", 0)) & _CONTINUOUS != 0
     return z3.And(z3.Or(*[code == number for number in _POSITIONS]), asked)
 
 
 def _write_area(library: Library, name: str) -> Iterator[Goal]:
-    """Induction over the calls of FB_WriteArea; blocks and FB_ReadArea keep what `_holds` says.
+    """Yield the induction over the calls of FB_WriteArea for the invariant `_holds`.
 
-    They leave Phase and Running alone, and Code and Data while a command is out: property
-    `guarantee`. MakeHead is FB_WriteArea's own.
+    The calls between them keep the invariant: by property `guarantee`, they do not change Phase and
+    Running, nor Code and Data while a command is out. Only FB_WriteArea has MakeHead.
     """
     start = at_the_start(library, name)
     claim = z3.And(*_holds(start, None, z3.BoolVal(False)))
@@ -157,7 +161,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _read_area(library: Library, name: str) -> Iterator[Goal]:
-    """What FB_ReadArea takes over in a scan, and what it says of it to the blocks."""
+    """Yield the goals of FB_ReadArea: the values it reads, and its answer to the blocks."""
     step = library.step(name)
     machine = step.machine
     taken = z3.And(step.now((*ROBOT, "CONNECTED")), z3.Not(step.was((*INNER, "INSCAN"))))
@@ -181,12 +185,12 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _taken(library: Library, name: str) -> Iterator[Goal]:
-    """A command block that has its turn ends in the scan of the end status, and not before it."""
+    """Yield: a command block with its turn ends in the scan of the end status, not earlier."""
     step = library.step(name)
     machine = step.machine
     job = (*BLOCK, "JOB")
     busy, answer = step.was((*BLOCK, "BUSY")), step.was((*INNER, "ANSWER"))
-    agree = shows(machine, step.before, BLOCK, job)  # kept: property `restart`
+    agree = shows(machine, step.before, BLOCK, job)  # proved by property `restart`
     known = z3.Or(*[answer == told for told in _ANSWERS])
     assumed = (*machine.assumptions, *agree, known)
     done, error = step.now((*BLOCK, "DONE")), step.now((*BLOCK, "ERROR"))
@@ -232,7 +236,10 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _row(library: Library, name: str) -> Iterator[Goal]:
-    """A block with a command for each row: rows and alarms are of the scan of the end status."""
+    """Yield the goals of a block with one command per row.
+
+    Rows and alarms are those of the scan of the end status.
+    """
     step = library.step(name)
     machine = step.machine
     command = (*BLOCK, "ONE", "COMMAND")
@@ -240,7 +247,7 @@ def _row(library: Library, name: str) -> Iterator[Goal]:
     busy, answer = step.was((*BLOCK, "BUSY")), step.was((*INNER, "ANSWER"))
     assumed = (
         *machine.assumptions,
-        agrees(library, machine, step.before, name),  # kept: property `restart`
+        agrees(library, machine, step.before, name),  # proved by property `restart`
         answers(machine),
         z3.Or(*[answer == told for told in _ANSWERS]),
     )
@@ -278,7 +285,7 @@ def _row(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _collected(library: Library, name: str) -> Iterator[Goal]:
-    """A block of other command blocks shows the alarm of the one that has ended abnormally."""
+    """Yield: a block of other command blocks shows the alarm of the one that ended abnormally."""
     step = library.step(name, library.outline(name))
     machine = step.machine
     parts = [path for path, _ in inside(library, name)]
@@ -288,7 +295,7 @@ def _collected(library: Library, name: str) -> Iterator[Goal]:
         for path in parts
         for claim in alarms(View(machine, memory, path)).values()
     ]
-    holds = agrees(library, machine, step.before, name)  # kept: property `restart`
+    holds = agrees(library, machine, step.before, name)  # proved by property `restart`
     assumed = (*machine.assumptions, *known(machine), answers(machine), holds, *alarm)
     number = step.now((*BLOCK, "ERRORID"))
     failed = z3.And(step.was((*BLOCK, "BUSY")), number == _ENDS[ABNORMAL_END])
@@ -307,7 +314,7 @@ def _collected(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _commands(library: Library) -> list[str]:
-    """The blocks that run a remote command; not those that run others on their own channel."""
+    """Return the blocks that run a remote command, except those with their own channel."""
     pous = {name: library.pou(name) for name in jobs_of(library) if name not in CARRIERS}
     return [
         name

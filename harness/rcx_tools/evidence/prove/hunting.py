@@ -1,9 +1,9 @@
-"""Runs from the start that show what a seeded bug does, found by trying, and replayed.
+"""Search for runs from the start that show a seeded bug, with replay.
 
-A run counts when it breaks a claim of a property on the broken library, replayed from its
-stimulus as `rcx run` does it, and breaks nothing on the library as it is. Both run side by side:
-where no claim is broken, a run counts in which something else goes out than from the proved
-library, for those properties that say so (`claims.CLAIMS`).
+A run counts if it breaks a claim of a property on the broken library and breaks nothing on the
+unchanged library. It is replayed from its stimulus as `rcx run` does it. Both libraries run side by
+side. If no claim is broken, a run may count whose output differs from the proved library; the
+properties that allow this are in `claims.CLAIMS`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from structured_text.projects.needed import needed
 
 __all__ = ["STANDING", "Found", "Hunted", "hunt"]
 
-#: Blocks that a client has beside those that a bug is in: of both channels, and of every kind.
+# #: Blocks of a client besides those with the bug: of both channels, and of every kind.
 STANDING = (
     *("FB_ServoOn", "FB_ServoOn", "FB_AutoStart", "FB_SequenceControl", "FB_AlarmReset"),
     *("FB_ProgramReset", "FB_EmergencyStop", "FB_ServoOnFromEmergencyStop", "FB_PowerUp"),
@@ -37,17 +37,17 @@ STANDING = (
     "FB_Jog",
 )
 
-#: Runs that are tried, and scans of each before the environment becomes quiet.
+# #: Number of runs to try, and scans of each before the environment becomes quiet.
 _RUNS, _SCANS = 300, 80
-#: After a run that only differs so many more are tried for one that breaks a claim.
+# #: After a run that only differs, so many more runs are tried to find a broken claim.
 _MORE = 12
-#: Of runs for which a quiet end matters every second one has it.
+# #: Every second run has a quiet end, if a quiet end matters.
 _LONG = 2
 
 
 @dataclass(frozen=True)
 class Found:
-    """A run: what repeats it, its files, and which claim it breaks in its last scan."""
+    """A run: the command that repeats it, its files, and the claim it breaks in its last scan."""
 
     command: str
     files: tuple[str, ...]
@@ -57,12 +57,12 @@ class Found:
 
 @dataclass(frozen=True)
 class Hunted:
-    """A bug that a run is looked for.
+    """A bug, as the search for a run needs it.
 
     Attributes:
-        name: It is the seed.
-        file: What the bug has changed, in the library.
-        own: Blocks that it is in, or that its broken goals are about.
+        name: Its name, which is also the seed.
+        file: The library file that the bug has changed.
+        own: Blocks that contain the bug, or that its broken goals are about.
         kinds: Kinds of claims, see `claims.CLAIMS`.
         hints: Values of pins that break a goal.
     """
@@ -77,14 +77,14 @@ class Hunted:
 def hunt(
     bug: Hunted, broken: Library, sound: Library, folder: Path, runs: int = _RUNS
 ) -> Found | None:
-    """A run that breaks one of these kinds of claims; None where none was found.
+    """Return a run that breaks one of these kinds of claims; None if none was found.
 
     Args:
-        bug: What is looked for.
+        bug: The bug.
         broken: The copy of the library with the bug.
-        sound: The library as it is.
-        folder: The run is left here.
-        runs: How many are tried.
+        sound: The unchanged library.
+        folder: The files of the run are written here.
+        runs: Number of runs to try.
     """
     functions: tuple[str, ...] = ()
     if RESULT in bug.kinds:
@@ -127,7 +127,7 @@ class _Hunter:
         self._numbers = sorted(numbers_in(changed[1]))
 
     def first(self, own: int, runs: int) -> Found | None:
-        """The first run that breaks a claim; else the first one that differs, if that counts."""
+        """Return the first run that breaks a claim; else the first that differs, if that counts."""
         start = sum(self._bug.name.encode())
         differing: tuple[Found, list[Moment]] | None = None
         more = _MORE
@@ -170,7 +170,7 @@ class _Hunter:
         return About(self._libraries[0], self._client, blocks, self._steady, n, kinds)
 
     def _run(self, environment: Environment, *, long: bool) -> tuple[list[Moment], bool]:
-        """Try one run; what happens in it up to a broken claim, or to a difference."""
+        """Try one run; return its moments up to a broken claim or a difference."""
         self._broken.restore(self._starts[0])
         self._sound.restore(self._starts[1])
         about = self._about(environment)
@@ -183,7 +183,7 @@ class _Hunter:
             moments.append(moment)
             found = _scan(self._broken, broken, moment)
             if _scan(self._sound, sound, moment):
-                break  # a claim that the library as it is does not keep, either
+                break  # the unchanged library breaks a claim, too
             if any(kind in self._bug.kinds for kind, _ in found):
                 return moments, True
             if found:
@@ -193,7 +193,7 @@ class _Hunter:
         return moments[:differing], False
 
     def _confirmed(self, moments: list[Moment], environment: Environment) -> Found | None:
-        """Replay it from its file, on both copies of the library."""
+        """Replay the run from its file on both libraries; return None if it does not confirm."""
         file = self._leave(moments)
         about = self._about(environment)
         scan_us = environment.scan_us
@@ -215,7 +215,7 @@ class _Hunter:
     def _replayed(
         self, lib: Path, file: Path, scan_us: int, moments: list[Moment], about: About
     ) -> tuple[list[tuple[str, str]], Judges | None]:
-        """What breaks in a cell; and the judges, but where it has stopped."""
+        """Return the findings in a cell, and the judges; None for these if a fault stopped it."""
         found: list[tuple[str, str]] = []
         scan = timedelta(microseconds=scan_us)
         with Cell.build(self._source, lib=lib, scan=scan, engine="builtin") as cell:
@@ -231,7 +231,7 @@ class _Hunter:
 
 
 def _scan(program: Program, judges: Judges, moment: Moment) -> list[tuple[str, str]]:
-    """Run a scan; what it breaks."""
+    """Run a scan; return its findings."""
     for path, value in moment.values.items():
         program.write(path, value)
     program.write_bytes("Main.InputArea", moment.area)
@@ -244,12 +244,12 @@ def _scan(program: Program, judges: Judges, moment: Moment) -> list[tuple[str, s
 
 
 def _short(path: Path) -> str:
-    """As from the repository, where it is there."""
+    """Return a path relative to the repository, if it is in there."""
     return str(path.relative_to(ROOT) if path.is_relative_to(ROOT) else path)
 
 
 def _entries(moments: list[Moment]) -> Iterator[Entry]:
-    """The stimulus: what changes before which scan."""
+    """Yield the stimulus: the changes before each scan."""
     before: tuple[bytes, bool] | None = None
     for moment in moments:
         area = moment.area, moment.connected

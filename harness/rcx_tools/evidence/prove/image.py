@@ -1,4 +1,4 @@
-"""Which bytes of the process image a block writes (chapter 1, 4; chapter 5, 1)."""
+"""Bytes of the process image that each block writes (chapter 1, 4; chapter 5, 1)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from structured_text.prove.machine import Machine
 
 __all__ = ["PROPERTIES", "wire"]
 
-#: Place of PHASE_COMMAND_DATA in RCX_PHASE.
+# #: Index of PHASE_COMMAND_DATA in RCX_PHASE.
 _COMMAND_DATA = 2
 _HEAD = (*BLOCK, "MAKEHEAD")
 #: Blocks that write general-purpose inputs (chapter 1, 4.1 and 4.2; chapter 3, 2.1).
@@ -43,7 +43,7 @@ _PAIRS = ("FB_WRITEDOUBLEWORD", "FB_WRITEDOUBLEWORDINWORDS")
 
 
 def _unchanged(step: Step, address: Any) -> Any:
-    """A byte is as it was."""
+    """Return that a byte is unchanged."""
     return byte(step.machine, address, step.before) == byte(step.machine, address)
 
 
@@ -52,7 +52,7 @@ def _assumed(step: Step) -> list[Any]:
 
 
 def _inside(address: Any, first: Any, count: int) -> Any:
-    """An address is one of so many from `first` on."""
+    """Return that an address is one of `count` addresses from `first` on."""
     return z3.And(address >= first, address < first + count)
 
 
@@ -60,7 +60,7 @@ def _inside(address: Any, first: Any, count: int) -> Any:
 
 
 def wire(step: Step, before: Any) -> Any:
-    """Bytes n + 32 and n + 33 after a call, of what they were before it: see `_dedicated`."""
+    """Return bytes n + 32 and n + 33 after a call, from those before it: see `_dedicated`."""
     off = z3.BitVecVal(0, 16)
     for pin, bit in (("EMERGENCYSTOPOK", 0x0001), ("STOPOK", 0x0040)):
         off |= z3.If(step.now((*BLOCK, pin)), z3.BitVecVal(0, 16), z3.BitVecVal(bit, 16))
@@ -69,7 +69,7 @@ def wire(step: Step, before: Any) -> Any:
 
 
 def _dedicated(step: Step, name: str) -> Iterator[Goal]:
-    """What is on the wire: the inputs applied; a second call only takes SI(00), SI(06) away."""
+    """Yield: the wire carries the applied inputs; a second call only clears SI(00) and SI(06)."""
     machine, at = step.machine, offset(step.machine) + DEDICATED
     before, after = word(machine, at, step.before), word(machine, at)
     written = z3.Or(accepted(step), again(step))
@@ -123,7 +123,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _port(pin: Any) -> tuple[Any, Any]:
-    """Byte of a port as the manual prints it, SI2() to SI7() and SI10() to SI15(); it exists."""
+    """Return the byte of a port, SI2() to SI7() and SI10() to SI15(), and that the port exists."""
     low = z3.And(pin >= 2, pin <= 7)
     high = z3.And(pin >= 10, pin <= 15)
     number = z3.SignExt(16, pin)
@@ -149,7 +149,7 @@ def _ports(step: Step) -> Iterator[tuple[str, Any]]:
 
 
 def _number(step: Step) -> tuple[Any, Any, Any]:
-    """The word's number, and whether it is one of 2 to 15, or of 24 to 127 in 256 bytes."""
+    """Return the word's number, whether it is in 2 to 15, and whether in 24 to 127 of 256 bytes."""
     number = step.now((*BLOCK, "NUMBER"))
     shared = z3.And(number >= 2, number <= 15)
     size = step.now((*BLOCK, "SIZE"))
@@ -172,7 +172,7 @@ def _pairs(step: Step) -> Iterator[tuple[str, Any]]:
 
 
 def _general(step: Step, count: int, name: str) -> Iterator[Goal]:
-    """Words 2 to 15 go through RCX_REF: FB_WriteArea puts them out between commands."""
+    """Yield: words 2 to 15 go through RCX_REF; FB_WriteArea sends them between commands."""
     number, shared, _ = _number(step)
     if count == 2:
         shared = z3.And(shared, z3.Extract(0, 0, number) == 0)
@@ -231,7 +231,7 @@ _GENERAL = {
 
 
 def _readers(library: Library) -> list[str]:
-    """All other blocks that have an image."""
+    """Return all other blocks that have an image."""
     return [
         name
         for name in library.blocks
@@ -257,7 +257,7 @@ def _bytes(library: Library, part: str) -> Iterator[Goal]:
 
 
 def _clean(machine: Machine, memory: Any = None) -> Any:
-    """No reserved bit is requested or applied, and without a command SIW(1) is 0."""
+    """Return that no reserved bit is requested or applied."""
     reserved = z3.BitVecVal(~INPUTS & 0xFFFF, 16)
     applied = machine.term((*INNER, "APPLIED"), memory)
     request = machine.term((*INNER, "REQUEST"), memory)

@@ -1,4 +1,9 @@
-"""The interval between dedicated inputs on the wire (chapter 5, 3, caution)."""
+"""The interval between changes of dedicated inputs on the wire (chapter 5, 3, caution).
+
+The proof is an induction over the calls of FB_WriteArea. Ghost variables record the wire and the
+last change, which no variable of the block records. The hard case is the second call in a scan. It
+may clear SI(00) or SI(06) at once, so wire and Applied can differ until the next call.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +26,12 @@ __all__ = ["PROPERTIES"]
 _HEAD: Path = (*BLOCK, "MAKEHEAD")
 _PACE: Path = (*_HEAD, "DEDICATED", "PACE")
 _NEVER = (1 << 62) - 1
-#: What FB_RcxDedicatedInputs works with as the least time between two changes.
+# #: The least time between two changes, as FB_RcxDedicatedInputs uses it.
 _SPACING: Path = (*_HEAD, "SPACING")
 
 
 def _at_least(machine: Machine, memory: Mapping[Path, Value]) -> Any:
-    """max(100 ms, Interval) + max(0, Margin), of each 8 days at most."""
+    """Return max(100 ms, Interval) + max(0, Margin), each limited to 8 days."""
     interval = machine.term((*BLOCK, "INTERVAL"), memory)
     margin = machine.term((*BLOCK, "MARGIN"), memory)
     zero = milliseconds(0)
@@ -38,12 +43,12 @@ def _at_least(machine: Machine, memory: Mapping[Path, Value]) -> Any:
 
 @dataclass(frozen=True)
 class _Ghost:
-    """What stands beside the program.
+    """The ghost variables of the induction; the program does not contain them.
 
     Attributes:
         wire: Bytes n + 32, n + 33.
         last: Moment of their last change; -1: none yet.
-        least: The least spacing that was asked for since then.
+        least: The least spacing that was requested since then.
     """
 
     wire: Any
@@ -52,10 +57,10 @@ class _Ghost:
 
 
 def _holds(machine: Machine, memory: Mapping[Path, Value], ghost: _Ghost, now: Any) -> list[Any]:
-    """What is true between two calls.
+    """Return the invariant between two calls.
 
-    The wire is what is applied, but for what a second call in a scan has taken away: that is held
-    OFF, and the next call finds it so.
+    The wire equals Applied, except for bits that a second call in a scan has cleared. Those bits
+    are kept OFF by the flags Keep..., and the next call of FB_WriteArea adopts them.
     """
     phase = machine.term((*_PACE, "phase"), memory)
     expired, on = (machine.term((*_PACE, name), memory) for name in ("Q", "before"))
@@ -89,10 +94,11 @@ def _base(library: Library, block: str) -> Iterator[Goal]:
 
 
 def _goals(library: Library, block: str) -> Iterator[Goal]:
-    """Induction over the calls of FB_WriteArea; FB_ReadArea and the blocks between keep `_holds`.
+    """Yield the induction over the calls of FB_WriteArea; all other calls keep `_holds`.
 
-    Bytes n + 32 and n + 33 are what `wire` says: property `bytes`. Those blocks leave Applied
-    alone, request neither SI(00) nor SI(06), and the flags Keep... only rise: `guarantee`.
+    By property `bytes`, bytes n + 32 and n + 33 are those of `wire`. By property `guarantee`, the
+    other blocks do not change Applied, request neither SI(00) nor SI(06), and only set the flags
+    Keep....
     """
     yield from _base(library, block)
     last, least, before = (
@@ -106,7 +112,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     assumed = [*machine.assumptions, *times]
     assumed += _holds(machine, step.before, ghost, before)
 
-    # The spacing as the block works with it is what is asked for; from here on it is any time.
+    # The block's spacing equals the requested one. The goals below then allow any spacing.
     counts, spacing = accepted(step), step.now(_SPACING)
     asked = z3.Implies(counts, spacing == _at_least(machine, step.before))
     yield Goal(f"{block}: the spacing", tuple(machine.assumptions), asked)
@@ -145,7 +151,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
 
 
 def _by_phase(step: Step, goal: Goal) -> Iterator[Goal]:
-    """A goal in cases, each of which the solver finds easier: the timer rests, runs, is over."""
+    """Yield a goal in three simpler cases for the solver: the timer rests, runs, is over."""
     phase = step.was((*_PACE, "phase"))
     for case, told in enumerate(("rests", "runs", "is over")):
         yield Goal(

@@ -1,4 +1,8 @@
-"""What holds of a block between its calls: guessed from templates, kept if it is inductive."""
+"""Invariants of a block between its calls: guessed from templates, kept if inductive (Houdini).
+
+A wrong guess is harmless. It either fails at the start, or a counterexample to the induction step
+drops it. The remaining guesses are inductive together, so a proof may assume all of them.
+"""
 
 from __future__ import annotations
 
@@ -33,9 +37,9 @@ __all__ = [
     "without_floats",
 ]
 
-#: The pins that the contract is about.
+# #: The pins of the contract.
 PINS = ("DONE", "BUSY", "ACTIVE", "ERROR", "ERRORID", "VALID", "ALARMGROUP", "ALARMCATEGORY")
-#: Abnormal end: the controller's alarm stands in the response.
+# #: Abnormal end: the response contains the controller's alarm.
 ABNORMAL = 0x8020
 
 Memory = Mapping[Path, Value]
@@ -56,27 +60,27 @@ class View:
         return self.machine.term((*self.path, pin), self.memory)
 
     def bit(self, pin: str) -> Any:
-        """A pin that is FALSE where there is none."""
+        """Return a pin, or FALSE if the block does not have it."""
         return self[pin] if pin in self else z3.BoolVal(False)
 
     @property
     def shown(self) -> Any:
-        """Busy, Done or Error."""
+        """Return that Busy, Done or Error is TRUE."""
         return z3.Or(self["BUSY"], self["DONE"], self["ERROR"])
 
     def same(self, other: View, pins: Iterable[str]) -> Any:
-        """These pins have the same values in both."""
+        """Return that these pins have the same values in both views."""
         return z3.And([self[pin] == other[pin] for pin in pins])
 
 
 def exclusive(view: View, pins: Iterable[str]) -> Any:
-    """At most one of these pins, those that there are, is true."""
+    """Return that at most one of these pins is TRUE; pins that do not exist are ignored."""
     there = [view[pin] for pin in pins if pin in view]
     return z3.And([z3.Not(z3.And(one, other)) for one, other in combinations(there, 2)])
 
 
 def _instances(library: Library, block: str) -> Iterator[tuple[Path, BlockType]]:
-    """The block and all that are inside of it, but for those that may do anything."""
+    """Yield the block and all inner blocks, except those that may do anything."""
     kind = library.pou(block).block
     assert kind is not None
     yield from _inside(kind, BLOCK, library if block in OUTLINED else None)
@@ -97,7 +101,7 @@ def _inside(
 def _guesses(
     library: Library, block: str, machine: Machine, memory: Memory, saw: Any
 ) -> dict[str, Any]:
-    """By name: what may hold in this state; `saw` is the Execute of the last call."""
+    """Return candidates for the invariant, by name; `saw` is the Execute of the last call."""
     views = {path: View(machine, memory, path) for path, _ in _instances(library, block)}
     whole = views[BLOCK]
     guesses: dict[str, Any] = {}
@@ -147,12 +151,12 @@ def _guesses(
 
 
 def _over(view: View) -> Any:
-    """Its work has ended, and Execute is still TRUE; FALSE of one that does not remember it."""
+    """Return that its work has ended while Execute is TRUE; FALSE if it has no WasExecute."""
     return z3.And(view.bit("WASEXECUTE"), z3.Not(view["BUSY"]))
 
 
 def _of_one(view: View) -> dict[str, Any]:
-    """What may hold of an instance alone."""
+    """Return candidates about a single instance."""
     guesses: dict[str, Any] = {}
     if "ERROR" in view:
         guesses["one end at most"] = exclusive(view, ("DONE", "BUSY", "VALID", "ERROR"))
@@ -177,7 +181,7 @@ def _of_one(view: View) -> dict[str, Any]:
 
 
 def alarms(now: View) -> dict[str, Any]:
-    """The alarm's words are 0 but after an abnormal end."""
+    """Return, by pin, that the alarm's words are 0 except after an abnormal end."""
     return {
         f"{pin} only of an abnormal end": z3.Implies(now[pin] != 0, now["ERRORID"] == ABNORMAL)
         for pin in ("ALARMGROUP", "ALARMCATEGORY")
@@ -186,7 +190,7 @@ def alarms(now: View) -> dict[str, Any]:
 
 
 def _of_two(inner: View, outer: View) -> dict[str, Any]:
-    """What may hold between an instance and one that it is inside of."""
+    """Return candidates about an instance and the instance that contains it."""
     guesses = {
         f"equal {pin}": inner[pin] == outer[pin] for pin in PINS if pin in inner and pin in outer
     }
@@ -221,13 +225,20 @@ def _stages(view: View) -> int:
 def inductive(
     assumed: Iterable[Any], before: Mapping[str, Any], after: Mapping[str, Any]
 ) -> list[str]:
-    """The guesses that hold again after a step whenever all of them held before it."""
+    """Return the largest inductive subset of the guesses.
+
+    The result may be assumed before a step and holds again after it. Without an answer of the
+    solver the result is empty.
+    """
     solver = z3.SolverFor("QF_AUFBVFP")
     solver.set("timeout", 20_000)
     solver.add(*assumed)
     holds = {name: z3.Bool(f"guess {name}") for name in before}
     solver.add(*[z3.Implies(holds[name], before[name]) for name in before])
     kept = list(before)
+    # Houdini: each counterexample to the induction step refutes at least one remaining guess. All
+    # guesses that it refutes are dropped, and the rest is tried again. Every round drops a guess,
+    # so the loop ends. The literals `holds` switch assumptions off without building a new solver.
     while kept:
         solver.push()
         solver.add(z3.Not(z3.And([after[name] for name in kept])))
@@ -243,7 +254,7 @@ def inductive(
 
 
 def at_start(library: Library, block: str) -> tuple[Machine, Memory]:
-    """A block that was never called."""
+    """Return a machine with a block that was never called, and its memory."""
     machine = library.machine()
     pou = library.pou(block)
     assert pou.block is not None
@@ -252,7 +263,7 @@ def at_start(library: Library, block: str) -> tuple[Machine, Memory]:
 
 
 def invariant(library: Library, block: str, step: Step, saw: Any) -> tuple[list[Any], list[Any]]:
-    """What holds before and after a call, and at the start.
+    """Return the invariant before and after a call; it also holds at the start.
 
     Args:
         library: The library.
@@ -276,15 +287,15 @@ def invariant(library: Library, block: str, step: Step, saw: Any) -> tuple[list[
 
 
 def assumed(step: Step) -> tuple[Any, ...]:
-    """What holds before a call of any block."""
+    """Return the assumptions before a call of any block."""
     linked_up = [linked(step.machine, step.before)] if (*ROBOT, "CONNECTED") in step.before else []
     return (*step.machine.assumptions, *linked_up)
 
 
 def linked(machine: Machine, memory: Memory) -> Any:
-    """What FB_ReadArea says and no other block alters: without CPU_OK the answer is an error.
+    """Return the claim of FB_ReadArea that no other block changes: no CPU_OK, an error answer.
 
-    Before the first FB_ReadArea of all there is no answer yet.
+    Before the very first FB_ReadArea there is no answer yet.
     """
     placed = machine.term((*ROBOT, "INNER", "INSCAN"), memory)
     answer = machine.term((*ROBOT, "INNER", "ANSWER"), memory)
@@ -293,7 +304,7 @@ def linked(machine: Machine, memory: Memory) -> Any:
 
 
 def _unwritten(library: Library, block: str, machine: Machine) -> Iterator[Path]:
-    """Scalars of the block and those inside of it that no statement of theirs writes."""
+    """Yield the scalars of the block and its inner blocks that no statement of theirs writes."""
     for path, inner in _instances(library, block):
         if inner.name in BLOCKS:
             continue
@@ -308,15 +319,15 @@ def _unwritten(library: Library, block: str, machine: Machine) -> Iterator[Path]
 def call(
     library: Library, block: str, machine: Machine | None = None, like: Memory | None = None
 ) -> Step:
-    """One call from any state, like `Library.step`.
+    """Call a block once from any state, like `Library.step`.
 
     Variables that no call writes have their initial values.
 
     Args:
         library: The library.
         block: The block.
-        machine: A machine that goes on.
-        like: Another state, whose inputs and connected variables are those of this one, too.
+        machine: A machine that continues; None: a new one.
+        like: Another state; inputs and connected variables are taken from it.
     """
     machine = machine or library.outline(block)
     pou = library.pou(block)
@@ -342,10 +353,10 @@ def call(
 
 
 def without_floats(term: Any) -> Any:
-    """The term with any value for each result of floating-point arithmetic.
+    """Return the term with a free variable for each result of floating-point arithmetic.
 
-    What is proved of it holds of the term: nothing is known of these values but that a result is
-    equal to itself.
+    A proof of the new term is a proof of the old one: of these variables only the equality of
+    identical results is known.
     """
     if isinstance(term, bool):
         return term

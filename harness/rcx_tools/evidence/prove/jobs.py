@@ -1,4 +1,4 @@
-"""The jobs behind `make prove`: one part of one property each, with what is known of it."""
+"""The jobs behind `make prove`: each is one part of one property, with a key of its inputs."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ __all__ = [
     "worst",
 ]
 
-#: All of them, in the order of the page.
+# #: All properties, in the order of the page.
 PROPERTIES: tuple[Property, ...] = (
     *interval.PROPERTIES,
     *guarantee.PROPERTIES,
@@ -66,7 +66,7 @@ PROPERTIES: tuple[Property, ...] = (
     *functions.PROPERTIES,
 )
 
-#: Real time after which a goal that the solver does not give up itself is given up [s].
+# #: Real time beyond the limit after which the process of a hanging goal is ended [s].
 _HANGS = 120
 
 
@@ -80,7 +80,7 @@ def _no_more(_: Goal) -> Mapping[str, Any]:
 
 @dataclass(frozen=True)
 class Job:
-    """A part of a property of a copy of plc/lib; `key` names it with all that it depends on."""
+    """A part of a property of a copy of plc/lib; `key` includes a hash of all its inputs."""
 
     folder: str
     property: str
@@ -91,15 +91,15 @@ class Job:
 
 @lru_cache(maxsize=2)
 def library_at(folder: str) -> Library:
-    """The copy in this folder; the last ones are kept."""
+    """Return the library in this folder; the last two are cached."""
     return Library(Path(folder))
 
 
 def property_of(name: str) -> Property:
-    """A property by its name.
+    """Return a property by its name.
 
     Raises:
-        InputError: there is none.
+        InputError: there is no such property.
     """
     for item in PROPERTIES:
         if item.name == name:
@@ -109,15 +109,15 @@ def property_of(name: str) -> Property:
 
 
 def rests_on(library: Library, item: Property, part: str) -> list[str]:
-    """The POUs that a part of a property is about; what they use is not among them."""
+    """Return the POUs that a part of a property is about, without the POUs these use."""
     return list(library.pous) if item.rests_on is None else list(item.rests_on(part))
 
 
 def jobs(library: Library, wanted: Iterable[str] = (), limit_s: float = 60.0) -> Iterator[Job]:
-    """Every part of every property, or of those that are wanted.
+    """Yield every part of every property, or of the wanted ones.
 
     Raises:
-        InputError: there is no property of a name, or the library lacks a block.
+        InputError: a property does not exist, or the library lacks a block.
     """
     names = {property_of(name).name for name in wanted}
     for item in PROPERTIES:
@@ -131,12 +131,12 @@ def jobs(library: Library, wanted: Iterable[str] = (), limit_s: float = 60.0) ->
 
 
 def run(job: Job) -> dict[str, Any]:
-    """Ask the solver; the outcome of each goal, and of all of them the worst."""
+    """Ask the solver; return the outcome of each goal, and the worst one as status."""
     return _judged(job, answers(job, library_at(job.folder)))
 
 
 def run_until_broken(job: Job, library: Library, also: Shown = _no_more) -> dict[str, Any]:
-    """The same, up to the first goal that is not proved."""
+    """Ask the solver like `run`, but stop at the first goal that is not proved."""
     goals = []
     for goal in answers(job, library, also):
         goals.append(goal)
@@ -146,22 +146,22 @@ def run_until_broken(job: Job, library: Library, also: Shown = _no_more) -> dict
 
 
 def died(job: Job) -> dict[str, Any]:
-    """The outcome of a job whose process has ended by itself."""
+    """Return the outcome for a job if its process has ended by itself."""
     return _judged(job, [_unknown(job, DIED)])
 
 
 def worst(statuses: Iterable[str]) -> str:
-    """Of several outcomes, or of none."""
+    """Return the worst of several statuses; UNKNOWN if there are none."""
     return min(statuses, key=(REFUTED, UNKNOWN, PROVED).index, default=UNKNOWN)
 
 
 def answers(job: Job, library: Library, also: Shown = _no_more) -> Iterator[dict[str, Any]]:
-    """What the solver says to each goal; what cannot be asked is unknown.
+    """Yield the solver's answer to each goal; a goal that cannot be asked is unknown.
 
     Args:
-        job: The part that is asked about.
-        library: The copy that it is about.
-        also: What to show of a goal that does not hold, beside what it shows by itself.
+        job: The part of a property.
+        library: The copy of the library that it is about.
+        also: Further terms to show for a goal that does not hold.
     """
     z3.set_param("smt.random_seed", 0)
     z3.set_param("sat.random_seed", 0)
@@ -185,7 +185,7 @@ def _shown(goal: Goal, also: Shown) -> Mapping[str, Any]:
 
 
 def _watch(limit_s: float | None) -> None:
-    """End this process where a goal takes for ever; the run goes on without it."""
+    """End this process if a goal hangs; the run continues without it. None: stop watching."""
     if hasattr(signal, "alarm"):
         signal.alarm(0 if limit_s is None else int(limit_s) + _HANGS)
 

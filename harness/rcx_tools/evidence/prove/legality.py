@@ -1,6 +1,7 @@
-"""Which telegrams spec/remote_commands.toml calls legal, as a formula over their words.
+"""The legal telegrams of spec/remote_commands.toml, as a formula over their words.
 
-A reading of the table of its own: it shares nothing with those that build and judge telegrams.
+This is an independent reading of the table. It shares no code with the modules that build and judge
+telegrams.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["CODE_BITS", "legal"]
 
-#: The code stands in bits 11-0 of word n, the robot number in bits 15-12.
+# #: Bits 11-0 of word n are the code, bits 15-12 the robot number.
 CODE_BITS = 12
 _ROBOTS = 4
 #: Words n+2 to n+30.
 _WORDS = 15
 _WIDTH = {"u16": 16, "s16": 16, "u32": 32, "s32": 32, "text": 8}
-#: A character that the guide can carry, and what a text may be filled up with.
+# #: Characters that the guide can carry, and fillers for the rest of a text.
 _CHARACTERS, _FILLERS = [0x20, 0x7E], (0x20, 0x00)
 _KEYS = {"name", "at", "type", "bits", "count", "length", "values", "range", "by", "ranges"}
 _KEYS |= {"one_bit", "unit", "meaning"}
@@ -33,7 +34,7 @@ Words = Sequence[Any]
 
 @cache
 def _commands() -> Mapping[int, tuple[Mapping[str, Any], tuple[Field, ...]]]:
-    """Of each code its table, and the fields of its request with those of its groups."""
+    """Return for each code its table, and the fields of its request, including its groups."""
     table = load_toml(ROOT / "spec/remote_commands.toml")
     groups = {group["name"]: group.get("request", []) for group in table["group"]}
     found = {}
@@ -48,12 +49,12 @@ def _commands() -> Mapping[int, tuple[Mapping[str, Any], tuple[Field, ...]]]:
 
 
 def legal(code: Any, words: Words, codes: Sequence[int]) -> Any:
-    """The telegram is a legal one of these commands.
+    """Return that the telegram is a legal one of these commands.
 
     Args:
         code: Word n, with the robot number.
         words: Words n+2 to n+30.
-        codes: The commands that it may be.
+        codes: The possible commands.
     """
     return z3.Or([_legal(code, words, one) for one in codes])
 
@@ -81,7 +82,7 @@ def _legal(code: Any, words: Words, wanted: int) -> Any:
 
 
 def _free(fields: Sequence[Field]) -> list[int]:
-    """Of each word the bits that no field covers."""
+    """Return for each word the bits that no field covers."""
     free = [0xFFFF] * _WORDS
     for field in fields:
         first = field["at"] // 2 - 1
@@ -96,7 +97,7 @@ def _free(fields: Sequence[Field]) -> list[int]:
 
 
 def _values(field: Field, words: Words) -> list[Any]:
-    """The values that stand in a field: one, or as many as it counts."""
+    """Return the values of a field: one value, or as many as its count."""
     first = field["at"] // 2 - 1
     if "bits" in field:
         low, high = field["bits"]
@@ -111,7 +112,7 @@ def _values(field: Field, words: Words) -> list[Any]:
 
 
 def _holds(field: Field, limits: list[int] | None, words: Words) -> Any:
-    """Each value of a field is one that it may have."""
+    """Return that each value of a field is legal."""
     values = _values(field, words)
     if field.get("type") == "text":
         return _text(values, limits or _CHARACTERS)
@@ -138,7 +139,7 @@ def _between(value: Any, low: int, high: int, *, signed: bool) -> Any:
 
 
 def _text(characters: Sequence[Any], limits: list[int]) -> Any:
-    """Characters within the limits, then one of the fillers to the end."""
+    """Return: characters within the limits, then one of the fillers up to the end."""
     either = []
     for filler in _FILLERS:
         rules, rest = [], z3.BoolVal(True)
@@ -151,10 +152,11 @@ def _text(characters: Sequence[Any], limits: list[int]) -> Any:
 
 
 def _product(fields: Sequence[Field], limits: list[int], words: Words) -> list[Any]:
-    """The product of fields of 16 bits; as none is 0, no part of it is above the limit.
+    """Return that the product of these 16-bit fields and all partial products are within limits.
 
-    They are at most 32767, so that their sign makes no difference; with it the solver has the
-    same products here as in the blocks.
+    No factor is 0, so no partial product exceeds the limit. Factors are at most 32767, so signed
+    and unsigned products agree. The signed form gives the solver the same products as in the
+    blocks.
     """
     low, high = limits
     if not all(1 <= one["range"][0] <= one["range"][1] <= 0x7FFF for one in fields):

@@ -1,4 +1,4 @@
-"""SI(00) and SI(06): ON only with their pin, the link, and no hold (chapter 5, 2 and 3)."""
+"""SI(00) and SI(06): ON only with their pin, the link, and without a hold (chapter 5, 2 and 3)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LEVELS = (
     ("SI(00)", 0, "EMERGENCYSTOPOK", "HOLDEMERGENCY", "KEEPEMERGENCY"),
     ("SI(06)", 6, "STOPOK", "HOLDSTOP", "KEEPSTOP"),
 )
-#: Blocks that take a level away, and the flag with which they do (chapter 5, 3.1 and 3.3).
+# #: Blocks that clear a level, and the flag that they use (chapter 5, 3.1 and 3.3).
 _STOPPERS = {"FB_EMERGENCYSTOP": "KEEPEMERGENCY", "FB_PROGRAMSTOP": "KEEPSTOP"}
 
 
@@ -37,7 +37,7 @@ def _stopper(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _goals(library: Library, part: str) -> Iterator[Goal]:
-    """Of one call of FB_WriteArea; bytes n + 32, n + 33 are what `wire` says: property `bytes`."""
+    """Yield the goals of one call of FB_WriteArea; `wire` gives bytes n + 32, n + 33 (`bytes`)."""
     if part in _STOPPERS:
         yield from _stopper(library, part)
         return

@@ -1,4 +1,4 @@
-"""The library as the proofs see it: its checked sources, and machines with one of its blocks."""
+"""The library as the proofs use it: its checked sources, and machines with one of its blocks."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ from structured_text.prove.values import TIME_BITS, Value
 
 __all__ = ["BLOCK", "IMAGE", "ROBOT", "Library", "Step", "milliseconds"]
 
-#: Where a `Step` has the instance and the variables that it is called with.
+# #: Paths of the instance and the connected variables in a `Step`.
 BLOCK: Path = ("B",)
 ROBOT: Path = ("ROBOT",)
 IMAGE: Path = ("IMAGE",)
 
 
 def milliseconds(count: int) -> Any:
-    """A TIME as a term."""
+    """Return a TIME as a term."""
     return z3.BitVecVal(count * 1_000_000, TIME_BITS)
 
 
 @dataclass
 class Step:
-    """One call of a block in a state that may be anything.
+    """One call of a block from an arbitrary state.
 
     Attributes:
-        machine: Its memory after the call; `machine.assumptions` says what values may be.
+        machine: Its memory after the call; `machine.assumptions` restricts the values.
         before: Its memory before the call.
         called: The instance of the block.
     """
@@ -51,11 +51,11 @@ class Step:
     called: Path
 
     def was(self, path: Path) -> Any:
-        """A scalar before the call, as a term."""
+        """Return a scalar before the call, as a term."""
         return self.machine.term(path, self.before)
 
     def now(self, path: Path) -> Any:
-        """A scalar after the call, as a term."""
+        """Return a scalar after the call, as a term."""
         return self.machine.term(path)
 
 
@@ -64,8 +64,8 @@ class Library:
     """A copy of plc/lib.
 
     Attributes:
-        folder: Where it is.
-        like: Another copy; files that are the same there are not parsed again.
+        folder: Its folder.
+        like: Another copy; files that are equal there are not parsed again.
     """
 
     folder: File
@@ -73,10 +73,10 @@ class Library:
 
     @cached_property
     def project(self) -> Project:
-        """Its checked sources.
+        """Return its checked sources.
 
         Raises:
-            InputError: there is no such folder, or something is wrong with its sources.
+            InputError: the folder does not exist, or a source has an error.
         """
         sources = sorted(self.folder.rglob("*.st"))
         if not sources:
@@ -92,10 +92,10 @@ class Library:
         return parse(file)
 
     def complete(self, original: File) -> None:
-        """See that it has all of the blocks and functions of another copy.
+        """Check that this copy has all blocks and functions of another copy.
 
         Raises:
-            InputError: it has not; the first of them is named.
+            InputError: something is missing; the first missing name is given.
         """
         names = sorted(file.stem for file in original.rglob("F[BC]_*.st"))
         lacking = [name for name in names if name.upper() not in self.project.pous]
@@ -108,7 +108,7 @@ class Library:
 
     @property
     def blocks(self) -> list[str]:
-        """The function blocks that users call, in upper case: all but those of core/."""
+        """Return the function blocks that users call, in upper case: all except those of core/."""
         return [
             name
             for name, pou in self.project.pous.items()
@@ -117,11 +117,11 @@ class Library:
 
     @property
     def pous(self) -> list[str]:
-        """Everything that runs, in upper case."""
+        """Return the names of all blocks and functions, in upper case."""
         return list(self.project.pous)
 
     def state(self, names: Iterable[str]) -> str:
-        """A hash of the sources of these POUs and of all that they use, and of the types."""
+        """Return a hash of the sources of these POUs, of all POUs they use, and of the types."""
         files = {self.project.pous[name].file for name in self.used(names)}
         wanted = [
             file for file in self.project.files if str(file) in files or file.parent.name == "types"
@@ -129,7 +129,7 @@ class Library:
         return digest(self.folder, wanted)
 
     def used(self, names: Iterable[str]) -> set[str]:
-        """These POUs and all that they use, in upper case."""
+        """Return these POUs and all POUs they use, in upper case."""
         found: set[str] = set()
         waiting = list(names)
         while waiting:
@@ -141,32 +141,32 @@ class Library:
 
     @cached_property
     def _uses(self) -> dict[str, list[str]]:
-        """Of each POU those that its source names."""
+        """Return for each POU the POUs that its source names."""
         return {
             name: self.named(File(pou.file).read_text(encoding="utf-8"))
             for name, pou in self.project.pous.items()
         }
 
     def named(self, text: str) -> list[str]:
-        """The POUs that a text names, in upper case."""
+        """Return the POUs that a text names, in upper case."""
         words = {word.upper() for word in re.findall(r"\bF[BC]_\w+", text)}
         return sorted(words & set(self.project.pous))
 
     def in_file(self, file: str) -> set[str]:
-        """The POUs of a file, named as from the folder; none of a file with a type."""
+        """Return the POUs of a file, given relative to the folder; empty for a file with a type."""
         where = str(self.folder / file)
         return {name for name, pou in self.project.pous.items() if pou.file == where}
 
     def pou(self, name: str) -> t.Pou:
-        """A block or function by its name in upper case."""
+        """Return a block or function by its name in upper case."""
         return self.project.pous[name]
 
     def machine(self, *, summaries: bool = True) -> Machine:
-        """A machine at any moment of the PLC's life: `now` is a variable of the solver."""
+        """Return a machine at any moment of the PLC's life: `now` is a variable of the solver."""
         return self._timed(Machine(self.project, SUMMARIES if summaries else None))
 
     def outline(self, name: str) -> Machine:
-        """The same, for a block that works through others by what is proved of those."""
+        """Return a machine for a block; inner blocks of an outlined block follow their proofs."""
         return self._timed(Outline(self.project, SUMMARIES)) if name in OUTLINED else self.machine()
 
     def _timed(self, machine: Machine) -> Machine:
@@ -175,7 +175,7 @@ class Library:
         return machine
 
     def step(self, name: str, machine: Machine | None = None) -> Step:
-        """Call a block once, from any state, with any pins, and whatever it is connected to.
+        """Call a block once, from any state, with any pins and any connected variables.
 
         The instance is at `BLOCK`, each VAR_IN_OUT at its name in upper case (`ROBOT`, `IMAGE`).
         """

@@ -1,7 +1,8 @@
-"""Blocks that work through others: what those are called for may be anything that is proved of it.
+"""Blocks that are proved from the proofs of the blocks inside them (assume-guarantee).
 
-Of a call of a block that users call, too, nothing is taken for granted but the `guarantee` that is
-proved of that block: its instance and its telegram may then hold anything.
+A call of an inner block that users also call is not executed. The proof only assumes the
+`guarantee` that is proved of that block. The instance and its telegram may hold anything else. This
+keeps blocks with many inner blocks within reach of the solver.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ __all__ = [
     "law_of",
 ]
 
-#: Blocks with so many others inside that they are proved by what is proved of those.
+# #: Blocks with so many inner blocks that they are proved from the proofs of those.
 OUTLINED = ("FB_MOVETABLE", "FB_PICKPLACE", "FB_WORKCYCLE")
-#: Place of PHASE_COMMAND_RUN in RCX_PHASE.
+# #: Index of PHASE_COMMAND_RUN in RCX_PHASE.
 COMMAND_RUN = 3
 #: Dedicated inputs that a block may request, by their places in bytes n + 32, n + 33 (chapter 5,
 #: 1): SI(01), SI(10), SI(12), SI(14), SI(15), SI(16), SI(17). SI(00) and SI(06) are levels.
@@ -52,24 +53,25 @@ REQUESTS = {
     "FB_RETURNTOORIGIN": _INCREMENTAL | _ABSOLUTE,
     "FB_SEQUENCECONTROL": _SEQUENCE,
 }
-#: It has blocks for all of these.
+# #: FB_Operator contains blocks for all of these.
 REQUESTS["FB_OPERATOR"] = REQUESTS["FB_POWERUP"]
 ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RESET | _ABSOLUTE
-#: What blocks write freely: the turns (a property of their own), the holds (see RELEASES), and
-#: which of them has a robot or a part.
+# #: Fields that blocks write freely: the turns (own properties), the holds (see RELEASES), and
+# which #: of the robots works or carries a part.
 _FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP", "WORKS", "WORKED", "CARRIES")
-#: Flags of a scan: they come, and only FB_WriteArea takes them away.
+# #: Flags of a scan: blocks only set them, and only FB_WriteArea clears them.
 _RISING = ("KEEPEMERGENCY", "KEEPSTOP", "STOPJOG", "CODEREQUEST")
-#: What a block asks for, and its turn: outside of a scan it leaves all of it alone (`place`).
+# #: Requests and turns of a block: a call outside of a scan does not change them (`place`).
 ASKS = ("COMMAND", "SEQUENCE", "CODE", "DATA", "CODEREQUEST", "REQUEST")
-#: Blocks that end a hold, on a rising edge.
+# #: Blocks that release a hold, on a rising edge.
 RELEASES = {"HOLDEMERGENCY": "FB_SERVOONFROMEMERGENCYSTOP", "HOLDSTOP": "FB_PROGRAMCONTINUE"}
 
 
 def law_of(path: Path) -> str:
-    """What a block may do to a scalar of RCX_REF, by its path in there.
+    """Return the rule for a scalar of RCX_REF, by its path in there.
 
-    "free", "rising", "request"; "telegram": nothing while a command is out; "kept": never anything.
+    "free": any change; "rising": only set; "request": only set own inputs; "telegram": unchanged
+    while a command is out; "kept": never changed.
     """
     name = path[1] if path[0] == "INNER" else ""
     if name in _FREE or (name == "GENERAL" and path[2] > 0):
@@ -82,7 +84,10 @@ def law_of(path: Path) -> str:
 
 
 def is_outside(project: Project, block: str) -> bool:
-    """A block that users call between FB_ReadArea and FB_WriteArea: its guarantee is proved."""
+    """Return whether users call the block between FB_ReadArea and FB_WriteArea.
+
+    The guarantee of such blocks is proved.
+    """
     name = block.upper()
     if name.startswith("FB_RCX") or block in BLOCKS:
         return False
@@ -92,7 +97,7 @@ def is_outside(project: Project, block: str) -> bool:
 
 @dataclass(frozen=True)
 class Outlined:
-    """A call that may have done anything that is proved: with the memory before and after it."""
+    """A call that was replaced by its guarantee, with the memory before and after it."""
 
     instance: Path
     block: str
@@ -102,10 +107,10 @@ class Outlined:
 
 
 class Outline(Machine):
-    """Runs a block; what it calls that users call, too, does what is proved of that one.
+    """A machine that replaces inner blocks which users call, too, by their guarantees.
 
     Attributes:
-        outlined: The calls of such blocks, of all that was run.
+        outlined: The replaced calls of all runs.
     """
 
     def __init__(
@@ -119,7 +124,7 @@ class Outline(Machine):
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
     ) -> None:
-        """Run a block, or let it do anything that it may."""
+        """Run a block, or apply its guarantee."""
         if not self._frames or not is_outside(self.project, block):
             super().call_block(instance, block, in_outs)
             return
@@ -139,7 +144,7 @@ class Outline(Machine):
         self.outlined.append(Outlined(instance, block.upper(), when, before, self.snapshot()))
 
     def _become_anything(self, instance: Path, pou: t.Pou) -> None:
-        """All of a block but its inputs."""
+        """Make all variables of an instance arbitrary, except its inputs."""
         assert pou.block is not None
         given = {
             path: self[path]
@@ -152,7 +157,7 @@ class Outline(Machine):
             self[path] = value
 
     def _do(self, block: str, robot: Path, leaf: Leaf) -> None:
-        """What a call may do to a scalar of RCX_REF."""
+        """Apply the guarantee of a block to one scalar of RCX_REF."""
         path, law = robot + leaf.suffix, law_of(leaf.suffix)
         if law == "kept":
             return

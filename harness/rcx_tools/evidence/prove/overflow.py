@@ -1,7 +1,7 @@
-"""No arithmetic leaves its type but where a table says that it is meant.
+"""No arithmetic exceeds its type, except where a table says that it is intended.
 
-Each POU is run alone, from any state and with any pins: what it calls may do anything to its
-instance and to what it is connected to. What is proved of it so holds wherever it is called.
+Each POU is run alone, from any state and with any pins. A called block may change its instance and
+its VAR_IN_OUTs arbitrarily. The proof therefore holds wherever the POU is called.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ from structured_text.prove.values import TIME_BITS, anything, legal
 
 __all__ = ["PROPERTIES", "WRAPS", "Wrap", "none_leaves", "wraps"]
 
-#: Where it is said which operations are meant to leave their type.
+# #: The table of operations that are meant to exceed their type.
 WRAPS = ROOT / "tests" / "tools" / "evidence" / "wraps.toml"
 _KEYS = ("file", "pou", "operation", "reason")
-#: What a TIME holds where it has 32 bits and counts milliseconds: the least of all PLCs.
+# #: Range of a TIME of 32 bits that counts milliseconds: the smallest range of all PLCs.
 _LEAST_TIME = (-(1 << 31) * 1_000_000, ((1 << 31) - 1) * 1_000_000)
-#: What they give says how far their callers count: they are run where they are called.
+# #: Their results bound the counters of their callers, so they are run where they are called.
 _INSIDE = ("FB_RCXSHAREDWORDS", "FB_RCXPOINTHEAD")
-#: Whose loops are cut: see `functions`.
+# #: Their loops are cut: see `functions`.
 _CUT = ("FB_RCXFIRSTROW",)
-#: Functions that are right for any arguments; their callers need not ask again.
+# #: Functions that are correct for any arguments; their callers do not check them again.
 _ALONE = ("FC_RCXCHARCODE",)
 _CLOCK, _REST = (*BLOCK, "CLOCK"), (*BLOCK, "REST")
 
 
 @dataclass(frozen=True)
 class Wrap:
-    """An operation that is meant to leave its type: where it stands, its text, and why."""
+    """An operation that is meant to exceed its type: its file, POU and text, and the reason."""
 
     file: str
     pou: str
@@ -56,10 +56,10 @@ class Wrap:
 
 @lru_cache(maxsize=4)
 def wraps(table: File) -> tuple[Wrap, ...]:
-    """The rows of the table.
+    """Return the rows of the table.
 
     Raises:
-        InputError: no TOML, a row that lacks something, or one that is there twice.
+        InputError: invalid TOML, an incomplete row, or a duplicate row.
     """
     found: dict[tuple[str, str], Wrap] = {}
     for number, row in enumerate(load_toml(table).get("wrap", []), 1):
@@ -75,12 +75,12 @@ def wraps(table: File) -> tuple[Wrap, ...]:
 
 
 class _Alone(Machine):
-    """Runs the body of one block; what that calls may do anything to what it is given."""
+    """A machine that runs the body of one block; called blocks may change anything they get."""
 
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
     ) -> None:
-        """Run a block, or let it do anything."""
+        """Run a block, or make all that it can change arbitrary."""
         if not self._frames or block in BLOCKS or block.upper() in _INSIDE:
             super().call_block(instance, block, in_outs)
             return
@@ -98,7 +98,7 @@ def _char_code(machine: Machine, arguments: list[Any]) -> Any:
 
 
 def _machine(library: Library, name: str) -> Machine:
-    """A machine for one POU, at any moment of the PLC's life."""
+    """Return a machine for one POU, at any moment of the PLC's life."""
     summaries = {**SUMMARIES, "FC_RCXCHARCODE": _char_code}
     summaries.pop(name, None)
     machine = _Alone(library.project, summaries)
@@ -107,14 +107,14 @@ def _machine(library: Library, name: str) -> Machine:
     return machine
 
 
-# --- what blocks keep, and need ---
+# --- invariants of blocks ---
 
 
 def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Less than a second is left; the clock has begun in the past, and shows 100 s at most.
+    """Return: Rest is below 1 s; the clock started in the past and shows at most 100 s.
 
-    That Rest is not below 0 is no claim of its own: all that is assigned to it is 0, or the result
-    of an operation on TIME, and none of those is below 0 (`_span`).
+    Rest >= 0 is not a separate claim. It only receives 0 or the result of a TIME operation, and
+    `_span` requires that no such result is below 0.
     """
 
     def term(*path: Any) -> Any:
@@ -129,7 +129,7 @@ def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _tool_position_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """The clock has begun in the past, and shows a day at most; no age is above two days."""
+    """Return: the clock started in the past and shows at most a day; no age exceeds two days."""
 
     def term(*path: Any) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -141,7 +141,7 @@ def _tool_position_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """As in `safety`; and entries are counted down only while there are some."""
+    """Return the invariant of `safety`, and that entries are counted down only above 0."""
 
     def term(name: str) -> Any:
         return machine.term((*BLOCK, name), memory)
@@ -154,7 +154,7 @@ def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _backup_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """The record that was begun is legal, and no more rows were taken than are wanted."""
+    """Return: the record in progress is legal, and at most the wanted number of rows is taken."""
 
     def term(*path: str) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -164,7 +164,7 @@ def _backup_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _restore_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Row is a row of the record that was legal at last; each row differs once at most."""
+    """Return: Row is a row of the last legal record; each row differs at most once."""
 
     def term(*path: str) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -180,7 +180,7 @@ def _restore_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _span(name: str) -> Span:
-    """What a result of TIME has to be in."""
+    """Return the range that the results of TIME must keep."""
     low, high = _LEAST_TIME
     return (0 if name == "FB_RCXSCANTIME" else low), high
 
@@ -235,7 +235,7 @@ def _any_arguments(library: Library, name: str, machine: Machine) -> Iterator[An
 
 
 def none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], time: Span) -> Goal:
-    """That no operation leaves its type; `time` is what a result of TIME has to be in."""
+    """Return the goal that no operation exceeds its type; `time` is the range of TIME results."""
     places: dict[str, list[Any]] = {}
     count = 0
     for one in asked:
@@ -249,7 +249,7 @@ def none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], t
 
 
 def _can(known: tuple[Any, ...], found: Iterable[Operation]) -> bool:
-    """Whether one of these operations can leave its type."""
+    """Return whether one of these operations can exceed its type."""
     solver = z3.SolverFor("QF_AUFBVFP")
     solver.set("timeout", 10_000)
     for one in found:
@@ -260,10 +260,10 @@ def _can(known: tuple[Any, ...], found: Iterable[Operation]) -> bool:
 
 
 def _parts(library: Library) -> list[str]:
-    """The blocks, and those functions that are looked at alone.
+    """Return the blocks, and the functions that are checked alone.
 
     Raises:
-        InputError: a row of the table is about a POU that is not there.
+        InputError: a row of the table names a POU that does not exist.
     """
     rows = wraps(WRAPS)
     for wrap in rows:

@@ -1,6 +1,6 @@
-"""The telegram that the pins of a command block say, as terms over these pins.
+"""The telegram that the pins of a command block describe, as terms over these pins.
 
-Which pin is what on the wire is not taken from the tables of the library but from the second
+The mapping from pins to wire does not come from the tables of the library. It comes from the second
 reading of the guide that the tests have, tests/spec/second_reading/pins.
 """
 
@@ -41,9 +41,9 @@ __all__ = [
 #: Words n+2 to n+30.
 WORDS = range(15)
 _SPACE = 0x20
-#: Of a condition in the reading that names one number, all those that are meant (guide 4.4.1).
+# #: Conditions in the reading that name one number, and the range it stands for (guide 4.4.1).
 _SPANS = {("Variable1", "0"): (0, 31), ("Variable1", "256"): (256, 287)}
-#: (factor, lowest and highest REAL, what they become); both signs where there is no lowest.
+# #: (factor, lowest and highest REAL, greatest result); without a lowest one, both signs.
 ROUNDED = (
     (1000, None, 8191.999, 8_191_999),
     (100, 0.009, 100.0, 10_000),
@@ -53,17 +53,17 @@ ROUNDED = (
 
 
 class _Call(Protocol):
-    """What is known of the call of a block."""
+    """The interface of a call of a block."""
 
     def pin(self, name: str, place: int = 0) -> Any:
-        """A pin, or an element of it: a term, or a text."""
+        """Return a pin, or an element of it: a term, or a text."""
 
     def member(self, name: str, member: str) -> Any:
-        """A pin is this member of its enumeration."""
+        """Return that a pin equals this member of its enumeration."""
 
 
 def reading_of(block: str) -> Pins:
-    """What the pins of a block are by the guide; its name in upper case."""
+    """Return the meaning of a block's pins by the guide; `block` is in upper case."""
     folder = str(ROOT / "tests/support")
     if folder not in sys.path:
         sys.path.append(folder)
@@ -76,7 +76,7 @@ def reading_of(block: str) -> Pins:
 
 
 def times(pattern: Any, factor: int) -> Real:
-    """A REAL times a factor, as the engines calculate it."""
+    """Return a REAL times a factor, as the engines compute it."""
     number = Real(pattern)
     if factor == 1:
         return number
@@ -84,17 +84,17 @@ def times(pattern: Any, factor: int) -> Real:
 
 
 def nearest(pattern: Any, factor: int) -> Any:
-    """The product as a REAL, and the whole number nearest to it, halves to the even one."""
+    """Return the whole number nearest to the product as a REAL; halves round to even."""
     return reals.to_integer(reals.settled(times(pattern, factor), "REAL"), 32, signed=True)
 
 
 def pattern_of(number: float) -> int:
-    """The 32 bits of the REAL that is nearest."""
+    """Return the 32 bits of the nearest REAL."""
     return int(struct.unpack("<I", struct.pack("<f", number))[0])
 
 
 def bounds(pattern: Any, number: Any, factor: int) -> Iterator[tuple[str, Any, Any]]:
-    """Within which limits of a REAL the nearest number has which: name, premise, conclusion."""
+    """Yield limits of a REAL and the resulting limits of the number: name, premise, conclusion."""
     for scale, low, high, most in ROUNDED:
         if scale != factor:
             continue
@@ -108,7 +108,7 @@ def bounds(pattern: Any, number: Any, factor: int) -> Iterator[tuple[str, Any, A
 
 
 def _bits(pattern: Any) -> Any:
-    """The pattern that is sent: -0.0 as 0.0."""
+    """Return the pattern that is sent: -0.0 is sent as 0.0."""
     return z3.If(pattern == 0x8000_0000, z3.BitVecVal(0, 32), pattern)
 
 
@@ -116,13 +116,13 @@ def _bits(pattern: Any) -> Any:
 
 
 def _character(text: Text, place: int) -> Any:
-    """The character at a place from 0 on; behind the end a space."""
+    """Return the character at a place, from 0; a space after the end."""
     within = z3.UGT(text.size, place)
     return z3.If(within, text.char(place), z3.BitVecVal(_SPACE, 8))
 
 
 def char_code(machine: Machine, arguments: list[Any]) -> Any:
-    """FC_RcxCharCode for the first sixteen places: 0 for what no telegram carries."""
+    """Return FC_RcxCharCode for the first sixteen places; 0 if no telegram carries it."""
     text, position = arguments
     if not 1 <= position <= 16:
         raise UnsupportedError(f"FC_RcxCharCode at place {position}")
@@ -133,13 +133,13 @@ def char_code(machine: Machine, arguments: list[Any]) -> Any:
 
 @dataclass(frozen=True)
 class Expected:
-    """The telegram that the pins of a call say, by the second reading."""
+    """The telegram that the pins of a call describe, by the second reading."""
 
     call: _Call
     reading: Pins
 
     def code(self) -> Any:
-        """Word n."""
+        """Return word n."""
         code = z3.BitVecVal(0, 16)
         chosen = self.reading.select[0]
         for member, number in self.reading.codes.items():
@@ -150,7 +150,7 @@ class Expected:
         return code
 
     def data(self) -> list[Any]:
-        """Words n+2 to n+30."""
+        """Return words n+2 to n+30."""
         words: list[Any] = [z3.BitVecVal(0, 16) for _ in WORDS]
         for part in self.reading.fixed:
             _write(words, part, z3.BitVecVal(1, part.width), z3.BoolVal(True))
@@ -163,7 +163,7 @@ class Expected:
         return words
 
     def counts(self, row: PinRow) -> Any:
-        """The condition of a row."""
+        """Return the condition of a row."""
         if row.where is None:
             return z3.BoolVal(True)
         name, wanted = row.where
@@ -175,14 +175,14 @@ class Expected:
         return self.call.member(name, wanted)
 
     def scaled(self) -> Iterator[tuple[PinRow, Any]]:
-        """The REAL pins that are multiplied, with their elements' patterns."""
+        """Yield the REAL pins that are multiplied, with the pattern of each element."""
         for row in self.reading.inputs:
             if row.scale:
                 for number in range(len(row.places)):
                     yield row, self._pin(row, number)
 
     def fits(self) -> Iterator[Any]:
-        """A REAL that counts is a number and within its limits, a text is not too long."""
+        """Yield: a REAL that counts is within its limits, and a text is not too long."""
         for row, pattern in self.scaled():
             limits = bounds(pattern, nearest(pattern, row.scale), row.scale)
             yield z3.Implies(self.counts(row), z3.Or([inside for _, inside, _ in limits]))
@@ -194,7 +194,7 @@ class Expected:
                 yield z3.Implies(self.counts(row), z3.ULE(self._pin(row).size, len(row.places)))
 
     def keys(self) -> Iterator[Any]:
-        """What the telegram has to tell: the command, the robot, and each pin where it counts."""
+        """Yield the contents of the telegram: command, robot, and each pin where it counts."""
         if self.reading.select[0]:
             yield self.call.pin(self.reading.select[0])
         if self.reading.robot:
@@ -211,7 +211,7 @@ class Expected:
         return self.call.pin(row.pin, number)
 
     def _value(self, row: PinRow, number: int) -> Any:
-        """What stands at one of the places of a row."""
+        """Return the value at one of the places of a row."""
         width, pin = row.places[number].width, self._pin(row, number)
         if row.members:
             value = z3.BitVecVal(0, width)
@@ -248,7 +248,7 @@ def _table(term: Any, rows: dict[int, int], width: int) -> Any:
 
 
 def _write(words: list[Any], part: Place, value: Any, counts: Any) -> None:
-    """Put a value where the section has it; the place is 0 until then."""
+    """Write a value to its place in the words; the place must be 0 before."""
     first = part.at // 2 - 1
     value = z3.If(counts, value, z3.BitVecVal(0, part.width))
     for number in range(first, first + (part.width + 15) // 16):

@@ -1,4 +1,4 @@
-"""What a property is: a claim in words, what it rests on, and the goals that make it up."""
+"""A property: a claim in words, its assumptions, and the goals that prove it."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ __all__ = ["Goal", "Property"]
 
 @dataclass(frozen=True)
 class Goal:
-    """One question to the solver: `claim` holds wherever all of `assumed` does.
+    """One question to the solver: `claim` holds wherever all of `assumed` holds.
 
-    `show` are terms whose values tell people what a refutation looks like.
+    `show` are terms; their values explain a counterexample to people.
     """
 
     name: str
@@ -26,18 +26,17 @@ class Goal:
 
 @dataclass(frozen=True)
 class Property:
-    """Something that is proved for every program.
+    """A property that is proved for every program.
 
     Attributes:
-        name: Short, as in out/prove.json and in the seeded bugs.
+        name: Short name, used in out/prove.json and in the seeded bugs.
         says: One sentence for people.
-        section: Of the manual, or of a page of docs/.
+        section: Section of the manual, or a page of docs/.
         assumes: Names of entries of `assumptions.ASSUMPTIONS`.
-        goals: The goals of a part of the library; all of them have to be proved.
+        goals: Yields the goals of a part of the library; all of them must be proved.
         parts: Names of parts that are independent jobs (blocks, or parts of an induction).
-        uses: Names of properties of which it takes for granted what they prove; what they assume
-            it assumes, too.
-        rests_on: POUs whose sources, with all that they use, a part depends on; None for all.
+        uses: Names of properties that this one relies on; their assumptions are included.
+        rests_on: POUs that a part depends on, together with all POUs they use; None for all.
     """
 
     name: str

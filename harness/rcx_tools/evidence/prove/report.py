@@ -1,4 +1,4 @@
-"""What came of it: out/prove.json, and the same for people."""
+"""Report of the proofs: out/prove.json, and text for people."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from structured_text.prove.solve import PROVED
 
 __all__ = ["is_good", "properties", "show", "taken_for_granted", "write"]
 
-#: Goals that are named for taking longest.
+# #: Number of slowest goals to report.
 _SLOWEST = 3
 
 
 def properties(work: Sequence[Job], found: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """One entry a property, in their order; `found` are the outcomes by key."""
+    """Return one entry for each property, in their order; `found` are the outcomes by key."""
     names = dict.fromkeys(job.property for job in work)
     return [
         _entry(name, [found[job.key] for job in work if job.property == name]) for name in names
@@ -50,39 +50,39 @@ def _entry(name: str, parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _assumes(item: Property) -> list[str]:
-    """What it takes for granted, and what those that it uses do."""
+    """Return the assumptions of a property, including those of the properties it uses."""
     used = (name for other in item.uses for name in _assumes(property_of(other)))
     return list(dict.fromkeys([*item.assumes, *used]))
 
 
 def _told(goal: Mapping[str, Any]) -> str:
-    """Its name, with its part where that is not in it."""
+    """Return the name of a goal, with its part if the name does not contain it."""
     part, name = goal["part"], goal["goal"]
     return name if part in name else f"{part}: {name}"
 
 
 def taken_for_granted(report: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """What these properties assume, in sentences."""
+    """Return the assumptions of these properties as sentences, by name."""
     names = {name for item in report for name in item["assumes"]}
     return {name: text for name, text in ASSUMPTIONS.items() if name in names}
 
 
 def write(file: Path, report: Mapping[str, Any]) -> None:
-    """Write it, with its folder."""
+    """Write the report; create its folder."""
     file.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps(report, indent=1, ensure_ascii=False, default=str)
     file.write_text(text + "\n", encoding="utf-8")
 
 
 def is_good(report: Mapping[str, Any]) -> bool:
-    """All is proved, translation and engine agree, each seeded bug breaks what it should."""
+    """Return whether all is proved, the engines agree, and each bug breaks what it should."""
     proved = all(item["status"] == PROVED for item in report["properties"])
     bad = report.get("seeded", {}).get("defects"), report.get("agreement", {}).get("disagreements")
     return proved and not any(bad)
 
 
 def show(report: Mapping[str, Any], console: Console) -> None:
-    """The same for people."""
+    """Print the report for people."""
     table = Table("property", "", "goals", "solver [s]", "slowest goal", box=None)
     for item in report["properties"]:
         seconds = [str(item[key]) for key in ("goals", "seconds")]

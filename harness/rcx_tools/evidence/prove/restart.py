@@ -1,4 +1,10 @@
-"""Nothing but a new edge starts anything again (chapter 1, 5; chapter 5, 3)."""
+"""Only a new edge starts anything again (chapter 1, 5; chapter 5, 3).
+
+The property is proved block by block. Each block has an invariant (`agrees`): its pins repeat the
+state of its job, and the job remembers the last Execute and the last scan. The goals then show that
+a job becomes busy only on an edge, requests only while busy, and ends on a loss. Blocks with inner
+blocks use what is proved of those (`known`), so their proofs stay small.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +31,7 @@ _NOT_CONNECTED, _NOT_READY = 0x8001, 0x8002
 #: SI(01); SI(12), SI(14) and SI(17): no start without SI(00), these three not without SI(06)
 #: either (chapter 5, 3.1 and 3.2).
 _SERVO, _MOVES = 0x0002, 0x9400
-#: Where the job is that is not at JOB.
+# #: Path of the job in a block, if it is not JOB.
 _PLACES: dict[str, Path] = {"FB_PROGRAMCONTINUE": ("START", "JOB")}
 #: Blocks with a pin Enable instead of Execute.
 _LEVELS = (
@@ -35,20 +41,20 @@ _LEVELS = (
     "FB_OVERRIDE",
     "FB_TOOLPOSITION",
 )
-#: Those that send commands one by one, by FB_RcxCommandWhile, and where that is.
+# #: Blocks that send single commands by FB_RcxCommandWhile, and the path of that.
 _SENDERS: dict[str, Path] = {
     "FB_OVERRIDE": (*BLOCK, "COMMAND"),
     "FB_TOOLPOSITION": (*BLOCK, "READING"),
 }
-#: FB_PowerUp waits for the link and for CPU_OK itself, before it has asked for anything.
+# #: FB_PowerUp waits for the link and for CPU_OK itself, before its first request.
 _COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
-#: They send one command after the other, by FB_RcxPointRow.
+# #: Blocks that send one command after the other, by FB_RcxPointRow.
 CARRIERS = ("FB_POINTBACKUP", "FB_POINTRESTORE")
 _STOPPERS = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
 
 def answers(machine: Machine, memory: Memory | None = None) -> Any:
-    """What FB_ReadArea leaves in Answer where the link or CPU_OK is lost, for a block in place."""
+    """Return the rule for Answer: in place, it reports a lost link or CPU_OK."""
     placed = machine.term((*INNER, "INSCAN"), memory)
     connected = machine.term((*ROBOT, "CONNECTED"), memory)
     ready = machine.term((*ROBOT, "SO", "SO01_CPUOK"), memory)
@@ -62,7 +68,7 @@ def answers(machine: Machine, memory: Memory | None = None) -> Any:
 
 
 def jobs_of(library: Library) -> list[str]:
-    """The blocks with a pin Execute and a job of their own, or one inside."""
+    """Return the blocks with a pin Execute and a job, or with an inner block that has a job."""
     return [
         name
         for name in between(library)
@@ -75,7 +81,7 @@ def _job(name: str) -> Path:
 
 
 def agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any:
-    """What is true of a block between two calls."""
+    """Return the invariant of a block between two calls."""
     job = _job(name)
     claims = [claim for block in {BLOCK, job[:-1]} for claim in shows(machine, memory, block, job)]
     if name in _PLACES:
@@ -94,7 +100,7 @@ def agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any
 
 
 def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
-    """What is true of a block of one command, between two calls."""
+    """Yield the invariants of a block of one command."""
     yield from shows(machine, memory, path, (*path, "JOB"))
     active, busy, done, error = (
         machine.term((*path, pin), memory) for pin in ("ACTIVE", "BUSY", "DONE", "ERROR")
@@ -103,7 +109,10 @@ def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
 
 
 def known(machine: Machine) -> Iterator[Any]:
-    """What is proved of the calls of the blocks inside."""
+    """Yield the proved facts about the calls of inner blocks.
+
+    Each fact is an implication: the promises hold if the call happens from a legal state.
+    """
     for call in machine.outlined if isinstance(machine, Outline) else ():
         if {"EXECUTE", "BUSY"} <= {path[-1] for path in call.after if path[:-1] == call.instance}:
             holds = z3.And(*_alone(machine, call.before, call.instance))
@@ -111,7 +120,7 @@ def known(machine: Machine) -> Iterator[Any]:
 
 
 def _promises(machine: Machine, call: Outlined) -> Iterator[Any]:
-    """Of a call of a block of one command: the goals below, and those of the contract."""
+    """Yield the promises of a block of one command: the goals below, and those of the contract."""
     path, job = call.instance, (*call.instance, "JOB")
 
     def was(*place: Any) -> Any:
@@ -140,7 +149,7 @@ def _promises(machine: Machine, call: Outlined) -> Iterator[Any]:
     yield z3.Implies(began, shown)
 
 
-#: Stages of the blocks that work through others, in their order, with the block that does the work.
+# #: Stages of composite blocks, in their order, with the inner block that works in each.
 _CHARTS: dict[str, dict[str, str]] = {
     "FB_SERVOONFROMEMERGENCYSTOP": {
         "EMERGENCY_RELEASE": "",
@@ -165,7 +174,7 @@ _CHARTS: dict[str, dict[str, str]] = {
 
 
 def _stage(machine: Machine, memory: Memory, at: Path, names: Iterable[str]) -> Any:
-    """A block shows one of these members of RCX_POWER_UP."""
+    """Return that a block shows one of these members of RCX_POWER_UP."""
     kind = machine.type_of((*at, "STAGE"))
     members = [member.upper() for member in getattr(kind, "members", ())]
     stage = machine.term((*at, "STAGE"), memory)
@@ -173,7 +182,7 @@ def _stage(machine: Machine, memory: Memory, at: Path, names: Iterable[str]) -> 
 
 
 def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
-    """A block of blocks has a channel for itself, and its turn while it is busy."""
+    """Yield: a composite block has its own channel, and the turn of it while it is busy."""
 
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
@@ -190,7 +199,7 @@ def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
 
 
 def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
-    """A command is busy only while there are rows, and between two calls none has ended."""
+    """Yield: a command is busy only while rows remain; between two calls none has ended."""
 
     def get(*path: Any) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -218,7 +227,7 @@ def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
 
 
 def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[Any]:
-    """In each stage the block that does its work is busy, and no other one is."""
+    """Yield: in each stage exactly the inner block of that stage is busy."""
 
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
@@ -246,7 +255,7 @@ def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[A
 
 
 def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[Any]:
-    """A block shows what its job does, and an edge that was seen shows somewhere."""
+    """Yield: the pins of a block repeat its job, and a seen edge is visible in one of them."""
     pins = ("BUSY", "DONE", "ERROR", "ERRORID")
     shown, inner = ([machine.term((*path, pin), memory) for pin in pins] for path in (block, job))
     yield from (one == other for one, other in zip(shown, inner, strict=True))
@@ -257,7 +266,7 @@ def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[
 
 
 def _asks(step: Step) -> Any:
-    """A request is made in this call."""
+    """Return that this call makes a request."""
     return _asks_of(lambda *path: step.was(path), lambda *path: step.now(path))
 
 
@@ -291,7 +300,7 @@ def _jobs(library: Library, name: str) -> Iterator[Goal]:
     asks = _asks(step)
     yield Goal(f"{name}: requests while busy only", assumed, z3.Implies(asks, now))
     ends = z3.And(z3.Not(now), step.now((*BLOCK, "ERROR")), z3.Not(asks))
-    if name in OUTLINED:  # one that has nothing left to do may be Done
+    if name in OUTLINED:  # a block with nothing left to do may be Done
         ends = z3.And(z3.Not(now), z3.Not(asks))
     connected = step.was((*ROBOT, "CONNECTED"))
     waits = z3.BoolVal(False)
@@ -311,7 +320,7 @@ def _jobs(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _troubles(step: Step, name: str, assumed: tuple[Any, ...], ends: Any) -> Iterator[Goal]:
-    """Losses of the controller, and what must not be asked for in them."""
+    """Yield the goals for losses of the controller, and for requests that are forbidden then."""
     ready = step.was((*ROBOT, "SO", "SO01_CPUOK"))
     was, job = step.was((*BLOCK, "BUSY")), _job(name)
     if name not in REQUESTS and name not in _STOPPERS:
@@ -356,7 +365,7 @@ _SI = {
 
 
 def _applied(step: Step, now: bool = False) -> Any:
-    """RCX_REF.SI as two bytes."""
+    """Return RCX_REF.SI as two bytes."""
     value = z3.BitVecVal(0, 16)
     for bit, name in _SI.items():
         flag = (step.now if now else step.was)((*ROBOT, "SI", name))
@@ -365,7 +374,7 @@ def _applied(step: Step, now: bool = False) -> Any:
 
 
 def _on_wire(step: Step, name: str) -> Any:
-    """The input of a block is ON; of FB_ReturnToOrigin the one that was chosen at the start."""
+    """Return that a block's input is ON; of FB_ReturnToOrigin the one chosen at the start."""
     own = z3.BitVecVal(REQUESTS[name], 16)
     if name == "FB_RETURNTOORIGIN":
         chosen = step.was((*BLOCK, "CHOSEN")) == 1
@@ -374,7 +383,10 @@ def _on_wire(step: Step, name: str) -> Any:
 
 
 def _levels(library: Library, name: str) -> Iterator[Goal]:
-    """A block with Enable: an error stays until Enable falls, and with one nothing is asked for."""
+    """Yield the goals of a block with Enable.
+
+    An error stays until Enable falls, and with an error nothing is requested.
+    """
     step = library.step(name)
     machine = step.machine
     assumed = [*machine.assumptions, answers(machine)]
@@ -390,7 +402,7 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
         yield Goal(f"{name}: what holds is kept", tuple(assumed), kept)
         if name not in _SENDERS:
             works = step.was((*BLOCK, "JOB", "BUSY"))
-    may = held = z3.BoolVal(False)  # its code is out already: a jog stops, a command is held
+    may = held = z3.BoolVal(False)  # its code is already out: a jog stops, a command is held
     if name == "FB_JOG":
         may = step.was((*BLOCK, "OUT"))
     if name in _SENDERS:
@@ -413,7 +425,7 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _sender(machine: Machine, memory: Memory, name: str) -> Any:
-    """ErrorID shows the failure; with one, or without Enable, no command waits for its turn."""
+    """Return: ErrorID is the failure; with it, or without Enable, no command waits."""
     command = _SENDERS[name]
 
     def get(*path: Any) -> Any:
@@ -431,7 +443,7 @@ def _sender(machine: Machine, memory: Memory, name: str) -> Any:
 
 
 def _failure(machine: Machine, memory: Memory, _: str) -> Any:
-    """ErrorID shows the failure; with one no job is at work, and a jog is locked."""
+    """Return: ErrorID is the failure; with one, no job works and a jog is locked."""
     shown = machine.term((*BLOCK, "ERRORID"), memory)
     failure = machine.term((*BLOCK, "FAILURE"), memory)
     idle = z3.Not(machine.term((*BLOCK, "JOB", "BUSY"), memory))

@@ -1,4 +1,4 @@
-"""Runs jobs in processes of their own; one that dies is an outcome, not the end of the run."""
+"""Execution of jobs in worker processes; a process that dies is an outcome, not an abort."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from structured_text.farm import Farm, Lost
 
 __all__ = ["DIED", "HasKey", "outcomes"]
 
-#: Why there is no answer, where the operating system has ended the process.
+# #: The reason if the operating system has ended the process.
 DIED = "the process of the solver has ended by itself; is there memory enough"
 
 
 class HasKey(Protocol):
-    """Something to be run."""
+    """A job that can be run."""
 
     @property
     def key(self) -> str:
-        """Names it, with all that its outcome depends on; also among the entries of the outcome."""
+        """Return a key of the job and all its inputs; the outcome contains it, too."""
 
 
 Job = TypeVar("Job", bound=HasKey)
@@ -26,13 +26,13 @@ Run = Callable[[Job], dict[str, Any]]
 
 
 def outcomes(run: Run[Job], jobs: Sequence[Job], workers: int, died: Run[Job]) -> Iterator[Any]:
-    """Outcomes as they come, in any order.
+    """Yield the outcomes as they finish, in any order.
 
     Args:
         run: Runs a job.
-        jobs: What is to be run; of one key once.
-        workers: How many at a time; 0: in this process.
-        died: The outcome of a job whose process has died.
+        jobs: The jobs; of several with one key only one is run.
+        workers: Number of worker processes; 0: this process.
+        died: Gives the outcome of a job whose process has died.
     """
 
     def lost(one: Lost[Job]) -> dict[str, Any]:

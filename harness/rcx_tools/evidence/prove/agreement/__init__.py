@@ -1,1 +1,1 @@
-"""The translation for the solver against the engines, on random scans."""
+"""Comparison of the translation for the solver with the engines, on random scans."""

@@ -1,4 +1,4 @@
-"""`python -m rcx_tools.evidence.prove.agreement`: compare without `make prove`."""
+"""Command `python -m rcx_tools.evidence.prove.agreement`: compare without `make prove`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["main"]
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Compare; 0 where all agree, 1 where something does not, 2 on bad input."""
+    """Run the comparison; return 0 if all agree, 1 if a POU disagrees, 2 on bad input."""
     parser = ArgumentParser(
         prog="python -m rcx_tools.evidence.prove.agreement", description=__doc__
     )

@@ -1,4 +1,4 @@
-"""The sources that are compared, and the PROGRAM that calls each of them, on either engine."""
+"""The compared sources, and the PROGRAM that calls each POU on either engine."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ END_PROGRAM
 
 
 def missing() -> str:
-    """Why there is no matiec to compare with; empty where there is one.
+    """Return why matiec cannot be used for the comparison; empty if it can.
 
     Raises:
-        InputError: `RCX_MATIEC` or an `iec2c` on `PATH` leads to no complete matiec.
+        InputError: `RCX_MATIEC` or an `iec2c` on `PATH` does not lead to a complete matiec.
     """
     if find_matiec() is None:
         return MISSING
@@ -44,10 +44,10 @@ def missing() -> str:
 
 
 class Engine(Protocol):
-    """A POU on an engine: what is compared with the translation.
+    """A POU on an engine, for comparison with the translation.
 
     Attributes:
-        step: Nanoseconds of its clock.
+        step: Resolution of its clock [ns].
         checks: Whether it stops at a fault by itself.
     """
 
@@ -59,24 +59,24 @@ class Engine(Protocol):
     ) -> None: ...
 
     def read(self) -> list[Any]:
-        """The leaves as `evaluate` has them."""
+        """Return the values of the leaves in the representation of `evaluate`."""
 
     def write(self, place: int, value: Any) -> None:
-        """Set a leaf that can be set."""
+        """Set a leaf; ignore a leaf that cannot be set."""
 
     def reset(self) -> None:
-        """Bring back the initial state."""
+        """Restore the initial state."""
 
     def call(self, now: int) -> bool:
-        """Call it; whether it was not stopped."""
+        """Call the POU; return False if a fault has stopped it."""
 
     def follow(self, after: Sequence[Any]) -> None:
-        """Take over what cannot be read, of the leaves as the translation has them."""
+        """Adopt the leaves that cannot be read; `after` holds the values of the translation."""
 
 
 @dataclass(frozen=True)
 class Compiled:
-    """The PROGRAM, compiled by matiec, and its state at the start."""
+    """The PROGRAM, compiled by matiec, and a snapshot of its initial state."""
 
     program: Program
     start: object
@@ -87,11 +87,11 @@ class Subject:
     """Sources to compare, with a PROGRAM that calls one block or function in each scan.
 
     Attributes:
-        project: What is translated.
-        module: The same, compiled by the built-in engine.
-        numbers: By name in upper case: for which `Which` the PROGRAM calls it, from 1.
-        holders: The variable of that PROGRAM for each type of a VAR_IN_OUT, by its name.
-        compiled: The same on matiec, where that was asked for.
+        project: The sources that are translated.
+        module: The same sources, compiled by the built-in engine.
+        numbers: By POU name in upper case: the value of `Which` that selects it, from 1.
+        holders: By type name of a VAR_IN_OUT: the variable of the PROGRAM that is passed to it.
+        compiled: The same sources on matiec, if requested.
     """
 
     project: Project
@@ -102,7 +102,7 @@ class Subject:
 
     @classmethod
     def of(cls, files: Sequence[File], *, matiec: bool = False) -> Subject:
-        """The sources of these files; for matiec only where `missing` gives nothing."""
+        """Build the subject from these files; `matiec` is allowed only if `missing` returns ""."""
         pous = list(checked(files).pous.values())
         numbers = {pou.name.upper(): number for number, pou in enumerate(pous, 1)}
         kinds = {s.type.name.upper() for pou in pous for s in pou.section("VAR_IN_OUT")}
@@ -128,7 +128,7 @@ class Subject:
 
 
 def _declared(pou: t.Pou, number: int) -> Iterator[str]:
-    """An instance of a block; arguments and result of a function."""
+    """Yield the declarations: an instance of a block, or arguments and result of a function."""
     if pou.kind != "FUNCTION":
         yield f"B{number} : {pou.name};"
         return

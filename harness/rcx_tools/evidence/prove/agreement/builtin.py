@@ -1,4 +1,4 @@
-"""The blocks and functions of some sources on the built-in engine, for `comparing`."""
+"""The blocks and functions of the compared sources on the built-in engine, for `comparing`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class BuiltinEngine:
     """A block, or a function with its arguments and result, on the built-in engine.
 
     Attributes:
-        step: Nanoseconds of its clock.
+        step: Resolution of its clock [ns].
         checks: Whether it stops at a fault by itself.
     """
 
@@ -68,7 +68,7 @@ class BuiltinEngine:
         self._initial = [] if self._function else [eval(_kept(code), scope) for code in codes]
 
     def _place(self, path: Path, kind: Type) -> str:
-        """Python for a leaf of the engine's memory."""
+        """Return the Python expression for a leaf in the engine's memory."""
         if self._function:
             return f"B[{path[1]!r}]"
         if len(path) == 1 and is_scalar(kind):
@@ -82,12 +82,12 @@ class BuiltinEngine:
         self._write[place](value)
 
     def reset(self) -> None:
-        """Bring back the initial state."""
+        """Restore the initial state."""
         for place, value in enumerate(self._initial):
             self._write[place](value)
 
     def call(self, now: int) -> bool:
-        """Call it; whether it was not stopped."""
+        """Call the POU; return False if a fault has stopped it."""
         self._globals.now = now
         try:
             if self._function:
@@ -100,14 +100,14 @@ class BuiltinEngine:
         return True
 
     def _call_block(self) -> None:
-        """Scalars are given by their value, and handed back."""
+        """Call the block; pass scalar VAR_IN_OUTs by value and write them back from the result."""
         scalars = self._roots["SCALARS"].__dict__
         in_outs = [scalars.get(name, self._roots.get(name)) for name in self._in_outs]
         back = self._body(self._roots["B"], *in_outs)
         scalars.update(zip(scalars, back if len(scalars) > 1 else (back,), strict=False))
 
     def follow(self, after: Sequence[Any]) -> None:
-        """All is read from the engine."""
+        """Do nothing: every leaf can be read from the engine."""
 
 
 def _setter(slot: str, scope: dict[str, Any]) -> Callable[[Any], None]:
@@ -122,7 +122,7 @@ def _kept(code: str) -> str:
 
 
 def shown(code: str, kind: Type) -> str:
-    """Python for what the engine holds as `evaluate` has it."""
+    """Return Python that converts an engine expression to the representation of `evaluate`."""
     if isinstance(kind, ArrayType):
         mask = (1 << values.bits(kind.element)) - 1
         return f"{{**{{i: x & {mask} for i, x in enumerate({code})}}, REST: 0}}"
@@ -138,7 +138,7 @@ def shown(code: str, kind: Type) -> str:
 
 
 def single(value: float) -> Any:
-    """The pattern of a REAL; the number itself where it is none."""
+    """Return the bit pattern of a REAL; return the number itself if no REAL represents it."""
     if value != value:
         return 0x7FC0_0000
     try:
@@ -149,5 +149,5 @@ def single(value: float) -> Any:
 
 
 def double(value: float) -> int:
-    """The pattern of an LREAL."""
+    """Return the bit pattern of an LREAL."""
     return 0x7FF8 << 48 if value != value else int.from_bytes(struct.pack("<d", value), "little")

@@ -1,10 +1,10 @@
-"""A block or function against an engine, from one random state to the next.
+"""Comparison of a block or function with an engine, from one random state to the next.
 
-A block is translated once, from any state. Its terms are then evaluated for random states and
-pins, several calls of an instance in a row, and each variable afterwards, or the fault that stops
-the program, is compared with what the engine makes of the same state. The functions with long
-loops (`SUMMARIES`) are translated anew for each value. On matiec a scan that the translation says
-is stopped, or left open, is not run.
+A block is translated once, from an arbitrary state. Its terms are then evaluated for random states
+and pins, in several consecutive calls of an instance. Each variable after the call, or the fault
+that stops the program, is compared with the result of the engine for the same state. Functions with
+long loops (`SUMMARIES`) are translated anew for each value. On matiec a scan is skipped if the
+translation predicts a fault or leaves the result open.
 """
 
 from __future__ import annotations
@@ -39,30 +39,31 @@ __all__ = ["ENGINES", "MATIEC_SCANS", "SCANS", "Outcome", "agree", "agreed"]
 
 #: Random scans of every block and function.
 SCANS = 600
-#: The same on matiec.
+# #: Random scans of every block and function on matiec.
 MATIEC_SCANS = 300
 #: The engines by name.
 ENGINES: dict[str, type[Engine]] = {"builtin": BuiltinEngine, "matiec": MatiecEngine}
-#: Calls of an instance in a row.
+# #: Most consecutive calls of an instance.
 _RUN = 8
-#: Scans of each block from a state that is known when it is translated.
+# #: Scans of each block from a state that is already known at translation.
 _KNOWN = 3
-#: Blocks with loops that are as long as their pins say, and what calls them: as those functions.
+# #: Blocks with loops of a length set by their pins, and their callers: translated for each value.
 _LOOPING = ("FB_RCXFIRSTROW", "FB_MOVETABLE")
 _B: Path = ("B",)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came out for a POU.
+    """The outcome of comparing a POU.
 
     Attributes:
         pou: Its name.
-        scans: Scans that were compared, `faults` of which stopped the program on both sides.
-        known: Scans of those that ran on known values.
-        open: Scans besides, whose result the engines leave open.
+        scans: Scans that were compared, including `faults`.
+        faults: Compared scans that stopped the program on both sides.
+        known: Compared scans that ran on known values.
+        open: Further scans that were not compared, because the engines leave the result open.
         seconds: Processor time.
-        disagreement: The first one; empty where there is none.
+        disagreement: The first disagreement; empty if there is none.
     """
 
     pou: str
@@ -88,7 +89,7 @@ def _leaves(machine: Machine, pou: t.Pou) -> list[tuple[Path, Type]]:
 
 
 def _call(machine: Machine, pou: t.Pou) -> None:
-    """Call it with the memory of the machine as it is."""
+    """Call the POU with the present memory of the machine."""
     if pou.kind == "FUNCTION":
         assert pou.result is not None
         inputs = [machine["B", symbol.name.upper()] for symbol in pou.section("VAR_INPUT")]
@@ -99,7 +100,7 @@ def _call(machine: Machine, pou: t.Pou) -> None:
 
 
 def _translated(subject: Subject, name: str) -> Translation | None:
-    """A POU from any state; None for one that is translated anew for each value."""
+    """Translate a POU from any state; return None if it has to be translated for each value."""
     pou = subject.project.pous[name]
     if name in (*long(subject), *_LOOPING):
         return None
@@ -121,7 +122,7 @@ def _from_known(
     given: Sequence[Any],
     now: int,
 ) -> Translation:
-    """The same from values that are known when it is translated."""
+    """Translate a POU from values that are already known at translation."""
     stand_ins = {} if pou.kind == "FUNCTION" else symbols(subject)
     machine = Machine(subject.project, stand_ins)
     machine.now = now
@@ -167,7 +168,7 @@ class _Comparison:
         self._draw(1.0, states.random.choice((0.0, 0.1, 0.5, 1.0)))
 
     def run(self, scans: int) -> None:
-        """Compare so many scans, or until they disagree."""
+        """Compare this number of scans; stop at the first disagreement."""
         left = 0
         while self.scans < scans and not self.problem and self.open < scans:
             if left == 0:
@@ -183,7 +184,7 @@ class _Comparison:
             self.problem = f"only {self.scans} of {scans} scans could be compared"
 
     def _scan(self) -> bool:
-        """One scan; whether the instance can go on."""
+        """Compare one scan; return whether the instance can go on."""
         translation = self._translation
         now = self._states.now // self._engine.step * self._engine.step
         before = self._engine.read()
@@ -202,6 +203,10 @@ class _Comparison:
         goes_on = self._engine.call(now)
         self._engine.follow(told[0][1])
         got = self._engine.read()
+        # The translations run before the engine. matiec does not stop at a fault, and in C some
+        # results are undefined. A scan that faults or is open therefore never reaches an engine
+        # that does not check (see above). The built-in engine runs it anyway, because it has to
+        # stop at the same faults.
         for how, after, stops, open_ in told:
             if not stops and open_:
                 self.open += 1
@@ -229,7 +234,7 @@ class _Comparison:
 
 
 def _python(kind: Type, raw: Any) -> Any:
-    """What the engine holds, of what `shown` gave."""
+    """Convert a leaf from the representation of `shown` to a Python value of the engine."""
     if isinstance(kind, ArrayType):
         return [held(kind.element, raw[place]) for place in range(len(raw) - 1)]
     if kind == LREAL:
@@ -253,7 +258,7 @@ def agree(
 def agreed(
     subject: Subject, name: str, scans: Mapping[str, int], seed: int = 1
 ) -> dict[str, Outcome]:
-    """Compare it with each of these engines, translated once."""
+    """Compare a POU with each of these engines; it is translated only once."""
     begin = time.process_time()
     pou, term, found = subject.project.pous[name], _translated(subject, name), {}
     for engine, count in scans.items():

@@ -1,4 +1,4 @@
-"""The comparison of translation and engines as jobs: a block or function each, kept while good."""
+"""Comparison jobs, each for one block or function; good outcomes are saved."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Comparison:
-    """A block or function of a copy of plc/lib, on the built-in engine and on matiec if found."""
+    """A block or function of a copy of plc/lib, to compare on the built-in engine and on matiec."""
 
     folder: str
     pou: str
@@ -43,10 +43,12 @@ class Comparison:
 
 
 def comparisons(library: Library) -> Iterator[Comparison]:
-    """One of each POU, but for those that work through a sine or the like: any is proved of.
+    """Yield a job for each POU; skip those that use a sine or a similar function.
+
+    The terms cannot express such functions; the proofs hold for any result of them.
 
     Raises:
-        InputError: `RCX_MATIEC` or an `iec2c` on `PATH` leads to no complete matiec.
+        InputError: `RCX_MATIEC` or an `iec2c` on `PATH` does not lead to a complete matiec.
     """
     state = prover_state(comparing.__name__)
     matiec = not missing()
@@ -60,14 +62,14 @@ def comparisons(library: Library) -> Iterator[Comparison]:
 
 
 def _waves(library: Library, name: str) -> bool:
-    """Does it, or what it uses, call a function that no term says?"""
+    """Return whether the POU, or a POU it uses, calls a function that no term can express."""
     called = re.compile(rf"\b({'|'.join(WAVES)})\s*\(", re.IGNORECASE)
     files = {library.pou(one).file for one in library.used([name])}
     return any(called.search(Path(file).read_text(encoding="utf-8")) for file in files)
 
 
 def compiler_state() -> str:
-    """The state of matiec and the name of the C compiler; empty where one is missing."""
+    """Return the state of matiec and the name of the C compiler; empty if one is missing."""
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         return ""
@@ -80,13 +82,13 @@ def _subject(folder: str, *, matiec: bool) -> Subject:
 
 
 def prepare(folder: str) -> None:
-    """Compile all for matiec, where it is found: once, before several processes want it."""
+    """Compile all sources for matiec, if available, once before several processes need them."""
     if not missing():
         _subject(folder, matiec=True)
 
 
 def compared(job: tuple[str, str, dict[str, int], int]) -> dict[str, comparing.Outcome]:
-    """Of a folder of sources, a POU, so many scans of each engine, and a seed: what came out."""
+    """Compare a POU; the job holds source folder, POU, scans of each engine and seed."""
     folder, name, scans, seed = job
     return comparing.agreed(_subject(folder, matiec="matiec" in scans), name, scans, seed)
 
@@ -106,7 +108,7 @@ def compare(job: Comparison) -> dict[str, Any]:
 
 
 def died(job: Comparison) -> dict[str, Any]:
-    """The outcome of a POU whose process has ended by itself."""
+    """Return the outcome for a POU if its process has ended by itself."""
     return _failed(job, DIED)
 
 
@@ -126,7 +128,7 @@ def _outcome(job: Comparison, engines: Mapping[str, Any], wrong: str) -> dict[st
 
 
 def summary(found: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """The figures; `matiec` has its own, or says why there are none."""
+    """Return the figures; `matiec` has its own figures, or the reason why there are none."""
     rows = sorted(found, key=lambda row: str(row["pou"]))
     return {
         **_scans(rows, "builtin"),
@@ -138,7 +140,7 @@ def summary(found: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _on_matiec(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """The figures of matiec, and in words; where it is missing only the words."""
+    """Return the figures of matiec and a sentence; only the sentence if matiec is missing."""
     why, matiec = missing(), find_matiec()
     if why or matiec is None:
         return {"says": f"not compared on matiec ({why})"}

@@ -1,7 +1,7 @@
-"""The blocks and functions of some sources on matiec, for `comparing`.
+"""The blocks and functions of the compared sources on matiec, for `comparing`.
 
-Each variable that a program can reach is set and read. What a standard block keeps besides its
-pins cannot be set: it begins as it is at the start, and goes on as the translation says.
+Each variable that a program can reach is set and read. The internal state of a standard block
+cannot be set. It starts in its initial state, and then follows the translation.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from structured_text.prove.machine import Path
 __all__ = ["MatiecEngine"]
 
 _US = timedelta(microseconds=1)
-#: Microseconds that a TIME of 64 bits of nanoseconds holds.
+# #: Most microseconds that a TIME of 64 bits of nanoseconds can hold.
 _LONGEST = (1 << 63) // 1000 - 1
 
 
-#: Arguments that count how far is shifted: C leaves 32 and more open, so they are taken modulo 32.
+# #: Shift counts. C leaves shifts by 32 and more undefined, so they are taken modulo 32.
 _SHIFTS = {"FC_RCXBITMASK": "DIGIT", "FC_RCXBYTEWITHBIT": "DIGIT"}
 
 
@@ -41,7 +41,7 @@ class MatiecEngine:
     """A block, or a function with its arguments and result, on matiec.
 
     Attributes:
-        step: Nanoseconds of its clock.
+        step: Resolution of its clock [ns].
         checks: Whether it stops at a fault by itself.
     """
 
@@ -78,37 +78,37 @@ class MatiecEngine:
         self._held = list(self._begin)
 
     def read(self) -> list[Any]:
-        """The leaves as `evaluate` has them."""
+        """Return the values of the leaves in the representation of `evaluate`."""
         found = list(self._held)
         for place, show, value in zip(self._open, self._shows, self._reader(), strict=True):
             found[place] = show(value)
         return found
 
     def write(self, place: int, value: Any) -> None:
-        """Set a leaf that can be set."""
+        """Set a leaf; ignore a leaf that cannot be set."""
         if self._shifts[place]:
             value %= 32
         if self._paths[place]:
             self._bench.program.write(self._paths[place], _given(self._kinds[place], value))
 
     def reset(self) -> None:
-        """Bring back the initial state."""
+        """Restore the initial state."""
         self._bench.program.restore(self._bench.start)
         self._bench.program.write("Main.Which", self._number)
         self._held = list(self._begin)
 
     def call(self, now: int) -> bool:
-        """Call it."""
+        """Call the POU; always return True, because matiec does not stop at faults."""
         self._bench.program.scan(now // self.step)
         return True
 
     def follow(self, after: Sequence[Any]) -> None:
-        """Take over what cannot be read."""
+        """Adopt the leaves that cannot be read."""
         self._held = list(after)
 
 
 def _place(text: str, kind: Type, steps: Path) -> str:
-    """The path of a leaf as `Program` takes it."""
+    """Return the path of a leaf in the syntax of `Program`."""
     for step in steps:
         if isinstance(kind, ArrayType):
             index, rest = [], int(step)
@@ -129,7 +129,7 @@ def _place(text: str, kind: Type, steps: Path) -> str:
 
 
 def _shown(kind: Type) -> Callable[[Any], Any]:
-    """What makes of a value that is read what `evaluate` has."""
+    """Return a function that converts a value of `Program` to the representation of `evaluate`."""
     if isinstance(kind, ArrayType):
         mask, flat = (1 << values.bits(kind.element)) - 1, len(kind.bounds) == 1
         assert flat, "an array of one dimension"
@@ -151,7 +151,7 @@ def _shown(kind: Type) -> Callable[[Any], Any]:
 
 
 def _given(kind: Type, value: Any) -> Any:
-    """A value as `Program.write` takes it; of a TIME whole microseconds."""
+    """Return a value as `Program.write` takes it; a TIME is cut to whole microseconds."""
     if isinstance(kind, EnumType):
         return kind.members[value]
     if isinstance(kind, ArrayType):

@@ -1,7 +1,7 @@
 """A call of a block or function as terms of the solver, evaluated for given values.
 
-The functions with long loops (`SUMMARIES`) are symbols in a block, which the engine's own function
-stands for.
+Functions with long loops (`SUMMARIES`) are uninterpreted symbols in a block. They are evaluated by
+the engine's own function.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from structured_text.prove.machine import Machine, Path
 
 __all__ = ["LREAL", "Translation", "bodies", "held", "long", "symbols"]
 
-#: Where an engine stops the program; a conversion out of range and a TIME of more than 64 bits
-#: mean something else on each.
+# #: Kinds of obligations at which an engine stops the program. A conversion out of range and a TIME
+# #: of more than 64 bits give different results on each engine, so their results are open.
 _OPEN = ("conversion", "time")
 
 
 class Translation:
-    """The terms of a POU after one call, as Python.
+    """The terms of a POU after one call, compiled to Python.
 
     Args:
         machine: Its memory after the call.
         leaves: The scalars and arrays that are compared.
-        start: The memory before the call, where that may be anything.
-        functions: What the functions with long loops are evaluated by.
+        start: The memory before the call, if that was arbitrary; None if it was known.
+        functions: Python functions that evaluate the functions with long loops.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Translation:
         self._given = _given(self._program.inputs, leaves, start) if start is not None else None
 
     def run(self, before: list[Any], now: int) -> tuple[list[Any], bool, bool]:
-        """The leaves after a call, whether it stops the program, and whether its result is open."""
+        """Return the leaves after a call, whether it stops the program, and whether it is open."""
         given = self._given(before, now) if self._given is not None else ()
         found = self._program.run(given)
         after = list(before)
@@ -103,7 +103,7 @@ def _joined(kind: Type, parts: Sequence[Any]) -> Any:
 def _given(
     inputs: Sequence[str], leaves: Sequence[tuple[Path, Type]], start: Mapping[Path, Any]
 ) -> Callable[[list[Any], int], tuple[Any, ...]]:
-    """What the variables of the solver stand for, from the leaves."""
+    """Return a function that computes the solver's variables from the leaves."""
     codes = {"now": "now"}
     for place, (path, kind) in enumerate(leaves):
         value = start.get(path)
@@ -123,17 +123,17 @@ def _given(
     return found
 
 
-# --- functions with long loops: in a block a symbol, which the engine's own function stands for ---
+# --- functions with long loops: symbols in a block, evaluated by the engine's own function ---
 
 
 def long(subject: Subject) -> list[str]:
-    """Those that are there; a block that has a summary is compared as it is."""
+    """Return the functions of the project that have a summary; blocks are left out."""
     pous = subject.project.pous
     return [name for name in SUMMARIES if name in pous and pous[name].kind == "FUNCTION"]
 
 
 def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
-    """Types of the only argument of a function, and of its result."""
+    """Return the type of the only argument of a function, and of its result."""
     pou = subject.project.pous[name]
     (symbol,) = pou.section("VAR_INPUT")
     assert pou.result is not None
@@ -141,7 +141,7 @@ def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
 
 
 def symbols(subject: Subject) -> dict[str, Callable[[Machine, list[Any]], Any]]:
-    """What stands for a call of each of them: a symbol of the solver."""
+    """Return for each function with long loops a summary that gives a symbol of the solver."""
     return {name: _symbol(subject, name) for name in long(subject)}
 
 
@@ -159,7 +159,7 @@ def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
 
 
 def bodies(subject: Subject) -> dict[str, Callable[[int], int]]:
-    """What the symbols are evaluated by: the engine's functions."""
+    """Return the engine's functions, by name, that evaluate the symbols."""
     return {name: _body(subject, name) for name in long(subject)}
 
 
@@ -178,7 +178,7 @@ def _width(kind: Type) -> int:
 
 
 def held(kind: Type, raw: int) -> Any:
-    """What the engine holds, of a number as the solver has it."""
+    """Return the engine's value for a bit pattern of the solver."""
     if kind == _REAL:
         return struct.unpack("<f", raw.to_bytes(4, "little"))[0]
     width = values.bits(kind)
