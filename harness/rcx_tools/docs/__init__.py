@@ -1,1 +1,1 @@
-"""The generated pages and pictures."""
+"""Generators of the pages and pictures in docs/."""

@@ -1,1 +1,1 @@
-"""What is shown about this library: checks, their lists, their page."""
+"""Evidence about this library: the checks, their list, and their page."""

@@ -1,7 +1,7 @@
-"""Copies of the library: as it is, and with one block broken on purpose, to be found.
+"""Copies of the library: unchanged, or with a seeded bug that a check must find.
 
-The bugs stand in tables under `tests/tools/evidence`, each a `[[bug]]` with `name`, `file`, `old`
-and `new`, and what the check wants to know that looks for it.
+The bugs are in tables under `tests/tools/evidence`, each a `[[bug]]` with `name`, `file`, `old` and
+`new`, and the fields of the check that searches for it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _LIBRARY = ROOT / "plc" / "lib"
 
 @dataclass(frozen=True)
 class Bug:
-    """One row of a table; `old` stands once in `file`, and becomes `new`."""
+    """One row of a table; `old` occurs once in `file`, and `new` replaces it."""
 
     name: str
     file: str
@@ -33,10 +33,10 @@ class Bug:
     new: str
 
     def check(self, folder: Path) -> None:
-        """See that it can be put in.
+        """Check that the bug can be put in.
 
         Raises:
-            InputError: `old` does not stand once in the file.
+            InputError: `old` does not occur exactly once in the file.
         """
         file = folder / self.file
         text = file.read_text(encoding="utf-8") if file.is_file() else ""
@@ -48,7 +48,7 @@ class Bug:
             )
 
     def put_into(self, folder: Path) -> None:
-        """Change a copy."""
+        """Put the bug into a copy of the library."""
         file = folder / self.file
         text = file.read_text(encoding="utf-8")
         file.write_text(text.replace(self.old, self.new), encoding="utf-8")
@@ -62,10 +62,10 @@ def bugs(files: Iterable[Path], kind: type[_Bug]) -> list[_Bug]:
 
     Args:
         files: The tables.
-        kind: What a row says: its fields are the keys, all of which must be there, lists as tuples.
+        kind: The class of a row; its fields are the required keys, and lists become tuples.
 
     Raises:
-        InputError: no TOML, a row that lacks something, or a name that is there twice.
+        InputError: invalid TOML, an incomplete row, or a duplicate name.
     """
     found: dict[str, _Bug] = {}
     keys = [one.name for one in fields(kind)]
@@ -85,17 +85,17 @@ def bugs(files: Iterable[Path], kind: type[_Bug]) -> list[_Bug]:
 
 @contextmanager
 def library_copy() -> Iterator[Path]:
-    """The library as it is now: a long check is not disturbed by work on it."""
+    """Yield a copy of the library, so that later changes do not disturb a long check."""
     with TemporaryDirectory() as folder:
         yield Path(shutil.copytree(_LIBRARY, Path(folder) / "lib"))
 
 
 @contextmanager
 def broken_library(file: str, old: str, new: str) -> Iterator[Path]:
-    """Copy the library; in one of its files, `old` becomes `new`.
+    """Yield a copy of the library; in one file `new` replaces `old`.
 
     Raises:
-        ValueError: `old` does not stand there exactly once.
+        ValueError: `old` does not occur there exactly once.
     """
     with TemporaryDirectory() as folder:
         lib = Path(folder) / "lib"

@@ -1,4 +1,4 @@
-"""The checks, in the order of the page: what each says, which figures, and what it depends on."""
+"""The checks, in the order of the page: text, figures and inputs of each."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from rcx_tools.evidence.results import ROOT
 __all__ = ["CHECKS", "Check", "Row", "Table", "digest", "library_state"]
 
 Figures = Mapping[str, Any]
-#: A label, and how its figure is told.
+# #: A label, and a function that formats its figure.
 Row = tuple[str, Callable[[Figures], str]]
-#: A table of the page, from the figures: its heads, and its lines.
+# #: A table of the page: a function from the figures to headings and rows.
 Table = Callable[[Figures], tuple[list[str], list[list[str]]]]
 
-#: The library, its tables, and what compiles and runs it.
+# #: The library, its tables, and the parts that compile and run it.
 _BASE = (
     "plc/lib",
     "spec",
@@ -37,13 +37,13 @@ class Check:
 
     Attributes:
         name: As in `make NAME` and out/verification/NAME.json.
-        title: For people.
-        kind: `proved`, where every case there is was looked at within a stated model, or `tested`.
-        about: What the figures say, and what they do not.
+        title: Title for people.
+        kind: `proved`, if every case within a stated model was checked, or `tested`.
+        about: The meaning of the figures, and their limits.
         rows: Figures of the page.
-        inputs: Files and folders that it depends on, beyond the library and what runs it; a
+        inputs: Files and folders that it depends on, beyond the library and what runs it. A
             name without its ending stands for all files that begin so.
-        tables: What the page shows besides.
+        tables: Further tables of the page.
     """
 
     name: str
@@ -56,12 +56,12 @@ class Check:
 
     @property
     def command(self) -> str:
-        """What runs it."""
+        """Return the command that runs it."""
         return f"make {self.name}"
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """Everything that it depends on."""
+        """Return all files and folders that it depends on."""
         rooms = (
             "harness/structured_text",
             "harness/rcx_harness/verify",
@@ -81,7 +81,7 @@ def _files(root: Path, names: tuple[str, ...]) -> Iterator[Path]:
 
 
 def digest(names: tuple[str, ...], root: Path = ROOT) -> str:
-    """The state of some files and folders: 12 hexadecimal digits of names and contents."""
+    """Return the state of some files and folders: 12 hexadecimal digits of names and contents."""
     state = hashlib.sha256()
     for file in sorted(set(_files(root, names))):
         state.update(file.relative_to(root).as_posix().encode() + b"\0")
@@ -90,12 +90,12 @@ def digest(names: tuple[str, ...], root: Path = ROOT) -> str:
 
 
 def library_state(root: Path = ROOT) -> str:
-    """The state of plc/lib that figures belong to."""
+    """Return the state of plc/lib, to mark the figures with it."""
     return digest(("plc/lib",), root)
 
 
 def _number(*path: str) -> Callable[[Figures], str]:
-    """A figure with thousands marked."""
+    """Return a formatter of a figure, with separators of thousands."""
 
     def told(figures: Figures) -> str:
         value: Any = figures
@@ -107,7 +107,7 @@ def _number(*path: str) -> Callable[[Figures], str]:
 
 
 def _count(key: str) -> Callable[[Figures], str]:
-    """How many there are: of a list, or in all of a table of numbers."""
+    """Return a formatter of a count: the length of a list, or the sum of a table of numbers."""
     return lambda figures: (
         f"{sum(figures[key].values()):,}"
         if isinstance(figures[key], dict)
@@ -116,7 +116,7 @@ def _count(key: str) -> Callable[[Figures], str]:
 
 
 def _share(*path: str) -> Callable[[Figures], str]:
-    """`99.5 % (199 of 200, 1 justified)` of the coverage."""
+    """Return a formatter of coverage, such as `99.5 % (199 of 200, 1 justified)`."""
 
     def told(figures: Figures) -> str:
         share: Any = figures
@@ -158,7 +158,7 @@ def _survivors(figures: Figures) -> str:
     return f"{len(figures['survivors'])}, {figures['survivors_with_a_reason']} with a reason"
 
 
-#: Mutants besides those of the library, and what they are of.
+# #: Mutants of other parts than the library.
 _HARNESS_KINDS = (
     ("controller", "the virtual controller"),
     ("monitors", "the monitors"),
@@ -168,7 +168,7 @@ _HARNESS_KINDS = (
 
 
 def _mutants_of(kind: str) -> Callable[[Figures], str]:
-    """`270 of 280 killed, 96.4 %; survivors 10, 10 with a reason`."""
+    """Return a formatter such as `270 of 280 killed, 96.4 %; survivors 10, 10 with a reason`."""
 
     def told(figures: Figures) -> str:
         one = figures["kinds"][kind]
@@ -184,7 +184,7 @@ def _seeded(figures: Figures) -> str:
 
 
 def _total(key: str) -> Callable[[Figures], str]:
-    """The sum over all properties."""
+    """Return a formatter of the sum over all properties."""
     return lambda figures: f"{round(sum(item[key] for item in figures['properties'])):,}"
 
 
@@ -198,7 +198,7 @@ def _of_seeded(key: str) -> Callable[[Figures], str]:
 
 
 def _agreement(figures: Figures) -> str:
-    """Where the formulas and the engines have done the same."""
+    """Format the scans in which formulas and engines agree."""
     if "agreement" not in figures:
         return "not run"
     one = figures["agreement"]
@@ -208,7 +208,7 @@ def _agreement(figures: Figures) -> str:
 
 
 def _properties(figures: Figures) -> tuple[list[str], list[list[str]]]:
-    """What is proved, of each property; it assumes what those that it uses do, too."""
+    """Return the table of the proved properties; assumptions include those of used properties."""
     heads = ["Property", "What is proved", "Manual", "Assumes", "Uses", "Goals", "Solver [s]"]
     return heads, [
         [
@@ -225,7 +225,7 @@ def _properties(figures: Figures) -> tuple[list[str], list[list[str]]]:
 
 
 def _assumptions(figures: Figures) -> tuple[list[str], list[list[str]]]:
-    """What the proofs take for granted, by name."""
+    """Return the table of the assumptions of the proofs, by name."""
     return ["Assumption", "Taken for granted"], [[*one] for one in figures["assumptions"].items()]
 
 

@@ -1,8 +1,8 @@
-"""`python -m rcx_tools.evidence.contract`: the contract of every block, case by case.
+"""Command `python -m rcx_tools.evidence.contract`: the contract of every block, case by case.
 
-Runs tests/contract (every block on a bench without a robot) and tests/faults (every kind of block
-on the virtual controller), and counts their cases: block x Execute pattern x answer x moment.
-Further arguments go to pytest; --every-case leaves none out.
+It runs tests/contract (every block on a bench without a robot) and tests/faults (every kind of
+block on the virtual controller). It counts their cases: block x Execute pattern x answer x moment.
+Further arguments go to pytest; --every-case leaves no case out.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from rcx_tools.evidence.results import FOLDER, ROOT, write_result
 
 __all__ = ["DEMANDED", "figures", "main", "run_tests"]
 
-#: More cases than this are demanded.
+# #: The check requires more cases than this.
 DEMANDED = 10_000
 
 _FOLDERS = ("tests/contract", "tests/faults")
@@ -33,7 +33,7 @@ _LAST_LINES = 60
 
 
 def figures(report: Path) -> dict[str, Any]:
-    """What pytest's XML report says: cases, scans, and broken blocks that were found."""
+    """Return the figures of pytest's XML report: cases, scans, and broken blocks that were found."""
     tests = list(ElementTree.parse(report).getroot().iter("testcase"))
     failed = [one for one in tests if any(one.find(tag) is not None for tag in _BAD)]
     bench = [one for one in tests if "test_every_block" in one.get("classname", "")]
@@ -66,7 +66,7 @@ _OF = (_on_the_bench, _on_the_controller)
 
 
 def _is_broken(test: ElementTree.Element) -> bool:
-    """Is it the proof that a deliberately broken block is found?"""
+    """Return whether the test shows that a deliberately broken block is found."""
     return _name(test).startswith(("test_a_broken_block", "test_a_fault_in_the_library"))
 
 
@@ -80,7 +80,7 @@ def _property(test: ElementTree.Element, name: str) -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run; 0 where nothing failed and there are more cases than demanded."""
+    """Run the tests; return 0 if none failed and there are more cases than `DEMANDED`."""
     console = Console(highlight=False)
     FOLDER.mkdir(parents=True, exist_ok=True)
     report = FOLDER / "contract.xml"
@@ -107,7 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run_tests(report: Path, arguments: Sequence[str], console: Console) -> list[str]:
-    """Run the tests with progress; the last lines that pytest wrote."""
+    """Run the tests with a progress bar; return the last lines of pytest's output."""
     command = [sys.executable, "-m", "pytest", "-q", "--color=no", "-n", "auto"]
     command += ["--dist", "worksteal", f"--junitxml={report}", *_FOLDERS, *arguments]
     columns = (TextColumn("{task.description}"), BarColumn())

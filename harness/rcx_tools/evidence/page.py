@@ -1,4 +1,4 @@
-"""The text of verification.md, from the figures in verification.json."""
+"""Text of verification.md, from the figures in verification.json."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ _MORE = """\
   metamorphic checks compare both.
 """
 
-#: How rules are named that are neither the manual's nor assumed.
+# #: Descriptions of rules that are neither from the manual nor assumed.
 _OTHERS = {"public": "from public sources", "measured": "measured at a real controller"}
 
 
 def verification_page(kept: Path = KEPT) -> str:
-    """The page as Markdown; what has not been run says so."""
+    """Return the page as Markdown; checks that have not been run are marked."""
     figures: Mapping[str, Any] = {"library": "", "checks": {}}
     if kept.is_file():
         figures = json.loads(kept.read_text(encoding="utf-8"))
@@ -88,7 +88,7 @@ def _lines(figures: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _table(lines: Sequence[Sequence[str]]) -> Iterator[str]:
-    """The heads, then the others."""
+    """Yield the rows of a Markdown table; the first line contains the headings."""
     heads, *others = lines
     yield f"\n| {' | '.join(heads)} |\n|{'---|' * len(heads)}"
     for line in others:
@@ -111,6 +111,6 @@ def _result(figures: Mapping[str, Any], check: Check) -> str:
 
 
 def is_met(figures: Mapping[str, Any], check: Check) -> bool:
-    """Has the check been met by the library state that the figures are of?"""
+    """Return whether the check was met for the library state of the figures."""
     result = figures["checks"].get(check.name)
     return bool(result and result["met"] and result["library"] == figures["library"])

@@ -1,8 +1,7 @@
-"""`python -m rcx_tools.evidence.report`: run or reuse every check, write the page and the figures.
+"""Command `python -m rcx_tools.evidence.report`: run or reuse every check, write the page.
 
-A result is reused while the sources that its check depends on are as they were when it ran, and
-it was met. Written are out/verification.json (every figure), docs/explanation/verification.json
-(those of the
+A result is reused if the check was met and its sources are unchanged since it ran. The command
+writes out/verification.json (every figure), docs/explanation/verification.json (the figures of the
 page) and docs/explanation/verification.md.
 """
 
@@ -27,7 +26,7 @@ from structured_text.errors import InputError
 
 __all__ = ["is_current", "kept_figures", "main", "result_of", "stale", "stamped_run", "update"]
 
-#: Where the page and its figures are.
+# #: The folder of the page and its figures.
 DOCS = ROOT / "docs/explanation"
 
 Run = Callable[[Check, Sequence[str]], int]
@@ -41,7 +40,7 @@ def _run(check: Check, arguments: Sequence[str]) -> int:
 
 
 def result_of(check: Check, folder: Path) -> dict[str, Any] | None:
-    """What a check has left, whatever its sources are now."""
+    """Return the last result of a check, whether or not its sources have changed."""
     file = folder / f"{check.name}.json"
     if not file.is_file():
         return None
@@ -50,10 +49,11 @@ def result_of(check: Check, folder: Path) -> dict[str, Any] | None:
 
 
 def stamped_run(check: Check, arguments: Sequence[str], folder: Path, run: Run) -> int:
-    """Run a check; note the state of its sources.
+    """Run a check; record the state of its sources.
 
-    Nothing is noted, so that the check runs again, where they have changed meanwhile, where it has
-    left no new result, and where its arguments may have made it run in part.
+    The state is not recorded, so that the check runs again, in three cases: the sources have
+    changed meanwhile, the check has left no new result, or its arguments may have limited it to a
+    part.
     """
     stamp = folder / f"{check.name}.state"
     stamp.unlink(missing_ok=True)
@@ -69,13 +69,13 @@ def stamped_run(check: Check, arguments: Sequence[str], folder: Path, run: Run) 
 
 
 def _written(check: Check, folder: Path) -> int:
-    """When the result was written; 0 where there is none."""
+    """Return the time at which the result was written; 0 if there is none."""
     file = folder / f"{check.name}.json"
     return file.stat().st_mtime_ns if file.is_file() else 0
 
 
 def is_current(check: Check, folder: Path) -> bool:
-    """Is there a result that was met, of the sources as they are?"""
+    """Return whether there is a met result of the present sources."""
     stamp, result = folder / f"{check.name}.state", result_of(check, folder)
     if result is None or not result["met"] or not stamp.is_file():
         return False
@@ -84,7 +84,7 @@ def is_current(check: Check, folder: Path) -> bool:
 
 
 def kept_figures(results: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """The figures of the page.
+    """Return the figures of the page.
 
     Raises:
         InputError: a check does not give a figure that the page shows.
@@ -122,7 +122,7 @@ def _rows(check: Check, figures: dict[str, Any]) -> list[list[str]]:
 
 
 def stale(kept: Path) -> str:
-    """Why the page needs `make verification` before a release; empty if it does not."""
+    """Return why the page needs `make verification` before a release; empty if it does not."""
     if not kept.is_file():
         return "there are no figures yet"
     figures = json.loads(kept.read_text(encoding="utf-8"))
@@ -133,7 +133,7 @@ def stale(kept: Path) -> str:
 
 
 def update(folder: Path, docs: Path) -> bool:
-    """Write page and figures from the results there are; were all of them met?"""
+    """Write page and figures from the existing results; return whether all checks are met."""
     found = {check.name: result_of(check, folder) for check in CHECKS}
     results = {name: result for name, result in found.items() if result is not None}
     for name in results:
@@ -169,7 +169,7 @@ def _options(arguments: Sequence[str] | None) -> tuple[Namespace, list[str]]:
 
 
 def main(arguments: Sequence[str] | None = None, run: Run = _run) -> int:
-    """Run or reuse; 0 where every check is met, 130 where Ctrl-C has ended it."""
+    """Run or reuse the checks; return 0 if every check is met, 130 after Ctrl-C."""
     options, rest = _options(arguments)
     try:
         return _main(options, rest, run)

@@ -1,4 +1,4 @@
-"""`python -m rcx_tools.evidence.campaign`."""
+"""Entry point of `python -m rcx_tools.evidence.campaign`."""
 
 import sys
 

@@ -1,7 +1,7 @@
-"""The command blocks of the campaign: the telegram each must send, and what it must bring back.
+"""The command blocks of the campaign: the expected telegram of each, and its expected response.
 
-Telegrams are those of the remote command guide, made by the harness's codec from the values at
-the pins; nothing of the blocks is asked.
+The harness's codec makes the telegrams of the remote command guide from the values at the pins. The
+blocks themselves are not consulted.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ Words = tuple[int, ...]
 
 
 class Telegrams(NamedTuple):
-    """What a block sends and shows.
+    """The telegram and the response of a block.
 
     Attributes:
-        inputs: Pins that decide the telegram.
-        words: The telegram, n to n + 30, from these pins.
+        inputs: Pins that determine the telegram.
+        words: Makes the telegram, n to n + 30, from these pins.
         outputs: Pins that show the response.
-        shown: What they must be, from the words m to m + 30.
+        shown: Their expected values, from the words m to m + 30.
     """
 
     inputs: tuple[str, ...]
@@ -67,7 +67,7 @@ def _write_shift(pins: Pins) -> Words:
 
 
 def _assign_value(pins: Pins) -> Words:
-    """`ARITHMETIC_ADD` is the command AddValue."""
+    """Return the telegram; `ARITHMETIC_ADD` is the command AddValue."""
     name = {"ARITHMETIC_ASSIGN": "AssignValue", "ARITHMETIC_ADD": "AddValue"}[pins["Operation"]]
     return command(name).encode({"variable1": pins["Variable1"], "value": pins["ValueInteger"]})
 
@@ -114,7 +114,7 @@ def _numbers(value: Any) -> tuple[int, ...]:
 
 
 def real(value: float) -> float:
-    """The nearest REAL, as a PLC holds it."""
+    """Return the nearest REAL, as a PLC holds it."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 

@@ -1,4 +1,4 @@
-"""Each request and each execution: who asked for what, and whether it was done once."""
+"""Judge of each request and each execution: every request is executed once."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from structured_text.engines.base import Program
 
 __all__ = ["SEQUENCES", "Judge"]
 
-#: Sequence blocks: which dedicated inputs each may switch ON, and what its Done means
-#: (mask and value of the outputs' word m + 32).
+# #: Sequence blocks: the dedicated inputs that each may switch ON, and the meaning of its Done #:
+# (mask and value of the outputs' word m + 32).
 SEQUENCES: dict[str, tuple[int, tuple[int, int]]] = {
     "AlarmReset": (1 << 14, (1 << 3, 0)),
     "ServoOn": (1 << 1, (1 << 2, 1 << 2)),
@@ -34,7 +34,7 @@ _SI00, _SI06, _SI10 = 1 << 0, 1 << 6, 1 << 8
 
 @dataclass
 class _Watched:
-    """A block whose Busy, Error and ErrorID are read in every scan."""
+    """A block with Busy, Error and ErrorID that are read in every scan."""
 
     name: str
     place: str
@@ -45,7 +45,7 @@ class _Watched:
 
 
 class Judge:
-    """Follows the blocks scan by scan and compares them with the controller's list.
+    """Observer of the blocks, scan by scan, that compares them with the controller's list.
 
     Args:
         program: The running program.
@@ -57,9 +57,9 @@ class Judge:
         self._comparison = Comparison(lambda block, end: COMMANDS[block].shown(end), found)
         self.requests: list[Request] = []
         self.ends: dict[str, int] = {}
-        """How often each end was seen: `Done`, `16#8011`; of commands only."""
+        """The number of each end, `Done` or `16#8011`; of commands only."""
         self.done: dict[str, int] = {}
-        """How often each block was Done."""
+        """The number of Done of each block."""
         commands = [_Watched(name, name, entry) for name, entry in COMMANDS.items()]
         commands += [_Watched(name, f"{name}.Job", one, True) for name, one in LEVELS.items()]
         self._blocks = commands + [_Watched(name, name) for name in SEQUENCES]
@@ -78,18 +78,18 @@ class Judge:
         self._points: dict[int, list[list[int]]] = {}
 
     def restart(self) -> None:
-        """The PLC has lost its memory: requests under way never end."""
+        """Forget the requests under way: the PLC has lost its memory, so they never end."""
         for one in self._blocks:
             one.busy, one.request = False, None
         self._code = self._bits = 0
 
     @property
     def busy(self) -> list[str]:
-        """The blocks that are at work."""
+        """Return the blocks that are at work."""
         return [one.name for one in self._blocks if one.busy]
 
     def take(self, record: Record) -> None:
-        """A record of the trace; scans are judged."""
+        """Take a record of the trace; judge it if it is a scan."""
         if isinstance(record, Scan):
             self._scan(record)
 
@@ -169,7 +169,10 @@ class Judge:
             self._follow_points(one)
 
     def _follow_points(self, one: _Watched) -> None:
-        """What was written last must be read; a write of unknown outcome may have been done."""
+        """Check that the point last written is read back.
+
+        After a write of unknown outcome both values are possible.
+        """
         if one.name not in ("WritePoint", "ReadPoint"):
             return
         number, pulses = self._pin(one, "Point"), self._pin(one, "Pulses")
@@ -182,10 +185,10 @@ class Judge:
                 self._found("wrong data", text)
 
     def settle(self, executions: list[Execution]) -> int:
-        """Compare all requests with what was executed; both lists are emptied.
+        """Compare all requests with the executions; empty both lists.
 
         Returns:
-            How many requests there were.
+            The number of requests.
         """
         self._comparison.of(self.requests, executions)
         count = len(self.requests)

@@ -1,4 +1,4 @@
-"""`python -m rcx_tools.evidence.campaign`: random long runs with every kind of fault."""
+"""Command `python -m rcx_tools.evidence.campaign`: random long runs with every kind of fault."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ from structured_text.farm import Farm
 
 __all__ = ["main"]
 
-#: Runs by default, and storms in each of them.
+# #: Default number of runs, and of storms in each.
 RUNS, STORMS = 72, 10
-#: So many runs are made on both engines, and must give the same trace.
+# #: Number of runs on both engines, which must give the same trace.
 TWICE = 8
 
 
@@ -45,7 +45,7 @@ class _Job(NamedTuple):
     lib: Path | None
     twice: bool
     seeded: int = -1
-    """Or the broken block to find."""
+    """The number of the seeded bug to find instead; -1: none."""
 
 
 class _Result(NamedTuple):
@@ -88,7 +88,7 @@ def _run(job: _Job) -> _Result:
 
 
 def _explain(seed: int, options: Namespace, console: Console) -> None:
-    """Run a seed again, make its failure short, and write trace, chart and acts."""
+    """Run a seed again, shorten its failure, and write trace, chart and acts."""
     program = _compiled(options.engine, options.lib)
     conditions, storms = draw_run(seed, options.storms)
 
@@ -157,7 +157,7 @@ def _figures(total: Outcome, options: Namespace, engine: str, twice: int) -> dic
 
 
 def _expected() -> set[str]:
-    """What every long campaign must have seen: work of each block, and each kind of fault."""
+    """Return what every long campaign must contain: work of each block, and each kind of fault."""
     faults = {"alarm", "emergency_stop", "link_down", "power_off", "pendant_on", "manual_mode"}
     faults |= {"lost", "late", "doubled", "plc_overrun", "packet_interval", "plc_power_off"}
     faults |= {"main_power_off"}
@@ -169,7 +169,7 @@ def _is_count(value: object) -> TypeGuard[dict[str, int]]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the campaign; 0 if nothing was found, else 1."""
+    """Run the campaign; return 0 if nothing was found, else 1."""
     options = _options(arguments)
     with library_copy() as lib:
         options.lib = options.lib or lib

@@ -1,4 +1,4 @@
-"""What the runs of the campaign came to, in figures."""
+"""Figures of the runs of the campaign."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Outcome"]
 
 @dataclass
 class Outcome:
-    """What a run, or several, came to; times in virtual microseconds."""
+    """The figures of a run, or of several; times in virtual microseconds."""
 
     virtual_us: int = 0
     storms: int = 0
@@ -31,7 +31,7 @@ class Outcome:
             self.acts[name] = self.acts.get(name, 0) + 1
 
     def add(self, other: Outcome) -> None:
-        """Take the figures of another run into this one."""
+        """Add the figures of another run."""
         for name in ("virtual_us", "storms", "requests", "executions", "scans"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
         for name in ("acts", "ends", "done", "packets"):

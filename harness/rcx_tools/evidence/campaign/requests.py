@@ -1,4 +1,4 @@
-"""What was asked of a controller against what it has executed: each once, or at most once."""
+"""Comparison of requests with executions: each once, or at most once with an error."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from structured_text.output.units import format_us
 
 __all__ = ["Comparison", "Request", "hexed"]
 
-#: Ends after which the outcome is not known: link, CPU_OK, no end, turn lost, command lost.
+# #: Errors with an unknown outcome: link, CPU_OK, no end, turn lost, command lost.
 _UNKNOWN = (0x8001, 0x8002, 0x8011, 0x8013, 0x8014)
 _ABNORMAL = 0x8020
 
 
 @dataclass
 class Request:
-    """One rising edge of Execute (or Enable) that a command block has taken.
+    """One rising edge of Execute (or Enable) that a command block has accepted.
 
     Attributes:
         block: Name of the instance.
         words: The telegram that it must send, n to n + 30.
-        start_us: When it was taken.
-        level: The block has Enable; its end says nothing of the outcome.
-        end_us: When the block showed the end; None: it never did.
+        start_us: Time of the edge.
+        level: The block has Enable; its end does not show the outcome.
+        end_us: Time at which the block showed the end; None: it never did.
         error_id: ErrorID at the end; 0 = Done.
         shown: Outputs at the end that repeat the response.
     """
@@ -42,13 +42,13 @@ class Request:
 
     @property
     def certain(self) -> bool:
-        """It was executed: the block says Done, or shows the controller's abnormal end."""
+        """Return whether it was certainly executed: Done, or the controller's abnormal end."""
         ended = self.end_us is not None and not self.level
         return ended and self.error_id in (0, _ABNORMAL)
 
     @property
     def possible(self) -> bool:
-        """It may have been executed."""
+        """Return whether it may have been executed."""
         return self.end_us is None or self.level or self.error_id in _UNKNOWN
 
     def __str__(self) -> str:
@@ -60,10 +60,10 @@ class Request:
 
 
 class Comparison:
-    """Compares requests with what was executed.
+    """Comparison of requests with executions.
 
     Args:
-        shown: What the outputs of a block must be, from the words m to m + 30.
+        shown: Gives the expected outputs of a block from the words m to m + 30.
         found: Called with each finding: its kind, and a sentence.
     """
 
@@ -75,7 +75,7 @@ class Comparison:
         self._shown, self._found = shown, found
 
     def of(self, requests: Sequence[Request], executions: Sequence[Execution]) -> None:
-        """All requests of a time, and all executions."""
+        """Compare all requests of a period with all its executions."""
         left = list(executions)
         for request in requests:
             if request.certain:
@@ -105,7 +105,7 @@ class Comparison:
         if not found:
             self._found("not executed", f"{request} was never executed: {hexed(request.words)}")
             return
-        own = found[-1]  # one command runs at a time: its end is the last one before Done
+        own = found[-1]  # one command at a time: its own is the last before Done
         left.remove(own)
         status = NORMAL_END if request.error_id == 0 else ABNORMAL_END
         if own.end is None or own.end[0] != status:
@@ -127,6 +127,6 @@ class Comparison:
 
 
 def hexed(words: Sequence[int]) -> str:
-    """The words up to the last that is not 0."""
+    """Return the words as hexadecimal text, up to the last that is not 0."""
     last = max((k for k, word in enumerate(words) if word), default=0)
     return " ".join(f"{word:04X}" for word in words[: last + 1])

@@ -1,4 +1,4 @@
-"""One run of the campaign: storms, and after each of them the way back to a working cell."""
+"""A run of the campaign: storms, each followed by recovery to a working cell."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ __all__ = ["compiled", "run_storms"]
 
 _PROGRAM = Path(__file__).parent / "Campaign.st"
 
-#: How long the cell may take to come to rest once all causes are gone [us]: the longest Timeout
-#: for each of the stages of FB_PowerUp that may still wait, and the commands that stand in line.
+# #: Most time until the cell is at rest once all causes are gone [us]: the longest Timeout for each
+# #: stage of FB_PowerUp that may still wait, and the queued commands.
 QUIET_US = 30_000_000
-#: How long the documented way back may take [us].
+# #: Most time of the documented recovery [us].
 RECOVERY_US = 20_000_000
-#: Nothing may start by itself in this time after the cell has come to rest [us].
+# #: Time after the cell has come to rest in which nothing may start by itself [us].
 _REST_US = 500_000
 
 _LEVELS = ("Jog", "Position", "SequenceControl", "AutoMode", "Watch")
@@ -40,7 +40,7 @@ _CALM = (
 
 
 def compiled(engine: str = "auto", lib: Path | None = None) -> Compiled:
-    """The campaign's program; `lib` is the folder of the library, None for plc/lib."""
+    """Return the campaign's program; `lib` is the folder of the library, None for plc/lib."""
     return Compiled(source_files(_PROGRAM, lib), engine)
 
 
@@ -56,7 +56,7 @@ def run_storms(
     """Run storms one after the other, each followed by rest and recovery.
 
     Raises:
-        Failure: the first thing that is wrong.
+        Failure: the first error.
     """
     station = Station(program, conditions, seed, trace)
     with station:
@@ -85,13 +85,13 @@ class _Run(Run):
             self._last = record
 
     def apply(self, act: Entry) -> None:
-        """Something happens now; a PLC without power has no variables."""
+        """Apply an act now; skip variables of a PLC without power."""
         self.outcome.take(act)
         if self.station.plc.runs or not act.values:
             super().apply(act)
 
     def weathered(self) -> None:
-        """Note the figures."""
+        """Record the figures."""
         outcome, station = self.outcome, self.station
         network = station.network_of(1)
         assert isinstance(network, PacketNetwork)
@@ -102,7 +102,7 @@ class _Run(Run):
     # --- rest --------------------------------------------------------------------------------
 
     def come_to_rest(self) -> None:
-        """All causes go and all inputs fall: everything ends, and nothing starts by itself."""
+        """Remove all causes and inputs; check that everything ends and nothing starts by itself."""
         station = self.station
         for block in [*SEQUENCES, *COMMANDS]:
             station[f"Main.{block}.Execute"] = False
@@ -114,7 +114,7 @@ class _Run(Run):
             station.inject(event)
         for event in _PACKETS:
             station.inject(event, share=0)
-        # A connection whose packets were lost a moment ago is taken as lost only now.
+        # A connection that lost its packets a moment ago is detected as lost only now.
         unseen_us = 2 * station.timing.timeout_us
         station.run(unseen_us)
         took_us = self.wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
@@ -126,7 +126,7 @@ class _Run(Run):
         self._settle()
 
     def _rests(self) -> bool:
-        """Link and controller are there, no block is at work, both turns are free."""
+        """Return whether link and controller are up, no block works, and both turns are free."""
         read = self.station.program.read
         if self.judge.busy or not read("Main.Robot.Connected"):
             return False
@@ -153,7 +153,7 @@ class _Run(Run):
     # --- recovery ----------------------------------------------------------------------------
 
     def recover(self) -> None:
-        """The documented way back: alarm reset, servo on; then the cell does its work."""
+        """Follow the documented recovery: alarm reset, servo on; then let the cell do its work."""
         begin_us, read = self.station.now_us, self.station.program.read
         if read("Main.Robot.Inner.HoldEmergency"):
             self._do("FromEmergency")
@@ -173,7 +173,7 @@ class _Run(Run):
         self.wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
 
     def _stop_program(self) -> None:
-        """A program that runs is stopped by the stop input: no return-to-origin beside it."""
+        """Stop a running program by the stop input; return-to-origin cannot run beside it."""
         station = self.station
         station["Main.StopOk"] = False
         self.wait(lambda: not self._on(1, 3), RECOVERY_US, "no recovery", lambda: "SO(13) stays ON")
@@ -182,11 +182,11 @@ class _Run(Run):
         self.wait(self._rests, RECOVERY_US, "no recovery", self._what_is_busy)
 
     def _on(self, byte: int, bit: int) -> bool:
-        """A dedicated output of the controller, as the PLC has read it."""
+        """Return a dedicated output of the controller, as the PLC has read it."""
         return bool(self._last.so[32 + byte] >> bit & 1)
 
     def _work(self) -> None:
-        """A point is written, read back and moved to."""
+        """Write a point, read it back and move to it."""
         self._serial += 1
         number, pulses = 29_990, [self._serial, -self._serial, 5, 7, 0, 0]
         self._do("WritePoint", Point=number, Pulses=pulses)
@@ -196,7 +196,7 @@ class _Run(Run):
         self._do("MovePtp", Point=number, SpeedMode="SPEED_DIRECT", Speed=100.0)
 
     def _do(self, block: str, **pins: object) -> None:
-        """One piece of work with a normal end, with patient Timeouts."""
+        """Run a block to its normal end, with a long Timeout."""
         station = self.station
         before = station[f"Main.{block}.Timeout"]
         station[f"Main.{block}.Timeout"] = "T#10s"

@@ -1,4 +1,4 @@
-"""Blocks broken on purpose: the campaign must find each of them."""
+"""Seeded bugs in blocks: the campaign must find each of them."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ __all__ = ["SEEDED", "Found", "Seeded", "find"]
 
 
 class Seeded(NamedTuple):
-    """A broken block: what is wrong, in which file, which text becomes which."""
+    """A seeded bug: its description, the file, and the text that is replaced."""
 
     name: str
     file: str
     old: str
     new: str
     kinds: tuple[str, ...]
-    """The kinds of finding by which it may be found first."""
+    """The kinds of findings by which it may be found first."""
 
 
 class Found(NamedTuple):
-    """By which seed a broken block was found, and how."""
+    """The seed by which a seeded bug was found, and the failure."""
 
     seed: int
     failure: Failure
@@ -130,7 +130,7 @@ def find(
     most: int = 30,
     tried: Callable[[], None] = lambda: None,
 ) -> Found | None:
-    """Run seed after seed on the broken library until one fails; None if none does."""
+    """Run seed after seed on the broken library until a run fails; return None if none fails."""
     with broken_library(seeded.file, seeded.old, seeded.new) as lib:
         program = compiled(engine, lib)
         for seed in range(most):

@@ -1,4 +1,4 @@
-"""The cell of a campaign: a program whose controller notes what it executes."""
+"""The cell of a campaign: a program and a controller that records its executions."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ __all__ = ["Conditions", "Execution", "RecordingController", "Station"]
 
 @dataclass(frozen=True)
 class Conditions:
-    """What stays the same in a run.
+    """The constants of a run.
 
     Attributes:
         timing: Scan, packets and their time-out, for the longest packet interval.
         intervals_us: The packet intervals that the run may change to.
-        late_us: A packet that is late is so by at most this.
+        late_us: The greatest delay of a late packet.
         robot: Properties of the controller.
         start: Variables of the program that are set before its first scan.
         m: First byte of the robot's area in `Main.InputArea`.
-        n: The same in `Main.OutputArea`.
+        n: First byte of the robot's area in `Main.OutputArea`.
     """
 
     timing: Timing
@@ -47,9 +47,9 @@ class Execution:
     """A command that the controller has begun.
 
     Attributes:
-        t_us: When.
+        t_us: Time of the begin.
         words: Its telegram, n to n + 30.
-        end: End status and response, m to m + 30; None as long as none was shown.
+        end: End status and response, m to m + 30; None until they are shown.
     """
 
     t_us: int
@@ -72,11 +72,11 @@ class _Recording(Handshake):
 
 
 class RecordingController(Controller):
-    """A controller with the list of what it has executed, also before a restart.
+    """A controller with the list of its executions, which survives restarts.
 
     Args:
         config: Its properties.
-        seed: Decides its delays.
+        seed: Determines its delays.
     """
 
     def __init__(self, config: RobotConfig | None = None, seed: int = 0) -> None:
@@ -85,24 +85,24 @@ class RecordingController(Controller):
         self._record()
 
     def inject(self, event: str, **args: Any) -> None:
-        """Let something happen; see `Controller.inject`."""
+        """Inject an event; see `Controller.inject`."""
         super().inject(event, **args)
         self._record()
 
     def _record(self) -> None:
-        """Every start of the controller makes a handshake of its own."""
+        """Install the recording handshake: every start of the controller makes a new handshake."""
         state = self._state
         if not isinstance(state.handshake, _Recording):
             state.handshake = _Recording(self.config, state.findings, self.executions)
 
 
 class Station(Cell):
-    """A program and a controller that records.
+    """A program and a recording controller.
 
     Args:
         compiled: The program.
-        conditions: What stays the same in the run.
-        seed: Of everything that is drawn.
+        conditions: The constants of the run.
+        seed: Seed of all random choices.
         trace: File for the trace.
     """
 
@@ -126,4 +126,4 @@ class Station(Cell):
         for path, value in conditions.start.items():
             self[path] = value
         self.plc.beginning = program.snapshot()
-        self.plc.inputs_stay = False  # all its variables are the program's own
+        self.plc.inputs_stay = False  # all variables belong to the program

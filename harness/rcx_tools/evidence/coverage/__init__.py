@@ -1,1 +1,1 @@
-"""The coverage of this library by its tests."""
+"""Coverage of this library by its tests."""

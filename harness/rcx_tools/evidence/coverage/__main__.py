@@ -1,4 +1,7 @@
-"""`python -m rcx_tools.evidence.coverage`: run the tests and report; 1 where something is open."""
+"""Command `python -m rcx_tools.evidence.coverage`: run the tests and report the coverage.
+
+The exit code is 1 if something is not covered.
+"""
 
 from __future__ import annotations
 
@@ -26,24 +29,24 @@ __all__ = ["figures", "main", "reasons", "uncounted"]
 
 ROOT = Path(__file__).resolve().parents[4]
 
-#: Where MC/DC is demanded: folders and files.
+# #: Folders and files for which MC/DC is required.
 MCDC_FILES = ("area/", "core/", "sequence/", "command/FB_RemoteCommand.st")
 
-#: Why something need not be covered, below the repository.
+# #: Reasons for parts that need no coverage, relative to the repository.
 REASONS = "tests/tools/evidence/conditions.toml"
 
-#: The library, as it is called in the reports.
+# #: The name of the library in the reports.
 _LIBRARY = "plc/lib"
 
-#: The table needs so much [characters].
+# #: Width that the table needs [characters].
 _WIDTH = 120
 
-#: Gaps that are printed; the rest is in the report.
+# #: Number of gaps to print; the report contains the others.
 _MOST_GAPS = 30
 
 
 def reasons(file: Path) -> dict[tuple[str, str, str], str]:
-    """Why conditions have no MC/DC, by (POU, decision, condition), from a TOML file."""
+    """Return the reasons for missing MC/DC, by (POU, decision, condition), from a TOML file."""
     table = load_toml(file)
     return {
         (one["pou"], one["decision"], condition): one["reason"]
@@ -53,7 +56,7 @@ def reasons(file: Path) -> dict[tuple[str, str, str], str]:
 
 
 def uncounted(library: Path) -> Part:
-    """A part in which every file of a library stands, and nothing was executed."""
+    """Return a part with every file of a library in which nothing was executed."""
     collector = Collector(library)
     project = checked(sorted(library.resolve().rglob("*.st")))
     for pou in project.pous.values():
@@ -62,7 +65,7 @@ def uncounted(library: Path) -> Part:
 
 
 def figures(results: Sequence[FileResult], run: Run) -> dict[str, Any]:
-    """The numbers of out/verification/coverage.json."""
+    """Return the figures for out/verification/coverage.json."""
     folders = sorted({result.folder for result in results})
     return {
         "tests": run.passed,
@@ -92,7 +95,7 @@ def _numbers(share: Share) -> dict[str, float]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run; 0 where every statement and branch is covered or justified, and MC/DC as demanded."""
+    """Measure the coverage; return 0 if all is covered or justified, and MC/DC is as required."""
     parser = argparse.ArgumentParser(prog="python -m rcx_tools.evidence.coverage")
     parser.add_argument("--report-only", action="store_true", help="use the counts of the last run")
     parser.add_argument("--workers", default="auto", help="processes (pytest's -n)")

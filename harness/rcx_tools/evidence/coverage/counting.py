@@ -1,4 +1,4 @@
-"""Plugin of pytest for `make coverage`: writes what the tests count of the library."""
+"""Plugin of pytest for `make coverage`: it writes the counts of the library."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ __all__ = ["pytest_addoption", "pytest_configure"]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """What counts, and where to write it."""
+    """Add the options for the sources to count and for the file of the counts."""
     parser.addoption("--count-below", type=Path, help="folder of the sources that count")
     parser.addoption("--counts", type=Path, help="file for what was counted")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Count."""
+    """Start to count."""
     _Library(config, Collector(config.getoption("count_below")))
 
 
 class _Library(Gathering):
     def report(self, session: pytest.Session, parts: list[Part], lost: list[str]) -> None:
-        """Write the parts; those of workers that died are missing, and their tests failed."""
+        """Write the parts; those of dead workers are missing, but their tests have failed."""
         session.config.getoption("counts").write_text(json.dumps(parts), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Runs the tests on the built-in engine, which counts."""
+"""Execution of the tests on the built-in engine, which counts the coverage."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ FOLDERS = (
     *("chapters", "cell", "contract"),
     *("faults", "examples", "watch"),
 )
-#: What runs at the pace of the clock executes nothing that the others do not.
+# #: Tests at the pace of the real clock; they execute nothing that the others do not.
 _LEFT_OUT = ("tests/cell/test_live.py",)
 
 _PERCENT = re.compile(r"\[ *(\d+)%\]")
 _COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped)")
 _LAST_LINES = 40
-#: Without a terminal it says how far it is in such steps [%].
+# #: Steps of the progress messages without a terminal [%].
 _STEP = 20
 
 
 @dataclass(frozen=True)
 class Run:
-    """How a run of the tests ended; `output` is what pytest wrote last."""
+    """The result of a test run; `output` is the end of pytest's output."""
 
     passed: int
     failed: int
@@ -43,17 +43,17 @@ class Run:
 
     @property
     def clean(self) -> bool:
-        """Whether tests ran, and none failed."""
+        """Return whether tests ran, and none failed."""
         return self.passed > 0 and self.failed == 0
 
 
 def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
-    """Run the tests that execute blocks, with progress; the counts are written to a file.
+    """Run the tests that execute blocks, with progress; write the counts to a file.
 
     Args:
         root: The repository.
-        counts: Where to.
-        workers: How many processes, as pytest's `-n` takes it.
+        counts: The file for the counts.
+        workers: Number of processes, as pytest's `-n` takes it.
         console: For the progress.
     """
     shutil.rmtree(counts.parent, ignore_errors=True)
@@ -101,7 +101,7 @@ def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
 
 
 def _environment() -> dict[str, str]:
-    """The environment without matiec, so that every program runs on the engine that counts."""
+    """Return the environment without matiec, so that every program runs on the counting engine."""
     environment = dict(os.environ)
     environment.pop("RCX_MATIEC", None)
     path = environment.get("PATH", "").split(os.pathsep)

@@ -1,4 +1,4 @@
-"""The results as text: a table per folder, the gaps, a table of all files."""
+"""The results as text: a table of the folders, the gaps, and a table of all files."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _table(first: str, rows: Sequence[tuple[str, Sequence[FileResult]]]) -> Tabl
 
 
 def folder_table(results: Sequence[FileResult], library: str) -> Table:
-    """One row per folder of `library`, one where MC/DC is demanded, one for all."""
+    """Return a table: one row per folder of `library`, one for required MC/DC, one for all."""
     folders = sorted({result.folder for result in results})
     rows = [(one, [result for result in results if result.folder == one]) for one in folders]
     rows.append(("MC/DC demanded", [one for one in results if one.demands_mcdc]))
@@ -59,12 +59,12 @@ def folder_table(results: Sequence[FileResult], library: str) -> Table:
 
 
 def full_text(results: Sequence[FileResult], library: str, reasons: str) -> str:
-    """The whole report as plain text.
+    """Return the whole report as plain text.
 
     Args:
         results: All files.
-        library: What to call their folder.
-        reasons: Where the reasons stand.
+        library: The name of their folder.
+        reasons: The name of the file with the reasons.
     """
     console = Console(file=io.StringIO(), width=160, color_system=None, emoji=False)
     console.print(f"Coverage of {library} by the tests, on the built-in engine\n")

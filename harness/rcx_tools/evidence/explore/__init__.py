@@ -1,6 +1,6 @@
-"""Every reachable state of the real blocks, with every choice of their environment.
+"""Exploration of every reachable state of the real blocks, with every choice of the environment.
 
-`model` says what is explored, `models` lists it, `oracle` judges each scan, `search` is the world
-of a model, `replay` shows a trace, `seeded` puts bugs in to be found. What goes through all states
-and tells them apart is `rcx_harness.verify.explore`.
+`model` describes a model, `models` lists all, `oracle` judges each scan, `search` is the world of a
+model, `replay` shows a trace, and `seeded` puts in bugs that must be found. The search itself and
+the comparison of states are in `rcx_harness.verify.explore`.
 """

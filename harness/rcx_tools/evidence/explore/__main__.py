@@ -1,4 +1,4 @@
-"""`python -m rcx_tools.evidence.explore`: see `command`."""
+"""Entry point of `python -m rcx_tools.evidence.explore`: see `command`."""
 
 import sys
 

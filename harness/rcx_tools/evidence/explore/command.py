@@ -1,6 +1,6 @@
 """Explore the models in several processes, print the figures and write them.
 
-An outcome is kept as soon as it is there, and taken again while all that it rests on is the same.
+Each outcome is saved at once. A later run uses it again if none of its inputs has changed.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from structured_text.output.system import processors
 
 __all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "items_of", "main", "without_collector"]
 
-#: Where outcomes are kept.
+# #: The folder of the saved outcomes.
 OUT = ROOT / "out/verification"
 _SEEDS = "seeded bugs"
 EVERY_MODEL: dict[str, AnyModel] = {
@@ -48,20 +48,20 @@ EVERY_BUG = (*SEEDED, *interlock.SEEDED)
 
 
 class _Task(NamedTuple):
-    """What all explorations have in common: see the arguments of the command."""
+    """The common settings of all explorations: see the arguments of the command."""
 
     library: tuple[Path, ...]
     limit: int
     seed: int
 
 
-#: How far a model is: its name, explored states, known states.
+# #: Progress of a model: its name, explored states, known states.
 _Report = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
 class _Exploring:
-    """Explores a model, or looks for a seeded bug, by its name."""
+    """Worker that explores a model, or searches for a seeded bug, by its name."""
 
     task: _Task
     reports: Queue[_Report | None]
@@ -76,7 +76,11 @@ class _Exploring:
 
 @contextmanager
 def without_collector() -> Iterator[None]:
-    """Millions of small objects are kept, none in a cycle: looking for cycles takes a sixth."""
+    """Disable the garbage collector meanwhile.
+
+    Millions of small objects exist, none of them in a cycle. Searching them for cycles takes a
+    sixth of the time.
+    """
     was = gc.isenabled()
     gc.disable()
     try:
@@ -87,7 +91,7 @@ def without_collector() -> Iterator[None]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run from the command line; 0 if every model is complete and no rule is broken."""
+    """Run the command; return 0 if every model is complete and no rule is broken."""
     parser = argparse.ArgumentParser(
         prog="python -m rcx_tools.evidence.explore", description=__doc__
     )
@@ -126,7 +130,7 @@ def _run(
     known: Known,
     console: Console,
 ) -> tuple[list[Done], list[Found]]:
-    """Explore all models and look for all seeded bugs, in several processes."""
+    """Explore all models and search for all seeded bugs, in several processes."""
     columns = (
         TextColumn("{task.description:<12}"),
         BarColumn(24),
@@ -171,9 +175,9 @@ def _run(
 
 
 def items_of(models: Sequence[AnyModel], seeded: Sequence[Seeded]) -> list[tuple[str, bool]]:
-    """What is to be done, each with "is it a seeded bug", in an order that ends without a long one.
+    """Return all items, each with "is it a seeded bug", so that no long one comes last.
 
-    Models on one robot come first, those with the most choices at their head.
+    Models on one robot come first, beginning with the most choices.
     """
 
     def size(model: AnyModel) -> int:
@@ -184,7 +188,7 @@ def items_of(models: Sequence[AnyModel], seeded: Sequence[Seeded]) -> list[tuple
 
 
 def _show(progress: Progress, reports: Queue[_Report | None]) -> None:
-    """Show how far each model is, until there is no more to come."""
+    """Show the progress of each model until the queue ends with None."""
     bars: dict[str, TaskID] = {}
     for name, number, states in iter(reports.get, None):
         if name not in bars:
@@ -193,12 +197,12 @@ def _show(progress: Progress, reports: Queue[_Report | None]) -> None:
 
 
 def _model_of(outcome: Done | Found) -> AnyModel:
-    """What was explored."""
+    """Return the model that was explored."""
     return EVERY_MODEL[outcome.result.model if isinstance(outcome, Done) else outcome.bug.model]
 
 
 def _line(done: Done | Found) -> str:
-    """What is printed as soon as it is known."""
+    """Return the line that is printed as soon as an outcome is known."""
     if isinstance(done, Found):
         return f"seeded: {done.bug.name}: {f'{done.scans} scans' if done.scans else 'NOT FOUND'}"
     one = done.result
@@ -229,14 +233,14 @@ def _search(
     seed: int = 1,
     report: Callable[[int, int], None] | None = None,
 ) -> Result:
-    """Explore a model, to its end or to so many states."""
+    """Explore a model, to its end or to this number of states."""
     if isinstance(model, InterlockModel):
         return interlock.explored(model, library, limit, seed, report)
     return Explorer(model, library, seed).run(limit, report)
 
 
 def _look_for(name: str, library: Sequence[Path]) -> Found:
-    """Explore the model that is to find a seeded bug, and replay what it finds."""
+    """Explore the model that should find a seeded bug, and replay what it finds."""
     bug = next(bug for bug in EVERY_BUG if bug.name == name)
     model = EVERY_MODEL[bug.model]
     with TemporaryDirectory() as folder:
@@ -250,9 +254,9 @@ def _look_for(name: str, library: Sequence[Path]) -> Found:
 
 
 def _draw(model: AnyModel, broken: Broken, library: Sequence[Path], name: str) -> tuple[str, ...]:
-    """Replay a trace and write it with its chart; the rules that the replay finds broken.
+    """Replay a trace and write it with its chart; return the rules that the replay breaks.
 
-    Of robots at one area it is written in words.
+    A trace of robots at one area is written in words.
     """
     folder = OUT / "explore"
     folder.mkdir(parents=True, exist_ok=True)
@@ -291,7 +295,7 @@ def _print(console: Console, done: Sequence[Done], found: Sequence[Found], secon
 
 
 def _end(model: AnyModel) -> str:
-    """What is waited for: a free channel, or a robot that is granted the area."""
+    """Return the end of waiting: a free channel, or a robot that is granted the area."""
     return "granted" if isinstance(model, InterlockModel) else "free"
 
 

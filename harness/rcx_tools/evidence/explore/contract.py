@@ -1,4 +1,4 @@
-"""What the outputs of one block must be after a scan: the contract of PLCopen, and its ends."""
+"""Contract of the outputs of one block after a scan: the rules of PLCopen, and its ends."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _CPU_OK = 0x0002
 
 
 class Pins(NamedTuple):
-    """What a block shows."""
+    """The outputs of a block."""
 
     done: bool
-    """Done, or Valid of a level block."""
+    """Done; for a level block Valid."""
     busy: bool
     error: bool
     error_id: int
@@ -26,13 +26,13 @@ class Pins(NamedTuple):
 
     @property
     def shown(self) -> int:
-        """How many of Done, Busy and Error are true."""
+        """Return how many of Done, Busy and Error are true."""
         return int(self.done) + int(self.busy) + int(self.error)
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What the oracle looks at of a block.
+    """The part of a block that the oracle judges.
 
     Attributes:
         pins: Its outputs.
@@ -47,7 +47,7 @@ class Seen:
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """What was read in a scan.
+    """The values that were read in a scan.
 
     Attributes:
         connected: The scanner's status.
@@ -63,17 +63,17 @@ class Link:
 
     @property
     def cpu_ok(self) -> bool:
-        """Is CPU_OK there?"""
+        """Return whether CPU_OK is ON."""
         return bool(self.so & _CPU_OK)
 
     @property
     def judged(self) -> bool:
-        """Is there a connection, and was there one in the scan before?"""
+        """Return whether there is a connection, and there was one in the scan before."""
         return self.connected and self.was_up
 
 
 def link_of(situation: Situation, was_up: bool) -> Link:
-    """What was read, in a scan after one with or without a connection."""
+    """Return the values read in a scan; `was_up`: the scan before had a connection."""
     connected = situation.connected
     status, so = (situation.status, situation.so) if connected else (0, 0)
     return Link(connected, status, so, was_up)
@@ -87,9 +87,9 @@ class Case(NamedTuple):
     started: bool
     """It was asked to work in this scan."""
     missed: bool
-    """It was not called in some scan since it was asked."""
+    """It missed a call in some scan since then."""
     out: bool
-    """The command of this very start was on the wire; another start's may still be."""
+    """The command of this start was on the wire; that of another start may still be."""
     was: Pins
     seen: Seen
     link: Link
@@ -97,7 +97,7 @@ class Case(NamedTuple):
 
 
 def contract(case: Case) -> Iterator[str]:
-    """PLCopen: design section 3."""
+    """Yield the violations of the PLCopen contract (design section 3)."""
     block, was, now, up = case.block, case.was, case.seen.pins, case.up
     if bool(now.error) != (now.error_id != 0):
         yield f"contract: {block.name}: Error without ErrorID, or the reverse"
@@ -126,7 +126,7 @@ def contract(case: Case) -> Iterator[str]:
 
 
 def _ended(case: Case) -> Iterator[str]:
-    """What an end must rest on."""
+    """Yield the violations of the conditions for an end."""
     block, now, link = case.block, case.seen.pins, case.link
     if now.error_id == 0x8001 and link.connected:
         yield f"answer: {block.name}: 16#8001 with a connection"

@@ -1,16 +1,17 @@
-"""All states of FB_Interlock: three robots at one shared area, each of which may do anything.
+"""All states of FB_Interlock: three robots at one shared area; each may do anything.
 
 Before each scan up to `at_once` robots change one of their inputs: Enable, Outside, Acknowledge,
 whether link and servos are there, and whether the instance is called at all. There is no
-controller: the program sets what the block reads of its Robot. What is demanded is judged from the
-inputs and from Valid, Busy, Error (`_Judge`), never from the block's own bookkeeping.
+controller. The program sets the values that the block reads of its Robot. `_Judge` uses only the
+inputs and Valid, Busy and Error, never the internal variables of the block.
 
-From every reachable state, too, a robot that keeps asking has the area once the others have left;
-they do it one input in each scan, in the order of their numbers. Where nobody is in its way any
-more it takes `_PROMPT` scans at most, whatever the others do then.
+A second check starts from every reachable state. A robot that keeps requesting must get the area
+once the others have left. The others leave by one input per scan, in the order of their numbers. If
+nobody is in its way any more, it gets the area within `_PROMPT` scans, whatever the others do then.
 
-Left out of a state, and arbitrary when a scan is repeated to check that: the tickets' origin and
-gaps beyond one, the phase of the beat, and the number of the scan.
+A state leaves out the tickets' origin, gaps of more than one, the phase of the beat, and the number
+of the scan. To check that they have no effect, some scans are repeated with arbitrary values for
+them.
 """
 
 from __future__ import annotations
@@ -34,25 +35,25 @@ from structured_text.projects.needed import needed
 
 __all__ = ["MODELS", "SEEDED", "InterlockModel", "explored", "replay", "told"]
 
-#: From a free area to a grant, with any number of requests that were given up before [scans].
+# #: Most scans from a free area to a grant, with any number of requests given up before.
 _PROMPT = 5
-#: Scans of a hang in which a replay waits for the grant.
+# #: Scans in a replay of a hang, in which the grant should come.
 _SHOWN = 40
 _WIDE = 1 << 32
 
 
 @dataclass(frozen=True)
 class InterlockModel:
-    """What is explored.
+    """A model of robots at one shared area.
 
     Attributes:
         name: One word.
-        title: What it is about.
-        robots: How many there are.
-        moves: Which inputs change: of `go out ack ready called`.
-        at_once: How many robots change an input before one scan.
-        timeout: Of the last robot, in scans; 0 = no limit.
-        tick_ms: From scan to scan.
+        title: Its subject.
+        robots: Number of robots.
+        moves: The inputs that change: of `go out ack ready called`.
+        at_once: Most robots that change an input before one scan.
+        timeout: Time limit of the last robot in scans; 0 = no limit.
+        tick_ms: Time from scan to scan.
     """
 
     tick_ms: ClassVar[int] = 10
@@ -64,7 +65,7 @@ class InterlockModel:
     timeout: int = 0
 
     def limit_ms(self, robot: int) -> int:
-        """The pin Timeout of a robot; 0 = no limit."""
+        """Return the pin Timeout of a robot; 0 = no limit."""
         return self.timeout * self.tick_ms if robot == self.robots - 1 else 0
 
     def write(self, folder: Path) -> Path:
@@ -84,7 +85,7 @@ MODELS = (
 
 
 class _Seat(NamedTuple):
-    """One robot's inputs, and what the judge remembers of it."""
+    """One robot's inputs, and the judge's memory of it."""
 
     go: bool = False
     out: bool = False
@@ -94,8 +95,11 @@ class _Seat(NamedTuple):
     was_ready: bool = False
     was_ack: bool = False
     in_the_way: bool = True
-    """It is not known to be out, or was lost there and not acknowledged since. So also after its
-    first call: one more shows that it is out."""
+    """It is in the area, or may be.
+
+    It is not known to be outside, or was lost there and not acknowledged since. This also holds
+    after its first call; a second call can show that it is outside.
+    """
     met: bool = False
     """It has been called."""
     kept: bool = False
@@ -105,17 +109,17 @@ class _Seat(NamedTuple):
     failed: bool = False
     """It has shown an error since Enable rose."""
     queue: int = 0
-    """Its place among those that wait and are called in each scan; 0 = it does not."""
+    """Its place among those that wait and are called in each scan; 0 = it does not wait."""
     free: int = 0
-    """So many scans it has waited while nobody had the area, or gave up before it."""
+    """Number of scans that it has waited while no robot had the area or gave up before it."""
 
 
-#: Inputs that change before a scan: of which robot, and which.
+# #: Inputs that change before a scan: the robot and the name of each.
 _Changes = tuple[tuple[int, str], ...]
 
 
 class _Choice(NamedTuple):
-    """What changes before a scan."""
+    """The changes before a scan."""
 
     number: int
     changes: _Changes
@@ -123,13 +127,13 @@ class _Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class _State:
-    """All that counts later: the judge's seats, and what the program holds."""
+    """Everything that matters later: the judge's seats, and the variables of the program."""
 
     seats: tuple[_Seat, ...]
     inner: tuple[Any, ...]
 
 
-#: Of each instance: what is no ticket. The others are written before they are read.
+# #: Variables of each instance, except its tickets. All others are written before they are read.
 _KEPT = (
     *("KNOWN", "WASENABLE", "WASREADY", "GRANTED", "WAITING", "HOLDS", "KEPT", "ERRORID"),
     *("BUSY", "WAITED", "LONGEST"),
@@ -137,7 +141,7 @@ _KEPT = (
 
 
 class _World(World[_Choice]):
-    """The program, and what is demanded of it."""
+    """The program, and the rules that it must keep."""
 
     def __init__(self, model: InterlockModel, library: Sequence[Path]) -> None:
         self._model = model
@@ -148,9 +152,9 @@ class _World(World[_Choice]):
         robots = range(model.robots)
         self._locks = [getattr(self._root, f"LOCK{k}") for k in robots]
         self._area = self._root.AREA
-        inputs = ("GO", "OUT", "ACK", "READY", "CALLED")  # the first ones of a seat
+        inputs = ("GO", "OUT", "ACK", "READY", "CALLED")  # the first fields of a seat
         self._inputs = [[f"{name}{k}" for name in inputs] for k in robots]
-        self._judged = cache(_judged)  # what is seen from outside is often the same
+        self._judged = cache(_judged)  # many scans look the same from outside
         self.every = [_Choice(k, one) for k, one in enumerate(_changes(model))]
         self._states: dict[bytes, _State] = {}
         seat = _Seat(out="out" not in model.moves, ready="ready" not in model.moves)
@@ -160,44 +164,44 @@ class _World(World[_Choice]):
         self._waits = [_Wait(k, self.start) for k in robots if not model.limit_ms(k)]
 
     def first(self) -> bytes:
-        """Nothing has been called yet."""
+        """Return the state before the first call."""
         return self._pack(_State(self.start, self._freeze()))
 
     def choices(self, state: bytes) -> Sequence[_Choice]:
-        """Anything; but all are called in the first scan."""
+        """Return all choices; in the first scan, all instances are called."""
         if self._states[state].seats == self.start:
             return [one for one in self.every if all(name != "called" for _, name in one.changes)]
         return self.every
 
     def step(self, state: bytes, choice: _Choice) -> tuple[bytes, list[str]]:
-        """One scan."""
+        """Run one scan from a state."""
         here = self._states[state]
         return self._scan(here, choice, here.inner)
 
     def check(self, state: bytes, choice: _Choice, following: bytes, random: Random) -> None:
-        """Again, with other tickets."""
+        """Repeat the scan with other tickets; raise AssertionError if the next state differs."""
         here = self._states[state]
         there, _ = self._scan(here, choice, _disturbed(here.inner, random))
         if there != following:
             raise AssertionError(f"{self._model.name}: tickets have an effect: {here} {choice}")
 
     def added(self) -> None:
-        """Note who still asks."""
+        """Record for a new state which robots still request the area."""
         for wait in self._waits:
             wait.add(self._after)
 
     def entered(self, state: bytes) -> None:
-        """Note what the others do in order to leave."""
+        """Record how the other robots leave, from the state that is explored next."""
         for wait in self._waits:
             wait.quiet = self._numbers[leaving(self._states[state].seats, wait.robot)]
 
     def followed(self, number: int, choice: _Choice, following: int) -> None:
-        """Note where that leads to."""
+        """Record the successor of a state."""
         for wait in self._waits:
             wait.follow(number, choice, following)
 
     def look(self, result: Result, states: Paths) -> None:
-        """Look for a robot that is never let in."""
+        """Search for a robot that is never let in."""
         for wait in self._waits:
             title = f"robot {wait.robot + 1} keeps asking, the others leave"
             bound, stuck, _ = longest(wait.nexts, wait.ends)
@@ -216,7 +220,7 @@ class _World(World[_Choice]):
     def run(
         self, before: Sequence[_Seat], changes: _Changes
     ) -> tuple[tuple[_Seat, ...], list[str]]:
-        """One scan from where the program stands: the seats after it, and what is broken."""
+        """Run one scan from the present state of the program; return the seats and broken rules."""
         seats = list(before)
         for k, name in changes:
             seats[k] = seats[k]._replace(**{name: not getattr(seats[k], name)})
@@ -239,7 +243,7 @@ class _World(World[_Choice]):
         return key
 
     def known_as(self, state: bytes) -> bytes:
-        """Itself."""
+        """Return the state itself."""
         return state
 
     def _freeze(self) -> tuple[Any, ...]:
@@ -276,7 +280,7 @@ class _World(World[_Choice]):
 
 
 class _Wait:
-    """A robot that keeps asking while the others leave: where that leads, from each state."""
+    """The graph of states of a robot that keeps requesting while the others leave."""
 
     def __init__(self, robot: int, start: Sequence[_Seat]) -> None:
         self.robot, self.quiet = robot, 0
@@ -284,19 +288,19 @@ class _Wait:
         self.add(start)
 
     def add(self, seats: Sequence[_Seat]) -> None:
-        """A new state; it has an end where the robot has the area, or does not ask for it."""
+        """Add a state; it is an end if the robot has the area, or does not request it."""
         seat = seats[self.robot]
         self._failed.append(seat.failed)
         self.ends.append(seat.valid or seat.failed or not (seat.go and seat.called))
 
     def follow(self, number: int, choice: _Choice, following: int) -> None:
-        """One step; asking must not end in an error."""
+        """Add the step of the leaving robots; a step into an error becomes a loop, hence a hang."""
         if choice.number == self.quiet:
             self.nexts.append(number if self._failed[following] else following)
 
 
 def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
-    """What the others do next in order to leave: one of their inputs changes, or none any more."""
+    """Return the next change of the other robots in order to leave; empty if all have left."""
     for k, seat in enumerate(seats):
         if k == alone:
             continue
@@ -309,9 +313,10 @@ def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
 
 
 def _closer(numbers: Sequence[int], held: Sequence[int]) -> list[int]:
-    """The same order and neighbours from 0 on, without the gaps; signed, as tickets compare.
+    """Return the numbers from 0 on, in the same order with the same neighbours, without gaps.
 
-    The next number counts behind a ticket that is `held`: only from there the turn goes on by one.
+    Numbers are signed, as tickets compare. A distance of one is kept only behind a ticket that is
+    `held`, because the turn advances by one only from there.
     """
     signed = {one: (one + _WIDE // 2) % _WIDE - _WIDE // 2 for one in numbers}
     owned = {signed[one] for one in held}
@@ -323,7 +328,7 @@ def _closer(numbers: Sequence[int], held: Sequence[int]) -> list[int]:
 
 
 def _disturbed(inner: tuple[Any, ...], random: Random) -> tuple[Any, ...]:
-    """Another origin, wider gaps, the other phase."""
+    """Return an equivalent state with another origin, wider gaps and the other phase."""
     holders, first, after, rows, waits, _ = inner
     beat, origin, wide = bool(random.randrange(2)), random.randrange(_WIDE), random.randrange(1, 99)
     held = [first, after, *(one for wait in waits if wait for one in wait[:2])]
@@ -345,7 +350,7 @@ def _changes(model: InterlockModel) -> Iterator[_Changes]:
 def _judged(
     before: tuple[_Seat, ...], now: tuple[_Seat, ...], shown: tuple[tuple[bool, bool, int], ...]
 ) -> tuple[tuple[_Seat, ...], tuple[str, ...]]:
-    """What is demanded, told from outside: the seats after a scan, and what is broken.
+    """Judge a scan from outside; return the seats after it, and the broken rules.
 
     Args:
         before: The seats after the last scan.
@@ -389,7 +394,7 @@ def _judged(
 
 
 def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) -> list[str]:
-    """Of one robot that was called."""
+    """Return the broken rules of one robot that was called."""
     valid, busy, number = shown
     name = f"robot {k + 1}"
     broken = []
@@ -405,7 +410,7 @@ def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) ->
 
 
 def _safety(before: Sequence[_Seat], after: Sequence[_Seat]) -> Iterator[str]:
-    """Never two owners, and none beside one that is in the way."""
+    """Yield violations of mutual exclusion: two owners, or an owner beside a robot in the way."""
     for k, seat in enumerate(after):
         if not (seat.valid and seat.called):
             continue
@@ -445,7 +450,7 @@ def explored(
     seed: int = 1,
     report: Callable[[int, int], None] | None = None,
 ) -> Result:
-    """Explore a model, to its end or to so many states."""
+    """Explore a model, to its end or to this number of states."""
     world = _World(model, library)
     return Search(world, world.every, seed).run(model.name, limit, report=report)
 
@@ -453,7 +458,7 @@ def explored(
 def replay(
     model: InterlockModel, broken: Broken, library: Sequence[Path] = LIBRARY
 ) -> tuple[str, ...]:
-    """Run the way to a broken rule from the start, nothing left out: the rules that it breaks."""
+    """Replay the path to a broken rule from the start, without abstraction; return the rules."""
     world = _World(model, library)
     seats, rules = world.start, []
     for choice in broken.path:
@@ -469,7 +474,7 @@ def replay(
 
 
 def told(path: Sequence[_Choice]) -> list[str]:
-    """The way to a broken rule, scan by scan."""
+    """Return the path to a broken rule as text, scan by scan."""
     return [
         f"scan {k}: " + (", ".join(f"robot {r + 1} {name}" for r, name in one.changes) or "nothing")
         for k, one in enumerate(path, 1)

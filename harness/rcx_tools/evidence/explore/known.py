@@ -1,4 +1,4 @@
-"""What earlier runs have found: nothing is explored twice while what it rests on is the same."""
+"""Outcomes of earlier runs: nothing is explored again while its inputs are unchanged."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ __all__ = ["OWN", "AnyModel", "Done", "Found", "Known", "defined_by"]
 AnyModel = Model | InterlockModel
 
 _HERE = Path(__file__).parent
-#: What decides over states and rules, beside blocks and models: the engine, these of this package.
+# #: Inputs of a result beside blocks and models: the engine, and modules of this package.
 _ENGINE = ("engines", "language", "projects")
 _KINDS = ("*.py", "*.lark")
-#: The modules beside this one that decide what is found, and those of all explorations.
+# #: The modules in this folder that determine the result; below, those of all explorations.
 OWN = ("model", "contract", "oracle", "search", "stages", "models")
 _SHARED = (
     "structured_text/explore/abstraction.py",
@@ -45,7 +45,7 @@ class Done(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What became of a seeded bug: its scans (0: not found), and what the replay said."""
+    """The outcome of a seeded bug: scans (0: not found), and the rules broken in the replay."""
 
     bug: Seeded
     scans: int
@@ -54,13 +54,13 @@ class Found(NamedTuple):
 
 
 class Known:
-    """Outcomes that need no second look: complete models without a broken rule, and bugs found.
+    """Saved outcomes: complete models without a broken rule, and bugs that were found.
 
     Args:
-        file: Where they are kept.
-        seed: Of the checks of the abstraction.
-        library: Files of the library; of another one than this package's nothing is known.
-        fresh: Forget what is there.
+        file: The file of the outcomes.
+        seed: Seed of the checks of the abstraction.
+        library: Files of the library; nothing is saved for another library than this package's.
+        fresh: Forget the saved outcomes.
     """
 
     def __init__(
@@ -71,17 +71,17 @@ class Known:
         self._keys: dict[str, str] = {}
 
     def model(self, model: AnyModel) -> Done | None:
-        """The outcome of a model."""
+        """Return the saved outcome of a model, or None."""
         found = self._kept.get(self._key(model, model.name)) if self._kept else None
         return Done(Result(**found["result"]), found["seconds"]) if found else None
 
     def bug(self, bug: Seeded, model: AnyModel) -> Found | None:
-        """What became of a seeded bug in its model."""
+        """Return the saved outcome of a seeded bug in its model, or None."""
         found = self._kept.get(self._key(model, repr(bug))) if self._kept else None
         return Found(bug, found["scans"], found["states"], tuple(found["rules"])) if found else None
 
     def keep(self, outcome: Done | Found, model: AnyModel) -> None:
-        """Keep an outcome, if it is one to be kept."""
+        """Save an outcome if it is good."""
         if self._kept is None:
             return
         if isinstance(outcome, Found):
@@ -110,7 +110,7 @@ class Known:
 
 
 def defined_by(model: AnyModel) -> tuple[str, ...]:
-    """The modules beside this one that decide what is found in a model."""
+    """Return the modules in this folder that determine the results of a model."""
     if isinstance(model, InterlockModel):
         return ("interlock", "search")
     return OWN if model in MODELS else (*OWN, "models_small")

@@ -1,4 +1,4 @@
-"""What is explored: a few blocks in a program, and all that their environment may do."""
+"""Models: a few blocks in a program, and everything that their environment may do."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
 
 __all__ = ["DOWN", "SKIPPED", "UP", "Block", "Choice", "Model", "Quiet", "Situation", "Wire"]
 
-#: What may be done with a block in a scan: its Execute or Enable FALSE or TRUE, or no call.
+# #: Treatment of a block in a scan: its Execute or Enable is FALSE or TRUE, or it is not called.
 DOWN, UP, SKIPPED = 0, 1, 2
 
 
 @dataclass(frozen=True)
 class Block:
-    """One instance.
+    """One instance of a block in a model.
 
     Attributes:
-        name: Of the instance.
-        type: Of the block.
+        name: Name of the instance.
+        type: Type of the block.
         pins: Its other arguments, as they stand in the call.
         kind: How the oracle judges it: `command`, `jog`, `continuous`, `sequence`, `emergency`,
             `release emergency`, `stop`, `release stop`, `level` or `job`.
-        code: Of its remote command.
+        code: The code of its remote command.
         bits: Dedicated inputs that it switches on, as numbers of bits (12 octal is bit 10).
         answer: For a sequence: (mask, value) of the dedicated outputs that confirm it.
         does: Which of DOWN, UP, SKIPPED the environment may choose.
@@ -43,17 +43,17 @@ class Block:
 
     @property
     def start(self) -> str:
-        """Name of the pin that starts it."""
+        """Return the name of the pin that starts it."""
         return "Enable" if self.kind in ("jog", "continuous", "level") else "Execute"
 
     @property
     def is_level(self) -> bool:
-        """Does it work as long as its pin is TRUE?"""
+        """Return whether it works while its pin is TRUE."""
         return self.start == "Enable"
 
     @property
     def channel(self) -> str:
-        """Where it takes its turn; empty for none."""
+        """Return the channel on which it takes its turn; empty for none."""
         if self.kind in ("command", "jog", "continuous"):
             return "command"
         return "sequence" if self.kind in ("sequence", "release stop", "job") else ""
@@ -61,10 +61,10 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """What the PLC reads in a scan; one is no other, even if they say the same.
+    """The values that the PLC reads in a scan; compared by identity.
 
     Attributes:
-        label: In words.
+        label: Description in words.
         connected: The scanner's status.
         status: SOW(0).
         so: Dedicated outputs, bytes m + 32 and m + 33 as one word.
@@ -77,7 +77,7 @@ class Situation:
 
 
 class Wire(NamedTuple):
-    """What the PLC has written."""
+    """The values that the PLC has written."""
 
     code: int
     first: int
@@ -86,7 +86,7 @@ class Wire(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """All that the environment chooses for one scan."""
+    """Everything that the environment chooses for one scan."""
 
     number: int
     ticks: int
@@ -99,14 +99,14 @@ class Choice(NamedTuple):
 
 
 class Quiet(NamedTuple):
-    """How the environment behaves from some moment on, for the freedom from hang.
+    """Behaviour of the environment from some moment on, for the proof that nothing hangs.
 
     Attributes:
-        title: In words.
-        does: What happens to each block: DOWN or SKIPPED.
-        situation: The label of what is read, by what is on the wire.
+        title: Description in words.
+        does: Treatment of each block: DOWN or SKIPPED.
+        situation: The label of the situation that is read, by the values on the wire.
         idle_blocks: It ends when no block is busy; else when the channels are free, too.
-        most: Scans until it has ended, at most; 0 = any number.
+        most: Most scans until it has ended; 0 = any number.
     """
 
     title: str
@@ -122,10 +122,10 @@ class Model:
 
     Attributes:
         name: One word.
-        title: What it is about.
-        blocks: In the order of their calls.
-        situations: What can be read in a scan; any of them may follow any other.
-        pins: What (EmergencyStopOk, StopOk) can be.
+        title: Its subject.
+        blocks: The blocks in the order of their calls.
+        situations: Situations that a scan can read; any may follow any other.
+        pins: Possible values of (EmergencyStopOk, StopOk).
         quiet: Environments in which everything must come to its end.
         tick_ms: Unit of time; every scan comes one of `gaps` ticks after the last.
         gaps: See `tick_ms`.
@@ -134,9 +134,9 @@ class Model:
         queue: Most tickets on a channel. A block that gives up while it waits leaves its ticket
             behind until the turn goes on: without a limit there is no last state.
         variables: More declarations of the program.
-        statements: What it does first.
-        switches: More BOOL variables of the program that the environment sets, and to what:
-            each tuple holds the values of one choice.
+        statements: The first statements of the program.
+        switches: More BOOL variables of the program that the environment sets, with the values
+            that it may choose.
     """
 
     name: str
@@ -155,7 +155,7 @@ class Model:
     switches: Mapping[str, tuple[bool, ...]] | None = None
 
     def program(self) -> str:
-        """The ST program."""
+        """Return the ST program."""
         held = "".join(f"    {one.name} : {one.type};\n" for one in self.blocks)
         names = [f"Go{one.name}" for one in self.blocks] + [
             f"Call{one.name}" for one in self.blocks
@@ -184,14 +184,14 @@ class Model:
         )
 
     def free(self) -> set[str]:
-        """Variables of the program that are set before each scan, or only written by it."""
+        """Return the variables that are set before each scan, or only written by the program."""
         names = {"InputArea", "OutputArea", "Connected", "EmergencyStopOk", "StopOk"}
         names |= {"CallRead", "CallWrite"}
         names |= {f"{what}{one.name}" for one in self.blocks for what in ("Go", "Call")}
         return names | set(self.switches or ())
 
     def choices(self) -> list[Choice]:
-        """Everything that the environment can do in one scan."""
+        """Return all choices of the environment for one scan."""
         switches = self.switches or {}
         found: list[Choice] = []
         for gap, situation, pins, does, values in product(
@@ -229,7 +229,7 @@ class Model:
         return Choice(number, gap, situation, *pins, does, bytes(image), tuple(values))
 
     def tell(self, choice: Choice) -> str:
-        """A choice in words."""
+        """Describe a choice in words."""
         parts = [choice.situation.label]
         parts += [
             f"{block.name} {'not called' if do == SKIPPED else 'up' if do == UP else 'down'}"
@@ -246,7 +246,7 @@ class Model:
         return ", ".join(parts)
 
     def switch_names(self) -> set[str]:
-        """The model's own BOOL variables, in upper case."""
+        """Return the model's own BOOL variables, in upper case."""
         return {name.upper() for name in self.switches or ()}
 
     def write(self, folder: Path) -> Path:
@@ -257,5 +257,5 @@ class Model:
 
 
 def response(status: int) -> int:
-    """SOW(1) that comes with a status: each status has its own, so that a late copy shows."""
+    """Return SOW(1) for a status: each status has its own value, so that a late copy is visible."""
     return {READY: 0, RUN: 0, NORMAL_END: 0x1234, ABNORMAL_END: 12}[status]

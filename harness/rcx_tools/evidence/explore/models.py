@@ -1,4 +1,4 @@
-"""The models that are explored."""
+"""The models on one robot that are explored."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ __all__ = ["MODELS"]
 _CPU, _EMERGENCY, _ALARM, _MP_RDY, _AUTO = 0x0002, 0x0001, 0x0008, 0x0010, 0x0100
 _STATUS = {0x0000: "ready", 0x0100: "running", 0x0200: "end", 0x4000: "abnormal"}
 
-#: Any status at any time, with and without CPU_OK, and no link: also what no controller does.
+# #: Any status at any time, with and without CPU_OK, and a lost link: more than any controller
+# does.
 _ANY_STATUS = (
     *(Situation(label, status=status, so=_CPU) for status, label in _STATUS.items()),
     Situation("ready, CPU_OK off"),
@@ -22,7 +23,7 @@ _ANY_STATUS = (
 
 
 def _prompt(end: str) -> Callable[[Wire], str]:
-    """A controller that answers each command at once."""
+    """Return the situations of a controller that answers each command at once."""
 
     def situation(wire: Wire) -> str:
         code = wire.code & 0x0FFF
@@ -151,7 +152,7 @@ _OUTPUTS = (
 
 
 def _both(wire: Wire) -> str:
-    """Both answers as soon as one of the inputs is there."""
+    """Give both answers as soon as one of the inputs is ON."""
     there = wire.bits & 0x0402
     return "servo on, program runs" if there else "servo off, program stands"
 

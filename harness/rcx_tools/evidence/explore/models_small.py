@@ -1,4 +1,4 @@
-"""Small models beside the others: what needs many scans to show is found in them soon."""
+"""Small models: they quickly find errors that need many scans to appear."""
 
 from __future__ import annotations
 

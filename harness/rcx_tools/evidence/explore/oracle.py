@@ -1,11 +1,11 @@
-"""The rules that every scan of an exploration is judged by, from the manual and the design alone.
+"""Rules for every scan of an exploration, taken from the manual and the design alone.
 
-The oracle sees what a user sees: what was read, how the blocks were called, what was written, and
-the blocks' outputs. It knows nothing of tickets, phases or timers inside.
+The oracle sees what a user sees: the values read, the calls of the blocks, the values written, and
+the blocks' outputs. It does not see tickets, phases or timers inside.
 
-Each group of rules is a function of a few values, and most scans differ from many others in a few
-of them only. So what a group says to the same values is kept (`functools.cache`). A value that
-consists of many is made once, and then compared by its identity.
+Each group of rules is a function of a few values, and most scans repeat the values of others. The
+results are therefore cached (`functools.cache`). A value of many parts is created only once, and
+then compared by identity.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ __all__ = ["Oracle"]
 
 _SI00, _SI06 = 0x0001, 0x0040
 _SAFETY = _SI00 | _SI06
-#: Inputs that start something, and what must be ON for it: chapter 5, 2, SI(01), and 3.2.
+# #: Inputs that start something, and levels that must be ON: chapter 5, 2, SI(01), and 3.2.
 _NEEDS = ((0x0002, _SI00), (0x9400, _SAFETY))
 _CONTINUOUS = (0x0505, 0x0506)
 _INTERVAL_US = 100_000
 
-# One byte of flags.
+# One byte of flags of the whole cell.
 _HELD_E, _HELD_S, _BACK_E, _BACK_S, _QUIT, _STOPPED, _UP, _RAN = (1 << bit for bit in range(8))
-# Flags of a block.
+# Flags of each block.
 _WAS, _ASKED, _MISSED, _OUT = 1, 2, 4, 8
 
 _HEAD = 7
@@ -44,15 +44,15 @@ _HEAD = 7
 
 @dataclass(frozen=True, eq=False)
 class _Turn:
-    """What counts for the turn of a block.
+    """The values of a block that matter for its turn.
 
     Attributes:
         called: It was called.
         started: It was asked to work in this scan.
-        missed: It was not called in some scan since.
+        missed: It missed a call in some scan since then.
         was_active: Active before the scan.
-        busy: Busy after it.
-        active: Active after it.
+        busy: Busy after the scan.
+        active: Active after the scan.
     """
 
     called: bool
@@ -65,13 +65,13 @@ class _Turn:
 
 @dataclass(frozen=True, eq=False)
 class _Hold:
-    """What counts for the dedicated inputs that a block sets or holds.
+    """The values of a block that matter for the dedicated inputs it sets or holds.
 
     Attributes:
-        does: What was done with it.
+        does: Its treatment in this scan.
         started: It was asked to work in this scan.
-        works: Busy before the scan, or after it.
-        was_up: Its Execute was TRUE when it was called last.
+        works: Busy before or after the scan.
+        was_up: Its Execute was TRUE in its last call.
         failed: It was busy and shows an error now.
     """
 
@@ -83,7 +83,7 @@ class _Hold:
 
 
 class _One(NamedTuple):
-    """What there is to say of one block in a scan."""
+    """The judgement of one block in a scan."""
 
     flags: int
     turn: _Turn
@@ -92,7 +92,7 @@ class _One(NamedTuple):
 
 
 class _Memory(NamedTuple):
-    """What was remembered after the scan before."""
+    """The oracle's memory, unpacked."""
 
     was: Wire
     words: int
@@ -104,7 +104,7 @@ class _Memory(NamedTuple):
 
 
 class Oracle:
-    """Judges scan after scan; what it remembers is a few bytes, part of the explored state."""
+    """Judge of consecutive scans; its memory of a few bytes is part of the explored state."""
 
     def __init__(self, model: Model, root: Any) -> None:
         self.blocks = model.blocks
@@ -133,11 +133,11 @@ class Oracle:
         self._dedicated, self._holds = cache(self._judge_dedicated), cache(self._judge_holds)
 
     def initial(self) -> bytes:
-        """What there is to remember before the first scan."""
+        """Return the memory before the first scan."""
         return bytes(_HEAD + 2 * len(self.blocks))
 
     def wire(self, memory: bytes) -> Wire:
-        """What was written last."""
+        """Return the values written last."""
         return self._recalled(memory).was
 
     def _recall(self, memory: bytes) -> _Memory:
@@ -149,7 +149,7 @@ class Oracle:
         return _Memory(was, index, since, clear, flags, memory[_HEAD:middle], memory[middle:])
 
     def seen(self, k: int) -> Seen:
-        """The outputs of a block as they are now."""
+        """Return the present outputs of a block."""
         block, o = self.blocks[k], self._held[k]
         works = bool(o.BUSY or getattr(o, "STOPPING", False))
         if block.is_level:
@@ -158,11 +158,11 @@ class Oracle:
         return self._seen(Pins(o.DONE, o.BUSY, o.ERROR, o.ERRORID, o.ACTIVE), first, works)
 
     def all_seen(self) -> list[Seen]:
-        """The outputs of all blocks."""
+        """Return the outputs of all blocks."""
         return [self.seen(k) for k in range(len(self.blocks))]
 
     def written(self) -> tuple[int, int]:
-        """The index of the 16 words on the wire, and the dedicated inputs."""
+        """Return the index of the 16 words on the wire, and the dedicated inputs."""
         area = bytes(self._out[:34])
         words = area[:32]
         index = self._index.get(words)
@@ -184,14 +184,14 @@ class Oracle:
         """Judge a scan.
 
         Args:
-            memory: What was remembered after the scan before.
-            choice: What the environment did.
+            memory: The memory after the scan before.
+            choice: The environment's choice.
             before: The blocks' outputs before the scan.
-            now: Those after it.
-            written: See there, after it.
+            now: The blocks' outputs after the scan.
+            written: The result of `written` after the scan.
 
         Returns:
-            What to remember, and the broken rules in words.
+            The new memory, and the broken rules in words.
         """
         was, old_words, since, clear, flags, own, places = self._recalled(memory)
         words, bits = written
@@ -236,7 +236,7 @@ class Oracle:
     def _judge_block(
         self, k: int, flags: int, do: int, before: Seen, now: Seen, link: Link, was: Wire
     ) -> _One:
-        """What there is to say of one block."""
+        """Judge one block."""
         block, old, new = self.blocks[k], before.pins, now.pins
         edge = do == UP and not flags & _WAS
         if do == SKIPPED:
@@ -263,14 +263,14 @@ class Oracle:
     def _judge_turns(
         self, places: bytes, turns: tuple[_Turn, ...]
     ) -> tuple[bytes, tuple[str, ...]]:
-        """First come, first served; one holder at a time (design 2).
+        """Judge the turns: first come, first served; one holder at a time (design 2).
 
         Args:
-            places: Of the blocks, in the order in which they were asked; 0 = it does not wait.
-            turns: What counts of each block.
+            places: For each block its place in the order of requests; 0 = it does not wait.
+            turns: The values of each block.
 
         Returns:
-            `places` from now on, and what is broken.
+            The new `places`, and the broken rules.
         """
         after, broken = bytearray(places), []
         for channel, ours in self._channels.items():
@@ -300,20 +300,19 @@ class Oracle:
     def _judge_command(
         self, was: Wire, old: int, new: int, link: Link, flags: int, clear: int, asked: bool
     ) -> tuple[int, int, bool, tuple[str, ...]]:
-        """The handshake: guide, chapters 1 and 2.
+        """Judge the handshake (guide, chapters 1 and 2).
 
         Args:
-            was: What was on the wire.
-            old: The index of the words that were there, and
-            new: of those that are there now.
-            link: What was read.
-            flags: What is remembered.
+            was: The values that were on the wire.
+            old: The index of the words that were there.
+            new: The index of the words that are there now.
+            link: The values read.
+            flags: The flags of the memory.
             clear: How long the link and CPU_OK have been there.
-            asked: Whether the block of the code that is there now was asked to work.
+            asked: Whether the block of the present code was asked to work.
 
         Returns:
-            `clear` and `flags` from now on, whether that block's code has gone out, and what is
-            broken.
+            The new `clear` and `flags`, whether that block's code has gone out, and broken rules.
         """
         code, broken = self._codes[new], []
         if code and not link.cpu_ok:
@@ -373,18 +372,18 @@ class Oracle:
         allowed: tuple[bool, bool],
         starts: tuple[bool, ...],
     ) -> tuple[int, tuple[str, ...]]:
-        """At least 100 ms between changes, one at a time: chapter 5, 3; design 2.
+        """Judge the dedicated inputs: changes one at a time, 100 ms apart (chapter 5, 3; design 2).
 
         Args:
-            was: The dedicated inputs that were on the wire, and
-            bits: those that are there now.
-            since: How long ago they changed.
-            link: What was read.
+            was: The dedicated inputs that were on the wire.
+            bits: The dedicated inputs that are there now.
+            since: Time since their last change.
+            link: The values read.
             allowed: EmergencyStopOk and StopOk.
-            starts: Whether each block was asked to work, and does; asked for where any went ON.
+            starts: Whether each block was asked to work, and works; only used if an input went ON.
 
         Returns:
-            `since` from now on, and what is broken.
+            The new `since`, and the broken rules.
         """
         changed, broken = was ^ bits, []
         if bits & _SAFETY and not link.connected:
@@ -418,7 +417,7 @@ class Oracle:
     def _judge_holds(
         self, flags: int, bits: int, holds: tuple[_Hold, ...]
     ) -> tuple[int, tuple[str, ...]]:
-        """FB_EmergencyStop and FB_ProgramStop hold their input OFF until they are released."""
+        """Judge the holds of FB_EmergencyStop and FB_ProgramStop: their input is OFF."""
         for block, one in zip(self.blocks, holds, strict=True):
             which = block.kind.removeprefix("release ")
             held, back = {"emergency": (_HELD_E, _BACK_E), "stop": (_HELD_S, _BACK_S)}.get(
@@ -449,7 +448,7 @@ class Oracle:
     def _jog(
         self, flags: int, bits: int, k: int, does: int, connected: bool, stop_ok: bool
     ) -> tuple[int, tuple[str, ...]]:
-        """A jog without its Enable has SI(06) OFF (guide 4.2.6); no code before it is ON."""
+        """Judge a jog: SI(06) is OFF without Enable (guide 4.2.6), and ON before any code."""
         broken: tuple[str, ...] = ()
         if k >= 0 and self.blocks[k].kind == "jog":
             if does != UP:

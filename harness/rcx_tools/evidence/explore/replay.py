@@ -1,4 +1,4 @@
-"""A found trace, run on the concrete program: no abstraction, real times, two monitors."""
+"""Replay of a found trace on the concrete program: no abstraction, real times, two monitors."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from structured_text.explore.search import Broken
 
 __all__ = ["Replay", "replay"]
 
-#: Scans of the quiet environment that are shown of a hang.
+# #: Scans of the quiet environment to show for a hang.
 _SHOWN = 40
 
 
 class Replay:
-    """What a replay has shown.
+    """The result of a replay.
 
     Attributes:
         trace: Its records; a broken rule is a finding.
-        timeline: The same for a chart.
-        rules: Broken rules in words, as the oracle says it.
-        monitor: What the wire monitor of all simulations says to the same scans.
+        timeline: The same run for a chart.
+        rules: Broken rules in words, from the oracle.
+        monitor: Findings of the wire monitor of all simulations for the same scans.
     """
 
     def __init__(self, trace: Trace, timeline: Timeline) -> None:
@@ -38,12 +38,12 @@ class Replay:
         self.monitor: list[str] = []
 
     def chart(self, title: str) -> str:
-        """The timing chart as SVG."""
+        """Return the timing chart as SVG."""
         return svg_chart(self.timeline, title)
 
 
 class _Lanes(Timeline):
-    """The chart with the blocks' pins and the first data word: the trace is about them."""
+    """Chart with the blocks' pins and the first data word, which the trace is about."""
 
     def __init__(self, pins: Sequence[str]) -> None:
         super().__init__()
@@ -51,7 +51,7 @@ class _Lanes(Timeline):
         self._more = {name: Lane(name, "variable") for name in pins}
 
     def take(self, record: Record) -> None:
-        """Take the next record of the run."""
+        """Add the next record of the run."""
         super().take(record)
         if isinstance(record, Scan):
             values = {name: int((record.vars or {})[name]) for name in self._more}
@@ -62,7 +62,7 @@ class _Lanes(Timeline):
                 lane.note(record.t_us, value)
 
     def lanes(self) -> list[Lane]:
-        """The pins that changed, then the signals."""
+        """Return the pins that changed, then the signals."""
         pins = [lane for lane in self._more.values() if lane.changes]
         bits: list[Lane] = []
         last: list[Lane] = []
@@ -74,13 +74,13 @@ class _Lanes(Timeline):
 def replay(
     model: Model, broken: Broken, library: Sequence[Path] = LIBRARY, file: Path | None = None
 ) -> Replay:
-    """Run the shortest trace to a broken rule from the start on.
+    """Replay the shortest trace to a broken rule from the start.
 
     Args:
-        model: The model it was found in.
-        broken: What was found.
-        library: The library that it was found in.
-        file: Where to write the trace.
+        model: The model in which it was found.
+        broken: The broken rule.
+        library: The library in which it was found.
+        file: The file for the trace.
     """
     program = compiled(model, library)
     oracle = Oracle(model, program.holder("Main"))
@@ -122,7 +122,7 @@ def replay(
 
 
 def _pins(model: Model) -> list[str]:
-    """The pins that a chart shows."""
+    """Return the pins that a chart shows."""
     names = ["Connected", "StopOk"]
     for block in model.blocks:
         names += [f"Call{block.name}", f"{block.name}.{block.start}"]
@@ -132,7 +132,7 @@ def _pins(model: Model) -> list[str]:
 
 
 def _watched(model: Model) -> list[str]:
-    """The pins of the blocks and who has the turns."""
+    """Return the pins of the blocks, and the variables that show who has the turns."""
     names = [*_pins(model), "EmergencyStopOk", "Robot.Inner.Phase"]
     for channel in ("Command", "Sequence"):
         names += [f"Robot.Inner.{channel}.Serving", f"Robot.Inner.{channel}.NextTicket"]

@@ -1,4 +1,4 @@
-"""Every reachable state of a model of the library's blocks."""
+"""Search of every reachable state of a model of the library's blocks."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ from structured_text.projects.needed import needed
 
 __all__ = ["LIBRARY", "Explorer", "compiled", "longest", "quiet_choices"]
 
-#: The library as it stands.
+# #: The unchanged library.
 LIBRARY = tuple(sorted((ROOT / "plc/lib").rglob("*.st")))
 
 
 def compiled(model: Model, library: Sequence[Path] = LIBRARY) -> BuiltinProgram:
-    """The model's program on the built-in engine."""
+    """Return the model's program on the built-in engine."""
     with tempfile.TemporaryDirectory() as folder:
         path = model.write(Path(folder))
         return BuiltinProgram.build(load([path, *needed([path], library)]))
 
 
 class _Robot(NamedTuple):
-    """What counts of the robot.
+    """The state of the robot that matters.
 
     Attributes:
-        is_free: No turn is taken, and nothing is out.
-        queue: Tickets on the longer queue, also those whose blocks have given up.
+        is_free: No turn is taken, and no command is out.
+        queue: Tickets in the longer queue, with those of blocks that have given up.
     """
 
     is_free: bool
@@ -49,12 +49,12 @@ class _Robot(NamedTuple):
 
 
 class Explorer(World[Choice]):
-    """Explores one model.
+    """The explored world of one model.
 
     Args:
-        model: What to explore.
-        library: Files of the library; a broken block is put in here.
-        seed: Of the arbitrary values that the abstraction is checked with.
+        model: The model.
+        library: Files of the library; a seeded bug comes in here.
+        seed: Seed of the arbitrary values that check the abstraction.
     """
 
     def __init__(self, model: Model, library: Sequence[Path] = LIBRARY, seed: int = 1) -> None:
@@ -81,23 +81,23 @@ class Explorer(World[Choice]):
         self._now_quiet: list[Choice] = []
 
     def run(self, limit: int = 0, report: Callable[[int, int], None] | None = None) -> Result:
-        """Find every state; see `Search.run`."""
+        """Explore every state; see `Search.run`."""
         search = Search(self, self._choices, self._seed)
         return search.run(self._model.name, limit, report=report)
 
     def first(self) -> bytes:
-        """The state at the start."""
+        """Return the initial state."""
         return self._packed.pack(*self._stages.first) + self._oracle.initial()
 
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """What may happen next."""
+        """Return the possible choices in a state."""
         self._here = self._packed.unpack_from(state)
         self._memory = state[self._packed.size :]
         self._entries.clear()
         return self._choices
 
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
-        """Let it happen; `choices` was asked for this state before."""
+        """Run a scan with this choice; `choices` must have been called for the state before."""
         entered = self._entries.get(choice.ticks)
         if entered is None:
             entry = self._stages.entry(self._here, choice.ticks)
@@ -109,27 +109,27 @@ class Explorer(World[Choice]):
         return self._packed.pack(*end.state) + after, broken
 
     def is_cut(self) -> bool:
-        """Is the queue longer than the model looks at?"""
+        """Return whether the queue exceeds the limit of the model."""
         return bool(self._after.shared.queue > self._model.queue)
 
     def added(self) -> None:
-        """Note whether it is quiet."""
+        """Record whether the new state is idle."""
         self._idle[0].append(self._after.shared.is_free)
         self._idle[1].append(not any(one.works for one in self._after.notes[1:-1]))
 
     def entered(self, state: bytes) -> None:
-        """Note what the quiet environments choose."""
+        """Record the choices of the quiet environments in the state explored next."""
         wire = self._oracle.wire(state[self._packed.size :])
         self._now_quiet = [choice[wire] for choice in self._quiet]
 
     def followed(self, number: int, choice: Choice, following: int) -> None:
-        """Note where the quiet environments lead to."""
+        """Record the successors in the quiet environments."""
         for k, one in enumerate(self._now_quiet):
             if one.number == choice.number:
                 self._nexts[k].append(following)
 
     def look(self, result: Result, states: Paths) -> None:
-        """Look for hangs, and for waits that are too long."""
+        """Search for hangs, and for waits that are too long."""
         for quiet, follow in zip(self._model.quiet, self._nexts, strict=True):
             bound, stuck, slowest = longest(follow, self._idle[quiet.idle_blocks])
             result.bounds[quiet.title] = bound
@@ -144,9 +144,10 @@ class Explorer(World[Choice]):
                 result.broken = Broken((text,), states.path(stuck), quiet)
 
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
-        """Repeat a scan with arbitrary values in all that the state leaves out.
+        """Repeat a scan with arbitrary values in everything that the state leaves out.
 
-        It is a scan of the whole program, not one of its calls after another.
+        The whole program runs, not one call after another. Raise AssertionError if the result
+        differs.
         """
         here, memory = self._whole(state)
         key, remembered = self._whole(following)
@@ -171,19 +172,19 @@ class Explorer(World[Choice]):
             )
 
     def _whole(self, state: bytes) -> tuple[bytes, bytes]:
-        """What the abstraction says of a state, and what the oracle remembers."""
+        """Return the abstract state as bytes, and the oracle's memory."""
         numbers = self._packed.unpack_from(state)
         return self._stages.bytes_of(numbers), state[self._packed.size :]
 
     def _look_at_robot(self) -> _Robot:
-        """What counts of it, as it is now."""
+        """Return the present state of the robot that matters."""
         robot = self._root.ROBOT.INNER
         queues = [one.NEXTTICKET - one.SERVING & 0xFFFF for one in (robot.COMMAND, robot.SEQUENCE)]
         return _Robot(not any(queues) and robot.PHASE == 1, max(queues))
 
 
 class _Pick(dict[Wire, Choice]):
-    """The choice of a quiet environment, by what is on the wire."""
+    """The choices of a quiet environment, by the values on the wire; filled on first use."""
 
     def __init__(self, quiet: Quiet, choices: dict[str, Choice]) -> None:
         super().__init__()
@@ -195,7 +196,7 @@ class _Pick(dict[Wire, Choice]):
 
 
 def quiet_choices(model: Model, quiet: Quiet) -> dict[Wire, Choice]:
-    """What a quiet environment chooses, by what is on the wire; it is made as it is asked for."""
+    """Return the choices of a quiet environment, by the values on the wire."""
     does = tuple(
         quiet.does if quiet.does in block.does else block.does[0] for block in model.blocks
     )
@@ -209,16 +210,18 @@ def quiet_choices(model: Model, quiet: Quiet) -> dict[Wire, Choice]:
 
 
 def longest(follow: Any, idle: bytearray) -> tuple[int, int, int]:
-    """The most steps to an idle state, and where: (most, first without any or -1, first with most).
+    """Return the most steps to an idle state: (most, first state without an end or -1, slowest).
 
     Args:
-        follow: The next state of each; a state without one is taken as idle.
-        idle: Which states are.
+        follow: The next state of each state; states without a next one count as idle.
+        idle: Whether each state is idle.
     """
     unknown, walking = -1, -2
     steps = array("i", [0 if at else unknown for at in idle])
     for at in range(len(follow), len(idle)):
         steps[at] = 0
+    # The states form a functional graph. Each walk ends in a state with known steps, or in itself:
+    # then it is a cycle without an idle state, which is a hang. Every state is visited once.
     for start in range(len(follow)):
         path, at = [], start
         while steps[at] == unknown:

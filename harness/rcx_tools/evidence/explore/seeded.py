@@ -1,4 +1,4 @@
-"""Bugs put into copies of blocks on purpose: each must be found, with a shortest trace."""
+"""Seeded bugs in copies of blocks: each must be found, with a shortest trace."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ __all__ = ["SEEDED", "Seeded"]
 
 @dataclass(frozen=True)
 class Seeded:
-    """A bug.
+    """A seeded bug.
 
     Attributes:
         name: A few words.
-        block: The block whose copy is changed.
-        text: What stands there.
-        instead: What is put there.
+        block: The block to change in a copy.
+        text: The text to replace; it must occur exactly once.
+        instead: The new text.
         model: The model that finds it.
         rule: The rule that it breaks.
     """
@@ -32,7 +32,7 @@ class Seeded:
     rule: str
 
     def library(self, folder: Path, library: Sequence[Path] = LIBRARY) -> list[Path]:
-        """The library with the changed copy, which is written into a folder."""
+        """Write the changed copy into a folder; return the library with it."""
         files = []
         for file in library:
             if file.stem == self.block:

@@ -1,13 +1,13 @@
-"""The scan of a model, one call after another: each is run once for all scans that it is part of.
+"""The scan of a model, run call by call, with cached results for each call.
 
 A scan calls FB_ReadArea, the model's blocks, and FB_WriteArea. Each call works on its own instance
-and on what they share: the robot, and the plain variables of the program. Both of them, and what
-the environment chooses for a call, stand in millions of scans, together with different states of
-the other instances; so what comes of them is kept. All that they can be has a number.
+and on shared data: the robot, and the plain variables of the program. The same instance state,
+shared data and inputs occur in millions of scans, together with different states of the other
+instances. The result of each call is therefore cached. Every state of a part has a number.
 
-This is no abstraction of its own. Nothing but its instance, what they share, and its inputs is
-there when a call is run, and `Explorer.check` compares the outcome of one scan from each state
-with that of the whole program.
+This is not a further abstraction. While a call runs, the program contains only its instance, the
+shared data and its inputs. `Explorer.check` compares one scan from each state with the whole
+program.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ __all__ = ["End", "Stages"]
 
 
 class _Numbered:
-    """Values of the program: each has a number, and something is noted of it.
+    """Values of the program: each has a number and a note.
 
     Args:
-        note: What to note, while the program holds them.
+        note: Makes the note while the program holds the value.
     """
 
     def __init__(self, note: Callable[[], Any]) -> None:
@@ -38,7 +38,7 @@ class _Numbered:
         self.notes: list[Any] = []
 
     def number(self, key: Any, value: Any) -> int:
-        """The number of a value that the program holds; the key tells it apart."""
+        """Return the number of the program's present value; `key` identifies it."""
         found = self._numbers.setdefault(key, len(self.values))
         if found == len(self.values):
             self.values.append(value)
@@ -47,12 +47,12 @@ class _Numbered:
 
 
 class End(NamedTuple):
-    """What has come of a scan.
+    """The result of a scan.
 
     Attributes:
-        state: The numbers of the parts of the state: of what all share, and of each instance.
-        shared: What was noted of what they share.
-        notes: What was noted of each instance.
+        state: The numbers of the parts of the state: the shared data, then each instance.
+        shared: The note of the shared data.
+        notes: The note of each instance.
     """
 
     state: tuple[int, ...]
@@ -61,14 +61,14 @@ class End(NamedTuple):
 
 
 class Stages:
-    """Runs scans of a model.
+    """Cached execution of the scans of a model.
 
     Args:
         model: The model.
         program: Its program, in the initial state.
-        state: Takes its states apart; from now on into what all calls share, and each instance.
-        shared: What to note of what they share, while the program is in that state.
-        notes: What to note of each instance: of FB_ReadArea, the blocks, and FB_WriteArea.
+        state: Splits its states; from now on into shared data and instances.
+        shared: Makes the note of the shared data while the program is in that state.
+        notes: Make the notes of each instance: FB_ReadArea, the blocks, FB_WriteArea.
     """
 
     def __init__(
@@ -103,11 +103,11 @@ class Stages:
             view = tuple(look(robot) for look in looks)
             return self._views.number(view, view), self._number(0), shared()
 
-        # Of what is held, and of what a state says of it: first what all share.
+        # Full values, and their abstract states; the shared data comes first.
         self._held = [_Numbered(note) for note in (note_shared, *notes)]
         self._frozen = [_Numbered(lambda: None) for _ in self._parts]
         self.first = tuple(self._number(k) for k in range(len(self._parts)))
-        """The state at the start."""
+        """The initial state."""
         self._inputs = _Numbered(lambda: None)
         self._given = [self._inputs_of(own, choice) for choice in model.choices()]
         self._entries: list[dict[tuple[int, int], int]] = [{} for _ in self._parts]
@@ -115,19 +115,19 @@ class Stages:
         self._ends: list[dict[tuple[int, int], int]] = [{} for _ in own]
 
     def bytes_of(self, state: Sequence[int]) -> bytes:
-        """A state as the abstraction gives it."""
+        """Return a state as bytes of the abstraction."""
         return b"".join(kept.values[one] for kept, one in zip(self._frozen, state, strict=True))
 
     def entry(self, state: Sequence[int], ticks: int) -> tuple[int, ...]:
-        """Where a scan starts that comes so many ticks after the last one."""
+        """Return the parts at the start of a scan that comes this many ticks after the last."""
         return tuple([self._entered(k, one, ticks) for k, one in enumerate(state)])
 
     def notes(self, entry: Sequence[int]) -> list[Any]:
-        """What was noted of each instance."""
+        """Return the note of each instance."""
         return [held.notes[one] for held, one in zip(self._held[1:], entry[1:], strict=True)]
 
     def scan(self, entry: Sequence[int], choice: Choice) -> End:
-        """What comes of a scan."""
+        """Run a scan; each call that is not cached runs once."""
         shared, *owns = entry
         ends = []
         for k, (calls, own, given) in enumerate(
@@ -153,10 +153,10 @@ class Stages:
         """Put the program into its initial state."""
         self._load(self._root, self._start)
 
-    # --- what is seen for the first time ---
+    # --- first occurrences, not cached yet ---
 
     def _inputs_of(self, own: Sequence[str], choice: Choice) -> tuple[int, ...]:
-        """What the environment sets for each call, by its number; `switches` are for all."""
+        """Return the numbers of the inputs of each call; all calls get the `switches`."""
         found = []
         for k, name in enumerate(own):
             pins = {
@@ -170,7 +170,7 @@ class Stages:
         return tuple(found)
 
     def _number(self, k: int) -> int:
-        """The number of what a state says of a part."""
+        """Return the number of the present abstract state of a part."""
         state = self._parts[k].freeze()
         return self._frozen[k].number(state, state)
 
@@ -184,13 +184,13 @@ class Stages:
         return found
 
     def _keep(self, k: int) -> int:
-        """The number of what the program holds."""
+        """Return the number of the present full value of a part."""
         saved = self._save(self._root)
         held = [saved[place] for place in self._places[k]]
         return self._held[k].number(marshal.dumps(held, 2), held)
 
     def _put(self, shared: int, k: int, own: int) -> None:
-        """Let the program hold these, and nothing else."""
+        """Load these two parts into the program; everything else is in its initial state."""
         values = list(self._start)
         for part, number in ((0, shared), (k, own)):
             held = self._held[part].values[number]
@@ -199,7 +199,7 @@ class Stages:
         self._load(self._root, values)
 
     def _called(self, k: int, shared: int, own: int, given: int) -> tuple[int, int]:
-        """Call one instance: what all share then, and what it holds."""
+        """Call one instance; return the numbers of the shared data and the instance after it."""
         self._put(shared, k, own)
         values, image = self._inputs.values[given]
         for name, value in values:
@@ -209,6 +209,6 @@ class Stages:
         return self._keep(0), self._keep(k)
 
     def _left(self, k: int, shared: int, end: int) -> int:
-        """What a state says of an instance at the end of a scan."""
+        """Return the number of the abstract state of an instance at the end of a scan."""
         self._put(shared, k, end)
         return self._number(k)

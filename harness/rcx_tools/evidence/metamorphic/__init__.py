@@ -1,6 +1,6 @@
-"""Metamorphic checks: what must not matter does not matter.
+"""Metamorphic checks: changes that must not matter do not matter.
 
-The same program, changed in a way that a user may change it, does the same: areas at other
-offsets, of another size, in bytes or in words, a slower scan with everything else as much slower,
-the other engine, the other link. What "the same" means is stated with each relation.
+A program is changed as a user may change it, and must behave the same: areas at other offsets, of
+another size, in bytes or words, a slower scan with everything else slowed down equally, the other
+engine, the other link. Each relation states the meaning of "the same".
 """

@@ -1,4 +1,4 @@
-"""`python -m rcx_tools.evidence.metamorphic`."""
+"""Entry point of `python -m rcx_tools.evidence.metamorphic`."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Changes of a program that a user may make; each gives another program and its place."""
+"""Changes of a program that a user may make; each returns the changed program."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ _DELAY = re.compile(r"(?<=DELAY )\d+")
 _TIME = re.compile(r"\bT#(\d+)(ms|s)\b", re.IGNORECASE)
 _WRITE_AREA = re.compile(r"\bWriteArea\(Robot := Robot,")
 _MARGIN = re.compile(r"\s*\bMargin\s*:=\s*T#\d+m?s\s*,")
-#: Interval and Margin of FB_WriteArea where the program gives none [ms].
+# #: Interval and Margin of FB_WriteArea if the program does not set them [ms].
 _INTERVAL, _DEFAULT_MARGIN = 100, 150
 
 
 def shifted(subject: Subject, m: int, n: int) -> Subject:
-    """The areas at other offsets of the images."""
+    """Return the program with the areas at other offsets of the images."""
     return _placed(subject, m, n, subject.size)
 
 
 def resized(subject: Subject, size: int) -> Subject:
-    """Areas of another size, at controller, scanner and blocks."""
+    """Return the program with areas of another size, at controller, scanner and blocks."""
     return _placed(subject, subject.m, subject.n, size)
 
 
@@ -49,7 +49,7 @@ def _placed(subject: Subject, m: int, n: int, size: int) -> Subject:
 
 
 def in_words(subject: Subject) -> Subject:
-    """Images of words instead of bytes, and the blocks for them."""
+    """Return the program with images of words instead of bytes, and the blocks for them."""
     files = {
         name: _AREA.sub(_words_of, _BOTH.sub(r"\1InWords", text))
         for name, text in subject.files.items()
@@ -58,7 +58,7 @@ def in_words(subject: Subject) -> Subject:
 
 
 def in_bytes(subject: Subject) -> Subject:
-    """Images of bytes instead of words, and the blocks for them."""
+    """Return the program with images of bytes instead of words, and the blocks for them."""
     files = {
         name: re.sub(r"\bRCX_IMAGE_WORDS\b", "RCX_IMAGE", text)
         .replace("AreaWords", "Area")
@@ -74,7 +74,7 @@ def _words_of(match: re.Match[str]) -> str:
 
 
 def slower(subject: Subject, factor: int) -> Subject:
-    """Every time in the program, its stimulus and the controller is so many times as long."""
+    """Multiply every time of the program, its stimulus and the controller by a factor."""
     files = {}
     for name, text in subject.files.items():
         margin = re.search(r"Margin\s*:=\s*T#(\d+)ms", text)

@@ -1,4 +1,4 @@
-"""What a program did: the records of a run, and its variables scan by scan."""
+"""The course of a program: the records of a run, and its variables scan by scan."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from structured_text.language.types import BlockType
 
 __all__ = ["Course", "Options", "Seen", "follow", "slowed"]
 
-#: The records tell what is in them.
+# #: Excluded variables: the records contain their values.
 _IMAGES = ("InputArea", "OutputArea")
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a program is run.
+    """Options of a run.
 
     Attributes:
         engine: `auto`, `matiec` or `builtin`.
         link: `direct` or `enip`.
-        slower: Everything that the cell does takes so many times as long.
+        slower: Factor on all times of the cell.
         lib: Folder of the library; None for plc/lib.
     """
 
@@ -48,16 +48,16 @@ class Seen(NamedTuple):
 
 @dataclass
 class Course:
-    """A run.
+    """The record of a run.
 
     Attributes:
         paths: The watched variables: outputs of the program's blocks, and its own but the images.
-        times: When each scan was [us].
-        scans: What there was to see in it.
-        cycles: The controller's cycles: when, area read, area answered.
-        outside: Bytes of the output image beside the area that are not 0, at the end.
+        times: Time of each scan [us].
+        scans: The observed values of each scan.
+        cycles: The controller's cycles: time, area read, area answered.
+        outside: Number of bytes of the output image beside the area that are not 0 at the end.
         broken: Rules that were broken.
-        engine: On which engine it ran.
+        engine: The name of the engine.
     """
 
     paths: tuple[str, ...] = ()
@@ -70,7 +70,7 @@ class Course:
 
 
 def _unnumbered(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    """The same without RCX_REF.Inner.Scan, which begins at m."""
+    """Return the values without RCX_REF.Inner.Scan, which has an arbitrary start."""
     return tuple(
         {**one, "Inner": {**one["Inner"], "Scan": 0}}
         if isinstance(one, dict) and "Inner" in one
@@ -126,7 +126,7 @@ def follow(subject: Subject, options: Options = Options()) -> Course:
 
 
 def slowed(stimulus: Stimulus | None, slower: int) -> Stimulus | None:
-    """A stimulus whose entries come so many times as late, and last so many times as long."""
+    """Return a stimulus with all times multiplied by a factor."""
     if stimulus is None:
         return None
     entries = [
@@ -147,7 +147,7 @@ def _outside(cell: Cell, subject: Subject) -> int:
 
 
 def _watched(program: Program) -> list[str]:
-    """The program's variables but for its images, and the outputs of its blocks."""
+    """Return the program's variables except its images, and the outputs of its blocks."""
     found = []
     for name, kind in program.instances().items():
         assert isinstance(kind, BlockType)

@@ -1,4 +1,4 @@
-"""`python -m rcx_tools.evidence.metamorphic`: what must not matter does not matter."""
+"""Command `python -m rcx_tools.evidence.metamorphic`: changes that must not matter do not matter."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from structured_text.farm import Farm
 
 __all__ = ["main"]
 
-#: The engine of all runs but those that compare the engines: it is there on every machine.
+# #: The engine of all runs except those that compare the engines: every machine has it.
 _ENGINE = "builtin"
 
 
@@ -79,7 +79,7 @@ def _options(arguments: list[str] | None) -> Namespace:
 
 
 def _jobs(options: Namespace, lib: Path) -> list[_Job]:
-    """The longest first."""
+    """Return the jobs, the longest first."""
     named = [one.name for one in reversed(subjects()) if options.only in one.name]
     relations = [options.relation] if options.relation else list(RELATIONS)
     jobs = [_Job(name, relation, options.seed, lib) for name in named for relation in relations]
@@ -89,7 +89,7 @@ def _jobs(options: Namespace, lib: Path) -> list[_Job]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Try every relation on every program; 0 if all hold, else 1."""
+    """Try every relation on every program; return 0 if all hold, else 1."""
     options = _options(arguments)
     with library_copy() as lib:
         whole = not (options.only or options.relation)

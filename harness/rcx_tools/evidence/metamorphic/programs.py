@@ -1,4 +1,4 @@
-"""The programs: examples of one robot, those of the timing charts, one of every command block."""
+"""The subjects: examples of one robot, timing charts, and a program of every command block."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from structured_text.output.units import parse_us
 
 __all__ = ["EVERY_COMMAND", "Subject", "every_command", "subjects"]
 
-#: Name of the generated program.
+# #: Name of the generated program.
 EVERY_COMMAND = "every command"
 
-#: Their areas have fixed places: located variables.
+# #: Examples with areas at fixed addresses: located variables.
 _LOCATED = ("09_openplc",)
 
 
 @dataclass(frozen=True)
 class Subject:
-    """One program, and how it is run.
+    """One program, with the options of its run.
 
     Attributes:
-        name: What it is called.
+        name: Its name.
         files: Its sources by file name; those of the library are added.
-        length_us: How long it runs.
-        stimulus: What happens on the way, if anything.
+        length_us: Duration of the run.
+        stimulus: Events during the run, if any.
         robot: The virtual controller.
         size: Bytes of an area.
         m: Offset of the area from the robot.
@@ -48,19 +48,19 @@ class Subject:
 
     @property
     def words(self) -> bool:
-        """Its images are arrays of WORD."""
+        """Return whether its images are arrays of WORD."""
         return any("RCX_IMAGE_WORDS" in text for text in self.files.values())
 
     @property
     def cuts(self) -> bool:
-        """The connection is lost on the way."""
+        """Return whether the connection is lost during the run."""
         entries = self.stimulus.entries if self.stimulus else []
         lost = {"link_down", "power_off", "power_cycle"}
         return any(name in lost for entry in entries for name, _ in entry.events)
 
 
 def subjects() -> list[Subject]:
-    """All of them."""
+    """Return all subjects."""
     charts = [
         Subject(
             f"chart {name}",
@@ -75,7 +75,7 @@ def subjects() -> list[Subject]:
 
 
 def _examples() -> list[Subject]:
-    """With the options of the commands in their README."""
+    """Return the examples, with the options of the commands in their README."""
     found = []
     for one in examples().values():
         options = {name: values[0] for name, values in one.options.items()}
@@ -114,17 +114,17 @@ _VALUES = {
 }
 #: Arrays that the program fills.
 _ARRAYS = {"RCX_PULSES": "Pulses", "RCX_POSITION": "Millimetres", "RCX_SHIFT": "Shift"}
-#: Scans for which a block with Enable is on, and in all.
+# #: Number of scans for which a block with Enable is on, and in total.
 _ENABLED, _LEVEL = 60, 120
-#: How long a block may take on the average, in virtual time [us].
+# #: Average time allowed for a block, in virtual time [us].
 _EACH_US = 150_000
 
 
 def every_command(names: tuple[str, ...] = ()) -> Subject:
-    """A program that runs every command block once, one after the other.
+    """Return a program that runs every command block once, one after the other.
 
     Args:
-        names: Only these blocks.
+        names: Only these blocks; empty: all.
     """
     blocks = [block for name, block in library().blocks.items() if not names or name in names]
     declared = "".join(f"    B{k} : {block.name};\n" for k, block in enumerate(blocks, 1))

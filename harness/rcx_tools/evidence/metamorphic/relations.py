@@ -1,4 +1,4 @@
-"""The relations: how a program may be changed, and what must then be the same."""
+"""The relations: changes of a program, and the parts of its course that must stay the same."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ __all__ = ["RELATIONS", "Relation", "Variant", "head_of", "reason_against", "sam
 
 #: Bytes in an image (RCX_IMAGE and RCX_IMAGE_WORDS alike).
 _IMAGE = 512
-#: How often everything takes longer.
+# #: Factors by which everything takes longer.
 _FACTORS = (2, 3)
 
 
 class Variant(NamedTuple):
-    """A changed program, and how it is run."""
+    """A changed program, and the options of its run."""
 
     name: str
     subject: Subject
@@ -37,12 +37,12 @@ class Relation:
     """A change that must not matter.
 
     Attributes:
-        name: What is changed.
-        statement: What the same means.
-        variants: The changed programs, from the program, its options and a seed.
-        differs: The first difference of two courses in one sentence; empty if there is none.
-        against: Why the relation does not apply to a program; empty if it does.
-        basis: The program with which the variants are compared.
+        name: The subject of the change.
+        statement: The meaning of "the same".
+        variants: Yields the changed programs, from the program, its options and a seed.
+        differs: Returns the first difference of two courses as a sentence; empty if none.
+        against: Returns why the relation does not apply to a program; empty if it does.
+        basis: Returns the program with which the variants are compared.
     """
 
     name: str
@@ -53,16 +53,16 @@ class Relation:
     basis: Callable[[Subject], Subject] = lambda subject: subject
 
 
-# --- what is the same -------------------------------------------------------------------------
+# --- comparisons of courses -------------------------------------------------------------------
 
 
 def same(base: Course, other: Course) -> str:
-    """Scan for scan and cycle for cycle: time, both areas, all watched variables."""
+    """Compare scan for scan and cycle for cycle: time, both areas, all watched variables."""
     return _first_difference(base, other) or _same_cycles(base.cycles, other.cycles)
 
 
 def head_of(base: Course, other: Course) -> str:
-    """As `same` for the first 48 bytes of each area; the bytes behind them are all 0."""
+    """Compare like `same` the first 48 bytes of each area; the bytes behind them must be 0."""
     for course in (base, other):
         areas = [area for seen in course.scans for area in (seen.so[48:], seen.si[48:])]
         areas += [area for _, si, so in course.cycles for area in (si[48:], so[48:])]
@@ -72,11 +72,11 @@ def head_of(base: Course, other: Course) -> str:
 
 
 def same_scans(base: Course, other: Course) -> str:
-    """Scan for scan, counted from the start: both areas and all watched variables.
+    """Compare scan for scan, counted from the start: both areas and all watched variables.
 
-    All but the time since the last scan in RCX_REF and values of TIME, which are what differs.
-    The controller's cycle stays at 5 ms. Of a movement, which may take any time, the slower run
-    therefore may see the end one scan earlier, never later: the faster run rounds up more.
+    The time since the last scan in RCX_REF and values of TIME are left out, because they must
+    differ. The controller's cycle stays at 5 ms. A movement may take any time, so the slower run
+    may see its end one scan earlier. It never sees it later, because the faster run rounds up more.
     """
     base, other = _timeless(base), _timeless(other)
     strict = _first_difference(base, other, times=False)
@@ -90,7 +90,7 @@ def same_scans(base: Course, other: Course) -> str:
 
 
 def _timeless(course: Course) -> Course:
-    """The same without RCX_REF.Inner.Elapsed and what a program's own timers show."""
+    """Return the course without RCX_REF.Inner.Elapsed and the program's own values of TIME."""
     scans = [seen._replace(values=tuple(map(_no_time, seen.values))) for seen in course.scans]
     return replace(course, scans=scans)
 
@@ -104,7 +104,7 @@ def _no_time(value: Any) -> Any:
 
 
 def _without_rounding(base: list[Seen], other: list[Seen]) -> list[Seen] | None:
-    """`base` without the single scans in which it still waits for the end of a command."""
+    """Return `base` without the single scans that still wait for the end of a command."""
     kept: list[Seen] = []
     for at, seen in enumerate(base):
         place = len(kept)
@@ -120,7 +120,7 @@ def _without_rounding(base: list[Seen], other: list[Seen]) -> list[Seen] | None:
 
 
 def _is_end(seen: Seen) -> bool:
-    """It shows the end status of a command, 0x0200 or 0x4000."""
+    """Return whether it shows the end status of a command, 0x0200 or 0x4000."""
     return seen.so[:2] in (b"\x00\x02", b"\x00\x40")
 
 
@@ -167,11 +167,11 @@ def _same_cycles(
     return ""
 
 
-# --- when a relation does not apply -----------------------------------------------------------
+# --- reasons against a relation ---------------------------------------------------------------
 
 
 def reason_against(subject: Subject) -> str:
-    """A relation for every program."""
+    """Return no reason: the relation applies to every program."""
     return ""
 
 
@@ -179,7 +179,7 @@ def _uses_extension(subject: Subject) -> str:
     return "it uses words beyond the first 48 bytes" if subject.size == 256 else ""
 
 
-#: Examples whose movements or robot programs follow one another without a pause.
+# #: Examples with movements or robot programs that follow one another without a pause.
 _MOVES = (
     *("example 07_pallet", "example 08_program_by_name", "example 11_emergency_stop"),
     "example 13_pallet_by_table",
@@ -204,7 +204,7 @@ def _no_matiec(subject: Subject) -> str:
 
 
 def _shifts(subject: Subject, options: Options, seed: int) -> Iterator[Variant]:
-    """The first and the last legal place, and two that are drawn."""
+    """Yield the first and the last legal offset, and two random ones."""
     random = Random(f"offsets {seed} {subject.name}")
     step = 2 if subject.words else 1
     last = _IMAGE - subject.size
@@ -228,7 +228,7 @@ def _areas(subject: Subject, options: Options, seed: int) -> Iterator[Variant]:
 
 
 def _without_clock(subject: Subject) -> Subject:
-    """A slower run reads a later time of day."""
+    """Return the program without FB_ReadTime: a slower run reads a later time of day."""
     if subject.name != EVERY_COMMAND:
         return subject
     return every_command(tuple(name for name in library().blocks if name != "FB_ReadTime"))

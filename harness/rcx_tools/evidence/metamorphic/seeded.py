@@ -1,4 +1,4 @@
-"""Blocks broken on purpose: each relation must find those that break it."""
+"""Seeded bugs in blocks: each relation must find the bugs that break it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["SEEDED", "Seeded", "find"]
 
 @dataclass(frozen=True)
 class Seeded(Bug):
-    """A broken block, with the relation and the program that tell."""
+    """A seeded bug, with the relation and the program that reveal it."""
 
     relation: str
     subject: str
@@ -25,12 +25,12 @@ SEEDED = tuple(bugs([ROOT / "tests" / "tools" / "evidence" / "relation_bugs.toml
 
 
 def find(seeded: Seeded, subject: Subject, engine: str = "builtin") -> str:
-    """The difference by which a broken block is found; empty if it is not.
+    """Return the difference that reveals a seeded bug; empty if there is none.
 
     Args:
-        seeded: The broken block.
+        seeded: The bug.
         subject: The program it names.
-        engine: Which engine runs it.
+        engine: The engine that runs it.
     """
     relation = RELATIONS[seeded.relation]
     with broken_library(seeded.file, seeded.old, seeded.new) as lib:

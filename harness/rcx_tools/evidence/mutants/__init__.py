@@ -1,1 +1,1 @@
-"""The mutants of this library and of what judges it."""
+"""Mutants of this library, and of the parts that judge it."""

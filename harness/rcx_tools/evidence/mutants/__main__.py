@@ -1,21 +1,23 @@
-"""`python -m rcx_tools.evidence.mutants`: one mistake after the other, and its tests.
+"""Command `python -m rcx_tools.evidence.mutants`: run the tests for one mutant after the other.
 
-Mutants are made of plc/lib (`library`), of the virtual controller, the monitors and the engine,
-and of the tables in spec/. A mutant is one small change of one file that is still correct. It is
-killed where a test of the suite fails with it. Those of the library are put into programs that
-this process keeps, the others into throw-away copies of the repository; each runs in a child of
-its own. `seeded` are the bugs of seeded.toml: the tests of its row must find each.
+Mutants are made of plc/lib (`library`), of the virtual controller, the monitors and the engine, and
+of the tables in spec/. A mutant is one small change of one file that still compiles. It is killed
+if a test of the suite fails with it. Mutants of the library are put into programs that this process
+contains, the others into throw-away copies of the repository. Each runs in its own child process.
+`seeded` are the bugs of seeded.toml: the tests of its row must find each.
 
-Outcomes are kept in out/verification/mutants.jsonl; one holds as long as the mutated file, what it
-is compiled with, and the test that has failed (or all that have not) are as they were, so that a
-run goes on where the last one ended. Survivors without a reason are written beside them as rows:
-mutants-without-reason.toml for survivors.toml, mutants-without-reason-harness.toml for
-survivors_harness.toml; these tables lie in tests/tools/evidence.
+Outcomes are saved in out/verification/mutants.jsonl. A saved outcome is valid while its inputs are
+unchanged: the mutated file, the files compiled with it, and the test that has failed (or all tests,
+if none has). A run therefore continues where the last one ended. Survivors without a reason are
+written beside them as rows: mutants-without-reason.toml for survivors.toml,
+mutants-without-reason-harness.toml for survivors_harness.toml; these tables are in
+tests/tools/evidence.
 
-Of the generated command blocks, which are alike, and of all that is not the library, a sample is
-taken: drawn by the seed, of each operator one first. `--all` or MUTANTS=all takes them all.
+The generated command blocks are alike. Of these, and of everything outside the library, a sample is
+taken. The seed determines it, and each operator is included. `--all` or MUTANTS=all takes all.
 
-The tests that `make test` leaves out run last: so each run also tells the score of the quick tier.
+The tests that `make test` leaves out run last. Each run therefore also gives the score of the quick
+tier.
 """
 
 from __future__ import annotations
@@ -43,14 +45,18 @@ from structured_text.output.results import Results
 __all__ = ["main"]
 
 ROOT = Path(__file__).resolve().parents[4]
-#: What the score is to be, of all mutants that compile to something else [%].
+# #: Required score, of all mutants that compile to something else [%].
 GOAL = 95.0
 _LIBRARY, _SEEDED = "library", "seeded"
 _ALL = (*(kind.name for kind in KINDS), _SEEDED, _LIBRARY)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run; 0 where the score is reached, every survivor has its reason, every bug is found."""
+    """Run the mutants; return 0 if the score is reached, with reasons for all survivors.
+
+    Every seeded bug must also be found. The exit code is 1 otherwise, 2 on bad input, 130 after
+    Ctrl-C.
+    """
     options = _options(arguments)
     console = Console()
     out = options.root / "out" / "verification"

@@ -1,4 +1,4 @@
-"""What is known from the last run of the original."""
+"""Saved data of the last run of the original."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ __all__ = ["Baseline"]
 
 @dataclass(frozen=True)
 class Baseline:
-    """The run of the original.
+    """The test run of the original.
 
     Attributes:
         ran: The POUs that each test has run, in the order of the tests.
         seconds: Processor time of each test.
         failed: Tests that fail with the original; they judge nothing.
-        builders: Tests that were the first to build a program: with these, all are compiled.
-        states: Of each file of tests, by its path, as it was.
+        builders: Tests that were the first to build a program; together they compile all.
+        states: Hash of each file of tests, by its path.
         exhaustive: Tests that `make test` leaves out.
     """
 
@@ -31,7 +31,7 @@ class Baseline:
 
     @classmethod
     def read(cls, file: Path, library: str) -> Baseline | None:
-        """What was kept for this state of the library, if anything."""
+        """Return the saved run for this state of the library; None if there is none."""
         try:
             found = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -45,11 +45,11 @@ class Baseline:
         return cls(ran, found["seconds"], failed, builders, found["states"], exhaustive)
 
     def holds(self, node: str, state: str) -> bool:
-        """Whether a test was run from a file in this state."""
+        """Return whether a test was run from a file in this state."""
         return node in self.seconds and self.states.get(node.partition("::")[0]) == state
 
     def write(self, file: Path, library: str) -> None:
-        """Keep it."""
+        """Save the run."""
         names = sorted(frozenset().union(*self.ran.values()))
         places = {name: place for place, name in enumerate(names)}
         content = {

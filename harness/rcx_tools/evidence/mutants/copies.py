@@ -1,6 +1,7 @@
-"""Throw-away copies of the repository: tests run in them, with one file changed, in a new process.
+"""Throw-away copies of the repository, in which tests run with one file changed.
 
-Each child of this process forgets the package, and finds it, its tables and its tests in its copy.
+Each child process forgets the imported packages, and imports them, their tables and their tests
+from its copy.
 """
 
 from __future__ import annotations
@@ -25,18 +26,18 @@ from structured_text.testing.tracing import PerTest
 
 __all__ = ["Copies", "Traced"]
 
-#: Packages that are taken from a copy.
+# #: Packages that are imported from a copy.
 _PACKAGES = ("rcx_harness", "rcx_tools", "structured_text")
-#: What no test in a copy needs.
+# #: Files that no test in a copy needs.
 _LEFT_OUT = (".*", "out", "*.egg-info")
-#: So many files of tests are collected first; where one of their tests fails, that was all.
+# #: Number of test files that are collected first; if one of their tests fails, no others are.
 _FEW = 3
-#: What a child may hold [byte]; a loop that never ends may fill a list.
+# #: Memory limit of a child [byte]; an endless loop may fill a list.
 _MEMORY = 6 << 30
 
 
 class Traced(PerTest):
-    """Notes per test whether it passes, its processor time [s], and which functions it has run.
+    """Plugin that records whether each test passes, its processor time [s], and the functions run.
 
     Functions are `(file, line)`: of the files in `folder`, with the line where their code begins.
     """
@@ -48,20 +49,20 @@ class Traced(PerTest):
         self.exhaustive: set[str] = set()
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Note the tests that `make test` leaves out."""
+        """Record the tests that `make test` leaves out."""
         self.exhaustive = exhaustive_of(items)
 
     def take(self) -> set[Any]:
-        """The code that has run since the last time."""
+        """Return the code that has run since the last call."""
         codes, self._codes = self._codes, set()
         return codes
 
     def begin(self) -> None:
-        """Trace calls."""
+        """Start to trace calls."""
         sys.settrace(self._call)
 
     def end(self) -> None:
-        """Trace nothing."""
+        """Stop tracing."""
         sys.settrace(None)
 
     def _call(self, frame: FrameType, event: str, arg: object) -> None:
@@ -69,7 +70,7 @@ class Traced(PerTest):
 
     @property
     def ran(self) -> dict[str, set[tuple[str, int]]]:
-        """The functions that each test has run."""
+        """Return the functions that each test has run."""
         return {node: {*self._functions(seen)} for node, seen in self.seen.items()}
 
     def _functions(self, codes: Iterable[Any]) -> Iterator[tuple[str, int]]:
@@ -79,7 +80,7 @@ class Traced(PerTest):
 
 
 class _First:
-    """Keeps the wanted tests in the wanted order, and notes the first failure."""
+    """Plugin that selects the wanted tests in the wanted order, and records the first failure."""
 
     def __init__(self, wanted: Sequence[str]) -> None:
         self._places = {node: place for place, node in enumerate(wanted)}
@@ -89,7 +90,7 @@ class _First:
         items[:] = sorted((item for item in items if self._place(item) >= 0), key=self._place)
 
     def _place(self, item: pytest.Item) -> int:
-        """Its place among the wanted tests, or that of its file; -1 where neither is wanted."""
+        """Return its place among the wanted tests, or that of its file; -1 if it is not wanted."""
         file = item.nodeid.partition("::")[0]
         return self._places.get(item.nodeid, self._places.get(file, -1))
 
@@ -119,14 +120,14 @@ class Copies:
         left_out = shutil.ignore_patterns(*_LEFT_OUT)
         try:
             shutil.copytree(root, self.original, ignore=left_out, symlinks=True)
-        except OSError as error:  # shutil.Error is one
+        except OSError as error:  # shutil.Error is an OSError
             self.close()
             told = f"the repository cannot be copied to {self._base.parent}: {error}"
             raise InputError(told, hint="make room there, or set TMPDIR") from error
         import hypothesis  # noqa: F401  # once for all children
 
     def close(self) -> None:
-        """Remove them all."""
+        """Remove all copies."""
         shutil.rmtree(self._base, ignore_errors=True)
 
     def discard(self, pid: int) -> None:
@@ -143,18 +144,18 @@ class Copies:
         exhaustive: Collection[str] = (),
         regenerate: bool = False,
     ) -> str | None:
-        """Run tests in a copy up to the first that fails; that one, or what failed else.
+        """Run tests in a copy up to the first failure; return the test or another reason.
 
         Args:
             changed: Texts of files, by their paths in the repository.
-            nodes: The tests, or whole files of them, in the order in which they run; those that
-                there are no more count as passed.
+            nodes: The tests, or whole files of them, in the order in which they run; tests that
+                do not exist any more count as passed.
             exhaustive: Tests that run after all others.
-            regenerate: Write the generated files of plc/lib anew.
+            regenerate: Regenerate the generated files of plc/lib.
         """
         quick = [node for node in nodes if node not in exhaustive]
         own = self._base / str(os.getpid())
-        with suppress(OSError, ValueError):  # not everywhere
+        with suppress(OSError, ValueError):  # not available everywhere
             resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
         shutil.copytree(self.original, own, copy_function=_linked, symlinks=True)
         for path, text in changed.items():
@@ -177,7 +178,7 @@ class Copies:
         return None
 
     def traced(self, files: Collection[str], read: Callable[[Traced], None]) -> None:
-        """Run files of tests in the untouched copy, and tell what they did."""
+        """Run files of tests in the untouched copy, and call `read` with the records."""
         self._enter(self.original)
         sys.dont_write_bytecode = False
         traced = Traced(self.original / "harness")
@@ -185,7 +186,7 @@ class Copies:
         read(traced)
 
     def _enter(self, copy: Path) -> None:
-        """From here on everything comes from the copy, also what helps its tests."""
+        """Switch this process to a copy: all later imports come from it, also the tests' helpers."""
         sys.dont_write_bytecode = True
         os.chdir(copy)
         helping = str(self._root / "tests") + os.sep
@@ -215,26 +216,26 @@ def _pytest(copy: Path, files: Sequence[str], plugin: object, more: Sequence[str
 
 
 class _Settled:
-    """The same examples in every run."""
+    """Plugin that makes hypothesis try the same examples in every run."""
 
     def pytest_configure(self) -> None:
         settle_hypothesis()
 
 
 def _regenerate(copy: Path) -> None:
-    """Write what is generated from the tables of this copy."""
+    """Write the files that are generated from the tables of this copy."""
     files: Any = importlib.import_module("rcx_tools.library").files()
     texts: Any = importlib.import_module("rcx_tools.library.alarm_texts").text_files()
     for path, write in {**files, **texts}.items():
         _write(copy / path, write())
     bits: Any = importlib.import_module("rcx_tools.library.signals").signal_files()
     for path, write in bits.items():
-        if (copy / path).is_file():  # the rest of it is written by hand
+        if (copy / path).is_file():  # the rest of it is handwritten
             _write(copy / path, write())
 
 
 def _linked(source: str, target: str) -> None:
-    """The same file under another name, where that can be."""
+    """Link a file; copy it if links are not possible."""
     try:
         os.link(source, target)
     except OSError:
@@ -242,7 +243,7 @@ def _linked(source: str, target: str) -> None:
 
 
 def _write(file: Path, text: str) -> None:
-    """Write a file anew; what is linked to it stays as it was."""
+    """Replace a file; other links to the old file keep its contents."""
     file.parent.mkdir(parents=True, exist_ok=True)
     file.unlink(missing_ok=True)
     file.write_text(text, encoding="utf-8")

@@ -1,9 +1,10 @@
-"""The mutants of what judges the library: virtual controller, monitors, engine, tables.
+"""Mutants of the parts that judge the library: virtual controller, monitors, engine, tables.
 
-Each runs in a throw-away copy of the repository, against tests that have run its function: some of
-each file, those with words of the changed line in their names, those that run little else, and the
-quickest; of a table, against those that bear the name of the entry or of what it is part of.
-plc/lib is generated from a changed table, so that the library and its tests read the same.
+Each mutant runs in a throw-away copy of the repository. It is judged by tests that have run its
+function: some of each file, those with words of the changed line in their names, those that run
+little else, and the quickest. A mutant of a table is judged by tests with the name of the entry, or
+of anything it is part of. plc/lib is generated again from a changed table, so that the library and
+its tests agree.
 """
 
 from __future__ import annotations
@@ -52,30 +53,30 @@ from structured_text.output.results import digest
 __all__ = ["KINDS", "HarnessRun", "Kind"]
 
 _PACKAGE, _TOOLKIT = "harness/rcx_harness", "harness/structured_text"
-#: Files of tests of one run of the original.
+# #: Number of test files in one run of the original.
 _SHARD = 6
-#: Longest that such a run may take [s].
+# #: Time limit of such a run [s].
 _PATIENCE_S = 1000.0
-#: Of all tests that run a function, or one that uses a value, so much time's worth more: of those
-#: that run little else, and of the quickest [s].
+# #: Time for further tests that run a function, or a user of a value: those that run little else,
+# and #: the quickest [s].
 _NEAREST_S, _QUICKEST_S = 25.0, 6.0
-#: So often its own time a test takes while its functions are noted, about.
+# #: Approximate factor of a test's time while its functions are recorded.
 _TRACED = 2.0
 #: A table of sentences for people.
 _PROSE = "rules.toml"
-#: Tests of a table that have no name in them, and of a module in which no function has run.
+# #: Number of tests for a table entry that no test names, or a module without a run function.
 _OTHERS = 12
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What is changed, and what judges it.
+    """A kind of mutated source, and the tests that judge it.
 
     Attributes:
-        name: For people.
+        name: Name for people.
         sources: Files and folders.
-        folders: Of tests.
-        one_of: Of so many changes one is taken.
+        folders: Folders of tests.
+        one_of: One of this many changes is taken.
     """
 
     name: str
@@ -101,11 +102,11 @@ KINDS = (
 
 
 class HarnessRun:
-    """One run over everything that is not the library.
+    """One run over everything outside the library.
 
     Args:
-        options: Of the command.
-        judging: What runs the mutants.
+        options: Options of the command.
+        judging: Runs the mutants.
     """
 
     def __init__(self, options: Namespace, judging: Judging) -> None:
@@ -122,7 +123,7 @@ class HarnessRun:
         self._texts = dict(zip(keys, texts, strict=True))
 
     def figures(self, wanted: Sequence[str]) -> dict[str, dict[str, Any]]:
-        """Run the wanted kinds, and `seeded`; the figures of each.
+        """Run the wanted kinds, and `seeded`; return the figures of each.
 
         Raises:
             InputError: a seeded bug cannot be put in.
@@ -151,7 +152,7 @@ class HarnessRun:
             copies.close()
 
     def _files(self, kind: Kind) -> list[Path]:
-        """What a kind changes, as far as it is wanted."""
+        """Return the files that a kind mutates, as far as they are wanted."""
         found = []
         for source in kind.sources:
             start = self._root / source
@@ -167,13 +168,13 @@ class HarnessRun:
     # --- the original ---
 
     def _tests(self, paths: Sequence[str]) -> set[str]:
-        """The files of tests in files and folders."""
+        """Return the files of tests in files and folders."""
         starts = [self._root / path for path in paths]
         files = {one for start in starts for one in [start, *start.rglob("test_*.py")]}
         return {one.relative_to(self._root).as_posix() for one in files if one.is_file()}
 
     def _baseline(self, copies: Copies, files: Collection[str]) -> Baseline:
-        """Which tests run which functions; only tests that have changed are run for it."""
+        """Return which tests run which functions; only changed tests are run again."""
         sources = [self._root / name for name in (_PACKAGE, "spec", "plc", "tests/support")]
         every = [one for folder in sources for one in folder.rglob("*") if self._matters(one)]
         state = digest(self._root, every)
@@ -202,12 +203,12 @@ class HarnessRun:
         return replace(baseline, ran={node: ran[node] for node in judging})
 
     def _matters(self, path: Path) -> bool:
-        """A source that tests run; what is in this package none of them does."""
+        """Return whether a path is a source that tests run; tests run nothing of this package."""
         parts = path.relative_to(self._root).parts
         return path.is_file() and not {"__pycache__", "verify", "evidence"} & set(parts)
 
     def _traced(self, copies: Copies, files: Sequence[str]) -> Iterator[dict[str, Any]]:
-        """Run files of tests, some in each child; what each has noted."""
+        """Run files of tests, some in each child; yield the records of each."""
         shards = [tuple(files[k :: _shards(files)]) for k in range(_shards(files))]
         folder = copies.original / "out"
         folder.mkdir(exist_ok=True)
@@ -229,7 +230,7 @@ class HarnessRun:
                 yield json.loads(left.read_text(encoding="utf-8"))
 
     def _named(self, ran: Sequence[tuple[str, int]]) -> frozenset[str]:
-        """Functions that a test has run, and the modules that they are in, in upper case."""
+        """Return the functions that a test has run, and their modules, in upper case."""
         found = set()
         for file, line in ran:
             if file not in self._names:
@@ -287,7 +288,7 @@ class HarnessRun:
         return {node: _marked(node, marks) for node in ran}
 
     def _task(self, mutant: Mutant, tests: Sequence[str], baseline: Baseline) -> Task:
-        """Of a table the outcome also depends on what generates the library."""
+        """Return a task; for a table its key includes the generator of the library."""
         around = ""
         if _is_table(mutant.file):
             around = digest(self._root, (self._root / "harness/rcx_tools/library").glob("*.py"))
@@ -307,7 +308,7 @@ class HarnessRun:
         return sampled(self._root, file, changes, meaning, one_of=one_of, seed=seed)
 
     def _others(self, mutant: Mutant, ran: dict[str, frozenset[str]]) -> list[str]:
-        """For a module of which no test has run a function: tests of files that name it."""
+        """Return tests of files that name a module, for a module without a function that has run."""
         name = Path(mutant.file).stem
         files = sorted({_file(node) for node in ran})
         naming = {file for file in files if name in (self._root / file).read_text("utf-8")}
@@ -357,7 +358,7 @@ def _shards(files: Sequence[str]) -> int:
 
 
 def _own(file: str, nodes: Mapping[str, frozenset[str]]) -> tuple[str, ...]:
-    """Files of tests whose path has the name of a module; of a table, those in tests/spec."""
+    """Return test files with the name of a module in their path; for a table those of tests/spec."""
     stem = Path(file).stem
     files = sorted({_file(node) for node in nodes})
     if _is_table(file):
@@ -366,7 +367,10 @@ def _own(file: str, nodes: Mapping[str, frozenset[str]]) -> tuple[str, ...]:
 
 
 def _marked(node: str, marks: dict[str, tuple[str, ...]]) -> frozenset[str]:
-    """Entries that a test is about, by its name; all, in tests/spec and without parameters."""
+    """Return the entries that a test's name mentions.
+
+    A test in tests/spec, or without parameters, is about all entries.
+    """
     if "[" not in node or node.startswith("tests/spec/"):
         return frozenset(entry.upper() for entry in marks)
     return frozenset(
@@ -375,7 +379,7 @@ def _marked(node: str, marks: dict[str, tuple[str, ...]]) -> frozenset[str]:
 
 
 def _write(file: Path, traced: Traced) -> None:
-    """Keep what a child has noted; paths from the package's folder on."""
+    """Write the records of a child; paths are relative to the package's folder."""
     base = file.parents[1]
     content = {
         "exhaustive": sorted(traced.exhaustive),

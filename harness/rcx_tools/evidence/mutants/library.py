@@ -1,4 +1,4 @@
-"""The mutants of plc/lib: which there are, which tests judge them, and what came of them."""
+"""Mutants of plc/lib: their selection, the tests that judge them, and the figures."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ from structured_text.projects.needed import needed
 
 __all__ = ["LibraryRun"]
 
-#: So many mutants of each generated block are taken.
+# #: Number of mutants of each generated block.
 SAMPLE = 16
 
 
 class LibraryRun:
-    """One run over the library; tests, programs and mutants are kept in this process.
+    """One run over the library; tests, programs and mutants stay in this process.
 
     Args:
-        options: Of the command.
-        judging: What runs the mutants.
+        options: Options of the command.
+        judging: Runs the mutants.
     """
 
     def __init__(self, options: Namespace, judging: Judging) -> None:
@@ -63,13 +63,13 @@ class LibraryRun:
         self._found: dict[str, Any] | None = None
 
     def figures(self) -> dict[str, Any] | None:
-        """Run; the figures, or None where the tests could not be collected."""
+        """Run the mutants; return the figures, or None if the tests could not be collected."""
         self._workshop.install()
         self._suite.collected(self._run)
         return self._found
 
     def _run(self) -> None:
-        """Everything that needs the collected tests."""
+        """Do everything that needs the collected tests."""
         baseline = self._baseline()
         for node in baseline.failed:
             self._console.print(f"fails with the original, judges nothing: {node}", markup=False)
@@ -114,7 +114,7 @@ class LibraryRun:
     # --- the original ---
 
     def _baseline(self) -> Baseline:
-        """Which tests run which POUs; only tests that have changed are run for it."""
+        """Return which tests run which POUs; only changed tests are run again."""
         tests, examples = self._root / "tests", self._root / "plc" / "examples"
         around = [*tests.rglob("*.st"), *tests.rglob("conftest.py"), *examples.rglob("*.st")]
         library = digest(self._root, [*self._library, *around])
@@ -174,7 +174,7 @@ class LibraryRun:
         return tasks
 
     def _wanted(self) -> list[Path]:
-        """The files of the library that the options name."""
+        """Return the files of the library that the options name."""
         names = self._options.blocks
         return [
             file

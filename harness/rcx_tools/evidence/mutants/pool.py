@@ -1,4 +1,4 @@
-"""Runs each mutant in a child of its own: a copy of this process, with all that it holds."""
+"""Pool that runs each mutant in a forked child, with all data of this process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from structured_text.output.system import copied, copy_ended
 
 __all__ = ["PATIENCE_S", "run_tasks"]
 
-#: What a child may take: so often the processor time of its tests, and so much besides [s].
+# #: Time limit of a child: a factor of the processor time of its tests, and a constant [s].
 _SLOWER, PATIENCE_S = 4.0, 15.0
 
 
@@ -44,7 +44,7 @@ class _Pool:
         self._running[pid] = (task, reading)
 
     def ended(self) -> Outcome:
-        """Wait for the next child to end."""
+        """Wait for the next child to end; return its outcome."""
         pid, how, seconds = copy_ended()
         task, reading = self._running.pop(pid)
         self._told(pid)
@@ -66,14 +66,14 @@ def run_tasks(
     ended: Callable[[int], None] = lambda pid: None,
     patience_s: float = PATIENCE_S,
 ) -> Iterator[Outcome]:
-    """Run mutants, so many at a time; yield what became of each, as it ends.
+    """Run mutants in parallel; yield the outcome of each as it ends.
 
     Args:
         tasks: The mutants with their tests.
-        run: What a child does: run the tests with the mutant, and say what has found it.
-        jobs: How many run at a time.
-        ended: Is told the process number of each child that has ended.
-        patience_s: How long a child may take beyond its tests; then it counts as killed.
+        run: Runs in a child: runs the tests with the mutant, and returns the test that found it.
+        jobs: Number of mutants that run in parallel.
+        ended: Called with the process number of each child that has ended.
+        patience_s: Time for a child beyond its tests; after that the mutant counts as killed.
     """
     pool = _Pool(run, ended, patience_s)
     gc.collect()

@@ -1,7 +1,7 @@
-"""Mistakes in Python: of each function and each table the small changes that people make.
+"""Mutation operators for Python: small changes that people make, in each function and table.
 
-Cosmic Ray and mutmut have operators, too, but none that leaves a statement out or takes an
-attribute for its neighbour, and neither keeps outcomes or knows of tables. `ast` is enough.
+Cosmic Ray and mutmut have operators, too. But they do not drop statements or exchange an attribute
+for its neighbour, they do not save outcomes, and they do not know tables. `ast` is sufficient.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _Op = TypeVar("_Op")
 
 
 def _both(one: _Op, other: _Op) -> list[tuple[_Op, _Op]]:
-    """Each becomes the other."""
+    """Return both directions: each becomes the other."""
     return [(one, other), (other, one)]
 
 
@@ -57,13 +57,13 @@ _ARITHMETIC: dict[type[ast.operator], type[ast.operator]] = {
 }
 _PAIRS = {"min": "max", "max": "min", "any": "all", "all": "any"}
 _SIGNAL = re.compile(r"S[IO]\d\d")
-#: What only people read, or what builds no behaviour.
+# #: Methods for people only, and errors, which have no behaviour to change.
 _SPOKEN = ("__repr__", "__str__")
 _ERRORS = ("InputError", "LiteralError", "ProgramError")
 
 
 def functions(text: str) -> dict[int, str]:
-    """Qualified names of the functions, by the line where their code begins (with decorators)."""
+    """Return the qualified names of the functions, by the first line with decorators."""
     return {
         min([node.lineno, *(one.lineno for one in node.decorator_list)]): name
         for name, node in _functions(ast.parse(text), "")
@@ -71,15 +71,15 @@ def functions(text: str) -> dict[int, str]:
 
 
 def concerned(pou: str, line: int, texts: Mapping[str, str]) -> frozenset[str]:
-    """In upper case, what a change at this line may show in.
+    """Return the functions that a change at this line may affect, in upper case.
 
-    The function that is changed; of a value with a name those that use it, also in other modules,
-    else the whole module.
+    A change in a function affects that function. A change of a named value affects its users, also
+    in other modules; without users the whole module.
 
     Args:
-        pou: The function, `robot/handshake.py:_check`; of a value the module.
-        line: Of the module.
-        texts: The modules of the package, as `file_key` calls them.
+        pou: The function, `robot/handshake.py:_check`; for a value the module.
+        line: Line in the module.
+        texts: The modules of the package, by `file_key`.
     """
     names = _named(texts[pou], line) if pou in texts else frozenset[str]()
     using = [
@@ -93,7 +93,7 @@ def concerned(pou: str, line: int, texts: Mapping[str, str]) -> frozenset[str]:
 
 
 def _named(text: str, line: int) -> frozenset[str]:
-    """What an assignment at this line gives a value."""
+    """Return the names that an assignment at this line assigns."""
     targets = [
         target
         for node in ast.walk(ast.parse(text))
@@ -106,7 +106,7 @@ def _named(text: str, line: int) -> frozenset[str]:
 
 @cache
 def _uses(text: str) -> dict[str, frozenset[str]]:
-    """The names and attributes in each function of a module."""
+    """Return the names and attributes in each function of a module."""
     return {
         name: frozenset(
             one.id if isinstance(one, ast.Name) else one.attr
@@ -118,7 +118,7 @@ def _uses(text: str) -> dict[str, frozenset[str]]:
 
 
 def _functions(node: ast.AST, prefix: str) -> Iterator[tuple[str, ast.FunctionDef]]:
-    """The functions of a module with their qualified names."""
+    """Yield the functions of a module with their qualified names."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, (ast.FunctionDef, ast.ClassDef)):
             name = f"{prefix}{child.name}"
@@ -130,21 +130,21 @@ def _functions(node: ast.AST, prefix: str) -> Iterator[tuple[str, ast.FunctionDe
 
 
 def python_changes(text: str, path: str) -> list[Change]:
-    """What can be done to a module; `path` is its path in the repository."""
+    """Return all changes of a module; `path` is its path in the repository."""
     return list(_Finder(text, file_key(path)).changes())
 
 
 def python_meaning(text: str) -> str:
-    """The same for texts that read the same to Python.
+    """Return a text that is equal for modules with the same syntax tree.
 
     Raises:
-        SyntaxError: it is not correct.
+        SyntaxError: the text is not correct Python.
     """
     return ast.dump(ast.parse(text))
 
 
 def function_at(text: str, offset: int, path: str) -> str:
-    """The outermost function that an offset is in, as mutants are called; else the module."""
+    """Return the outermost function at an offset, in the form of mutants; else the module."""
     line = text.count("\n", 0, offset) + 1
     key = file_key(path)
 
@@ -163,12 +163,12 @@ def function_at(text: str, offset: int, path: str) -> str:
 
 
 def file_key(path: str) -> str:
-    """How a module is called in reports: `robot/handshake.py`."""
+    """Return the name of a module in reports: `robot/handshake.py`."""
     return path.removeprefix("harness/rcx_harness/").removeprefix("harness/structured_text/")
 
 
 class _Finder:
-    """Finds the places of a module where a mistake can be made."""
+    """Search for the places of a module where a mistake can be made."""
 
     def __init__(self, text: str, key: str) -> None:
         self._text = text
@@ -182,7 +182,7 @@ class _Finder:
         self._signals = sorted(set(_SIGNAL.findall(text)))
 
     def changes(self) -> Iterator[Change]:
-        """Every change, in the order of the text."""
+        """Yield every change, in the order of the text."""
         yield from self._inside(self._tree, "", "")
 
     # --- walking ---
@@ -285,12 +285,12 @@ class _Finder:
         return Span(start, self._offset(node.end_lineno, node.end_col_offset))
 
     def _offset(self, line: int, column: int) -> int:
-        """Columns count bytes of UTF-8."""
+        """Return the offset of a position; columns count bytes of UTF-8."""
         before = self._lines[line - 1].encode()[:column].decode()
         return self._starts[line - 1] + len(before)
 
     def _attributes(self) -> dict[str, list[str]]:
-        """Attributes that may be taken for each other, by what they have in common."""
+        """Return attributes that may be mistaken for each other, by their family."""
         found: dict[str, set[str]] = {}
         for node in ast.walk(self._tree):
             if isinstance(node, ast.Attribute) and (key := _family(node)):
@@ -299,7 +299,10 @@ class _Finder:
 
 
 def _family(node: ast.Attribute) -> str:
-    """`Phase.` for a member of an enumeration, `config...alarm` for what ends alike; or empty."""
+    """Return the family of an attribute, or "".
+
+    `Phase.` for a member of an enumeration, `config...alarm` for names with the same ending.
+    """
     base = ast.unparse(node.value)
     if isinstance(node.value, ast.Name) and base[0].isupper():
         return base
@@ -309,7 +312,7 @@ def _family(node: ast.Attribute) -> str:
 
 
 def _parts(node: ast.AST) -> Iterator[ast.AST]:
-    """What is inside a node and makes it behave; no types, decorators, texts and export lists."""
+    """Yield the parts of a node with behaviour: no types, decorators, texts and export lists."""
     if isinstance(node, (ast.JoinedStr, ast.Assert, ast.Import, ast.ImportFrom)):
         return
     if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in _ERRORS:
@@ -325,7 +328,7 @@ def _parts(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def _is_spoken(node: ast.AST) -> bool:
-    """A docstring, `__all__`, or what only a type checker sees."""
+    """Return whether it is a docstring, `__all__`, or code for type checkers only."""
     if isinstance(node, ast.Assign):
         return ast.unparse(node.targets[0]) == "__all__"
     if isinstance(node, ast.If):
@@ -334,7 +337,7 @@ def _is_spoken(node: ast.AST) -> bool:
 
 
 def _acts(node: ast.stmt) -> bool:
-    """It changes something that outlives the function."""
+    """Return whether it changes something that outlives the function."""
     if isinstance(node, ast.Assign):
         return isinstance(node.targets[0], (ast.Attribute, ast.Subscript))
     if isinstance(node, ast.AugAssign):

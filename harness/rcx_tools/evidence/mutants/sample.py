@@ -1,7 +1,7 @@
-"""What is taken of all changes that operators know: a sample, the same for the same seed.
+"""Samples of all possible changes; the same seed gives the same sample.
 
-Whether a change is taken depends on itself alone: code that moves, or that is changed elsewhere,
-leaves the rest of the sample as it was, and so what is known of its survivors.
+A change is taken or not by its own hash alone. Code that moves, or changes elsewhere, therefore
+leaves the rest of the sample unchanged, and with it the recorded reasons of the survivors.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["Change", "sampled"]
 
 @dataclass(frozen=True)
 class Change:
-    """One change of a file: its operator, the function or entry that it is in, its edits."""
+    """One change of a file: its operator, the function or entry it is in, and its edits."""
 
     operator: str
     pou: str
@@ -36,15 +36,16 @@ def sampled(
     one_of: int,
     seed: int,
 ) -> list[Mutant]:
-    """About one of so many changes of a file, at least one.
+    """Return about one of `one_of` changes of a file, but at least one.
 
     Args:
         root: The repository.
         file: The file.
-        found: What can be done to it.
-        meaning: What a text means; changes that mean the same are one, and none is no mutant.
+        found: All changes of the file.
+        meaning: Returns the meaning of a text. Changes with equal meanings count once. A change
+            that keeps the meaning of the file is not a mutant.
         one_of: 1 takes all.
-        seed: Of the sample.
+        seed: Seed of the sample.
     """
     text = file.read_text(encoding="utf-8")
     path = file.relative_to(root).as_posix()
@@ -65,7 +66,7 @@ def sampled(
 
 
 def _drawn(mutant: Mutant, seed: int) -> float:
-    """From 0 to 1, of what is changed to what, and in which function or entry."""
+    """Return a number from 0 to 1, a hash of the change and the function or entry it is in."""
     where = mutant.pou.rpartition(":")[2]
     told = "\0".join((str(seed), where, mutant.operator, mutant.before, mutant.after))
     return int.from_bytes(blake2b(told.encode(), digest_size=8).digest(), "big") / 2**64

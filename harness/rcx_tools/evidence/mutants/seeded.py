@@ -1,4 +1,4 @@
-"""Bugs that are put in on purpose, from a table: each with the tests that must find it."""
+"""Seeded bugs from a table: each with the tests that must find it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _KEYS = ("file", "what", "before", "after", "tests")
 
 @dataclass(frozen=True)
 class Bug:
-    """One row of the table; `before` stands once in `file`, and becomes `after`."""
+    """One row of the table; `before` occurs once in `file`, and `after` replaces it."""
 
     file: str
     what: str
@@ -29,11 +29,11 @@ class Bug:
     tests: tuple[str, ...]
 
     def mutant(self, root: Path) -> Mutant:
-        """The file with the bug.
+        """Return the mutant of the file with the bug.
 
         Raises:
-            InputError: `before` does not stand once in the file, nothing is changed, or there are
-                no such tests.
+            InputError: `before` does not occur exactly once in the file, nothing is changed, or a path of
+                tests does not exist.
         """
         file = root / self.file
         text = file.read_text(encoding="utf-8") if file.is_file() else ""
@@ -54,10 +54,10 @@ class Bug:
 
 
 def bugs(file: Path) -> list[Bug]:
-    """The rows of a table; none where there is no table.
+    """Return the rows of a table; none if the file does not exist.
 
     Raises:
-        InputError: it is no TOML, or a row lacks something.
+        InputError: invalid TOML, or an incomplete row.
     """
     rows = load_toml(file).get("bug", []) if file.is_file() else []
     found = []

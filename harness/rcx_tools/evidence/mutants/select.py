@@ -1,4 +1,4 @@
-"""Which tests judge the mutants of a file, and in which order."""
+"""Selection and order of the tests that judge the mutants of a file."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ __all__ = [
     "nearest",
 ]
 
-#: So many tests of each other file that runs the POU; fault runs are long.
+# #: Number of tests from each other file that runs the POU; few fault runs, because they are long.
 _OF_OTHERS, _OF_FAULTS = 8, 1
-#: So many tests more whose names have words of what was changed.
+# #: Number of further tests with words of the change in their names.
 _ALIKE = 8
 
 
 class TestStates:
-    """What files of tests consist of.
+    """Hashes of the files of tests, for the validity of saved outcomes.
 
     Args:
         root: The repository.
@@ -44,7 +44,7 @@ class TestStates:
         self._hashes: dict[str, str] = {}
 
     def of(self, file: str) -> str:
-        """A hash of a file of tests, of what it uses of tests/support, and of its tables."""
+        """Return a hash of a file of tests, of the tests/support modules it uses, and of its tables."""
         if file not in self._hashes:
             digest = hashlib.sha256()
             tables = (self._root / file).parent.rglob("*.toml")
@@ -67,13 +67,13 @@ class TestStates:
 
 @dataclass
 class Judges:
-    """Selects tests by what they have run.
+    """Selector of tests by what they have run.
 
-    The tests that the head of the file names or that name the POU themselves, and some of every
-    other file, evenly spread; of all those that run the POU.
+    Among all tests that run the POU it takes those of the files that the head of the source names
+    or that name the POU themselves, and some of every other file, evenly spread.
 
     Args:
-        states: Of the files of tests.
+        states: Hashes of the files of tests.
         ran: Upper-case names of the POUs that each test has run, in the order of the tests.
         seconds: Processor time of each test.
         named_only: Take only the tests that the head of the file names.
@@ -89,7 +89,7 @@ class Judges:
     _chosen: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def of(self, pou: str, named: Sequence[str]) -> tuple[str, ...]:
-        """The tests for a POU; `named` are the files in the head of its file."""
+        """Return the tests for a POU; `named` are the files in the head of its file."""
         key = pou.upper()
         if key not in self._chosen:
             self._chosen[key] = tuple(self._select(key, named))
@@ -110,7 +110,7 @@ class Judges:
         return chosen
 
     def ordered(self, pou: str, nodes: Iterable[str], named: Sequence[str]) -> list[str]:
-        """The tests in the order in which they most likely find something soonest."""
+        """Return the tests in the order in which they probably find a mutant soonest."""
         key = pou.upper()
         kills = self._kills.get(key, Counter())
 
@@ -123,15 +123,15 @@ class Judges:
         return sorted(nodes, key=rank)
 
     def killed(self, pou: str, node: str) -> None:
-        """Remember that a test has found a mutant of a POU."""
+        """Record that a test has found a mutant of a POU."""
         self._kills.setdefault(pou.upper(), Counter())[node] += 1
 
     def state_of(self, file: str) -> str:
-        """A hash of a file of tests and of what it uses."""
+        """Return a hash of a file of tests and of the files it uses."""
         return self.states.of(file)
 
     def state(self, nodes: Iterable[str]) -> str:
-        """A hash of tests: their identifiers, and the texts that they consist of."""
+        """Return a hash of tests: their identifiers, and the texts of their files."""
         names = sorted(nodes)
         digest = hashlib.sha256("\n".join(names).encode())
         for file in sorted({name.partition("::")[0] for name in names}):
@@ -140,20 +140,20 @@ class Judges:
 
 
 def _own_first(nodes: Sequence[str], key: str, most: int) -> list[str]:
-    """At most so many: those with the name of the POU in their parameters, others spread."""
+    """Return at most `most` tests: first those with the POU in their parameters, then others."""
     own = [node for node in nodes if _is_own(node, key)][:most]
     others = [node for node in nodes if node not in own]
     return [*own, *spread(others, most - len(own))]
 
 
 def _is_own(node: str, key: str) -> bool:
-    """Whether the POU is among the parameters of a test."""
+    """Return whether the POU is among the parameters of a test."""
     marks = (f"[{key}-", f"-{key}]", f"[{key}]")
     return any(mark in node.upper() for mark in marks)
 
 
 def alike(changed: str, nodes: Iterable[str]) -> list[str]:
-    """The tests whose names have most words of a changed line and its function."""
+    """Return the tests with most words of a changed line and its function in their names."""
     words = _words(changed)
     shared = Counter({node: len(words & _words(node.partition("::")[2])) for node in nodes})
     return [node for node, count in shared.most_common(_ALIKE) if count]
@@ -165,14 +165,14 @@ def nearest(
     seconds: Mapping[str, float],
     most_s: float,
 ) -> list[str]:
-    """Tests that take so long together: those that run the fewest functions besides."""
+    """Return tests within a total time: those that run the fewest other functions."""
     return _in_time(
         sorted(nodes, key=lambda node: (len(ran[node]), seconds[node])), seconds, most_s
     )
 
 
 def cheapest(nodes: Iterable[str], seconds: Mapping[str, float], most_s: float) -> list[str]:
-    """Tests that take so long together: the quickest of each test function, then the next ones."""
+    """Return tests within a total time: the quickest of each test function, then the next."""
     functions: dict[str, list[str]] = {}
     for node in sorted(nodes, key=seconds.__getitem__):
         functions.setdefault(node.partition("[")[0], []).append(node)
@@ -190,13 +190,13 @@ def _words(text: str) -> set[str]:
 
 
 def named_tests(file: Path) -> tuple[str, ...]:
-    """The test files in the head of a file of the library."""
+    """Return the test files that the head of a file of the library names."""
     head = file.read_text(encoding="utf-8").partition("*)")[0]
     return tuple(re.findall(r"tests/[\w/]+\.py", head))
 
 
 def naming_tests(root: Path) -> dict[str, tuple[str, ...]]:
-    """The test files of a repository whose docstring names a POU of the library, by its name."""
+    """Return by POU name the test files that name the POU in their docstring."""
     found: dict[str, tuple[str, ...]] = {}
     for file in sorted((root / "tests").rglob("test_*.py")):
         told = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
@@ -206,6 +206,9 @@ def naming_tests(root: Path) -> dict[str, tuple[str, ...]]:
 
 
 def folder_of(file: str) -> str:
-    """`area` of plc/lib/area/FB_ReadArea.st, `robot` of harness/rcx_harness/robot/machine.py."""
+    """Return the folder of a file in the report.
+
+    `area` of plc/lib/area/FB_ReadArea.st, `robot` of harness/rcx_harness/robot/machine.py.
+    """
     parts = file.split("/")
     return parts[min(2, len(parts) - 1)]

@@ -1,4 +1,4 @@
-"""The tests that judge the mutants, collected once and kept in memory."""
+"""The tests that judge the mutants, collected once and reused from memory."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ FOLDERS = (
     *("faults", "chapters", "examples"),
     "tools/library",
 )
-#: Tests of these names are of something else: the network, other engines, or how the tests work.
+# #: Parts of names of tests with another subject: the network, other engines, or test tools.
 _OTHERS = (
     *("[enip", "-enip", "over_ethernet_ip", "matiec", "strucpp"),
     *("test_fault_runner", "test_files.py"),
 )
-#: So many of the fault runs of each block are taken (they are long).
+# #: Number of fault runs for each block (they are long).
 _FAULT_RUNS = 3
 
 
 def spread(items: Sequence[str], most: int) -> list[str]:
-    """At most so many of the items, evenly spread, the first one among them."""
+    """Return at most `most` of the items, evenly spread, including the first."""
     if len(items) <= most:
         return list(items)
     return [items[k * len(items) // most] for k in range(most)]
@@ -57,7 +57,7 @@ def exhaustive_of(items: Iterable[pytest.Item]) -> set[str]:
 
 
 def in_suite(nodes: Sequence[str]) -> list[str]:
-    """The tests of a collection that judge mutants, by their node identifiers."""
+    """Return the tests of a collection that judge mutants, by their node identifiers."""
     plain = [node for node in nodes if not any(word in node for word in _OTHERS)]
     faults: dict[str, list[str]] = {}
     for node in plain:
@@ -73,7 +73,7 @@ def in_suite(nodes: Sequence[str]) -> list[str]:
 
 
 def forget_benches(tests: Path) -> None:
-    """Forget what tests keep from one to the next: each child makes its own."""
+    """Clear the caches of the tests, so that each child makes its own benches."""
     folder = str(tests)
     for found in [item for item in get_objects() if isinstance(item, _lru_cache_wrapper)]:
         code = getattr(getattr(found, "__wrapped__", None), "__code__", None)
@@ -94,14 +94,14 @@ class Suite:
     body: Callable[[], None] | None = None
 
     def collected(self, body: Callable[[], None]) -> int:
-        """Collect the tests, then run `body` within the session; pytest's exit code."""
+        """Collect the tests, then run `body` within the session; return pytest's exit code."""
         self.body = body
         tests = [str(self.root / "tests" / folder) for folder in FOLDERS]
         there = [folder for folder in tests if Path(folder).is_dir()]
         return int(pytest.main([*pytest_options(self.root), *there], plugins=[_Plugin(self)]))
 
     def run(self, nodes: Iterable[str]) -> str | None:
-        """Run tests one after the other up to the first that fails; return that one."""
+        """Run tests one after the other up to the first failure; return that test or None."""
         items = [self.items[node] for node in nodes]
         for item, following in zip_longest(items, items[1:]):
             if not self.passes(item, following):
@@ -110,19 +110,19 @@ class Suite:
 
     @staticmethod
     def passes(item: pytest.Item, following: pytest.Item | None) -> bool:
-        """Run one test; a skipped one passes."""
+        """Run one test; return whether it passes. A skipped test passes."""
         reports = runtestprotocol(item, log=False, nextitem=following)
         return not any(report.failed for report in reports)
 
     def timed(self, node: str) -> tuple[bool, float]:
-        """Run one test alone: whether it passes, and its processor time [s]."""
+        """Run one test alone; return whether it passes, and its processor time [s]."""
         start = time.process_time()
         passed = self.passes(self.items[node], None)
         return passed, time.process_time() - start
 
 
 def pytest_options(root: Path) -> list[str]:
-    """How the tests of a repository are run here: quietly, and nothing is kept."""
+    """Return the pytest options for a repository: quiet, without cache."""
     return [
         *("-s", "-p", "no:cacheprovider", "-p", "no:terminal", "-p", "no:xdist"),
         *("--rootdir", str(root), "-c", str(root / "pyproject.toml")),
@@ -131,8 +131,8 @@ def pytest_options(root: Path) -> list[str]:
 
 
 def settle_hypothesis() -> None:
-    """From now on hypothesis tries the same examples in every run, and keeps none."""
-    from hypothesis import Phase, settings  # only where the tests are
+    """Make hypothesis try the same examples in every run, without a database."""
+    from hypothesis import Phase, settings  # only present with the tests
 
     phases = (Phase.explicit, Phase.generate)
     settings.register_profile(
@@ -142,7 +142,7 @@ def settle_hypothesis() -> None:
 
 
 class _Plugin:
-    """Hands the collected tests over, and makes reports without text."""
+    """Plugin that passes the collected tests to the suite, and makes reports without text."""
 
     def __init__(self, suite: Suite) -> None:
         self._suite = suite
@@ -176,12 +176,12 @@ class _Plugin:
 
 
 def private_folder(config: pytest.Config, name: str) -> None:
-    """Give the temporary folders of this process's tests a place of their own."""
+    """Give the temporary folders of this process's tests their own base folder."""
     factory = getattr(config, "_tmp_path_factory", None)
     base = getattr(factory, "_basetemp", None)
     if factory is not None and base is not None:
         os.makedirs(base / name, exist_ok=True)
-        factory._basetemp = base / name  # noqa: SLF001 - pytest has no other way
+        factory._basetemp = base / name  # noqa: SLF001 - pytest has no public way
 
 
 def remove_folders(config: pytest.Config) -> None:

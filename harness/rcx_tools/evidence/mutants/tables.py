@@ -1,6 +1,6 @@
-"""Mistakes in the tables of spec/: a value, a bit, a limit, a default, a name in another's place.
+"""Mutation operators for the tables of spec/: a value, a bit, a limit, a default, a name.
 
-Only what decides something is changed: texts that people read are left as they are.
+Only values with an effect are changed; texts for people stay as they are.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["TABLE_OPERATORS", "entry_at", "marks_of", "table_changes", "table_me
 
 TABLE_OPERATORS = ("number", "constant", "default", "swapped values", "swapped names")
 
-#: Keys whose texts are read by people only.
+# #: Keys with texts for people only.
 _SPOKEN = re.compile(
     r"\b(?:meaning|title|does|about|done|comment|unit|section|cause|remedy|robot_zero"
     r"|name_ja|cause_ja|remedy_ja)\s*=\s*\"(?:[^\"\\]|\\.)*\""
@@ -40,16 +40,16 @@ _CASE = re.compile(r"\w+ = (\"[^\"]*\")")
 
 
 def table_changes(text: str) -> list[Change]:
-    """What can be done to a table."""
+    """Return all changes of a table."""
     return [Change(operator, entry_at(text, edits[0].span.start), edits)
             for operator, edits in _changes(text)]  # fmt: skip
 
 
 def table_meaning(text: str) -> str:
-    """The same for texts with the same content.
+    """Return a text that is equal for tables with the same content.
 
     Raises:
-        InputError: it is not TOML.
+        InputError: the text is not TOML.
     """
     return repr(parse_toml(text, Path("spec")))
 
@@ -88,7 +88,7 @@ def _changes(text: str) -> Iterator[tuple[str, tuple[Edit, ...]]]:
 
 
 def _defaults(text: str) -> Iterator[tuple[str, tuple[Edit, ...]]]:
-    """Another number, or another member of the enumeration."""
+    """Yield changes of defaults: another number, or another member of the enumeration."""
     members = re.findall(r"\[\"([A-Z_0-9]+)\", ", text)
     for match in re.finditer(r"default = (\"([^\"]*)\")", text):
         old = match[2]
@@ -100,7 +100,7 @@ def _defaults(text: str) -> Iterator[tuple[str, tuple[Edit, ...]]]:
 
 
 def _groups(text: str, pattern: re.Pattern[str]) -> Iterator[tuple[Edit, ...]]:
-    """The values of two members that stand below each other, exchanged."""
+    """Yield exchanges of the values of two adjacent members."""
     found = list(pattern.finditer(text))
     for one, other in pairwise(found):
         if other.start() - one.end() < 8:
@@ -108,7 +108,7 @@ def _groups(text: str, pattern: re.Pattern[str]) -> Iterator[tuple[Edit, ...]]:
 
 
 def _pairs(match: re.Match[str], inner: re.Pattern[str]) -> Iterator[tuple[str, tuple[Edit, ...]]]:
-    """Two neighbours of a list, exchanged."""
+    """Yield exchanges of two neighbours in a list."""
     group = 1 if inner.groups else 0
     spans = [
         (Span(match.start(1) + one.start(group), match.start(1) + one.end(group)), one[group])
@@ -133,16 +133,16 @@ def _group(match: re.Match[str], text: str) -> Edit:
 
 
 def entry_at(text: str, offset: int) -> str:
-    """The name of the entry that an offset is in."""
+    """Return the name of the entry at an offset."""
     start = max(text.rfind("\n[[", 0, offset), 0)
     named = re.compile(r"(?:name|pin|number|id) = \"?([^\"\n]+)\"?").search(text, start)
     return named[1] if named else ""
 
 
 def marks_of(entry: str, files: Sequence[Path]) -> tuple[str, ...]:
-    """What names of tests about an entry contain: its name, and those of all that names it.
+    """Return the texts that names of tests about an entry contain.
 
-    Of blocks the names of their commands, too.
+    These are the names of the entry, of all entries that name it, and of the commands of blocks.
     """
     found, waiting = {entry}, [entry]
     parts = [part for file in files for part in re.split(r"\n(?=\[\[)", file.read_text("utf-8"))]

@@ -1,4 +1,4 @@
-"""How many mutants the quick tier of the tests finds, beside all tests."""
+"""Share of the mutants that the quick tier of the tests finds, compared with all tests."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from structured_text.mutants.report import Judged
 
 __all__ = ["QUICK_GOAL", "print_quick_tier", "quick_tier"]
 
-#: Least share of the mutants that all tests find which `make test` has to find [%].
+# #: Least share that `make test` must find, of the mutants that all tests find [%].
 QUICK_GOAL = 95.0
 _MOST = 12
 
 
 def quick_tier(judged: Sequence[Judged], exhaustive: Collection[str]) -> dict[str, Any]:
-    """Return what the quick tier finds of what all tests find.
+    """Return the part of the kills that the quick tier finds.
 
     Exhaustive tests run last, so a mutant that one of them has found is found by no quick test.
 
@@ -38,7 +38,7 @@ def quick_tier(judged: Sequence[Judged], exhaustive: Collection[str]) -> dict[st
 
 
 def print_quick_tier(console: Console, kind: str, found: Mapping[str, Any]) -> None:
-    """Print the score of the quick tier beside that of all tests, and what it does not find."""
+    """Print the score of the quick tier beside that of all tests, and the kills it misses."""
     tier = found["quick"]
     score = 100.0 * tier["killed"] / found["mutants"] if found["mutants"] else 100.0
     console.print(

@@ -39,12 +39,12 @@ def _number(pattern: int) -> float:
 
 
 def _ordered(key: int) -> int:
-    """The patterns of all numbers in their order, from -infinity (0) on."""
+    """Return the pattern at a place in the order of all numbers, from -infinity (0) on."""
     return 0xFF80_0000 - key if key <= 0x7F80_0000 else key - 0x7F80_0001
 
 
 def _first(grown: Callable[[float], bool]) -> int:
-    """The first in this order that has grown enough; all after it have, too."""
+    """Return the first place in this order for which the monotonic `grown` is true."""
     low, high = 0, 2 * 0x7F80_0000 + 2
     while low < high:
         middle = (low + high) // 2
@@ -53,7 +53,7 @@ def _first(grown: Callable[[float], bool]) -> int:
 
 
 def _grown(term: Any) -> tuple[Any, Callable[[float], float]] | None:
-    """A pattern and what is made of its number, where that never falls when the number grows."""
+    """Return a pattern and the monotonic function that the term applies to its number, or None."""
     kind, arguments = term.decl().kind(), term.children()
     if kind == z3.Z3_OP_FPA_TO_FP and z3.is_bv(arguments[-1]):
         pattern = arguments[-1]
@@ -85,7 +85,7 @@ def _single(number: float) -> float:
 
 
 def _constant(term: Any) -> float | None:
-    """A finite literal in double precision; None for anything else."""
+    """Return a finite literal in double precision; None for anything else."""
     bits = z3.simplify(z3.fpToIEEEBV(term))
     if not z3.is_bv_value(bits) or term.sort() != z3.Float64():
         return None
@@ -94,10 +94,10 @@ def _constant(term: Any) -> float | None:
 
 
 def exactly(term: Any) -> Any:
-    """The term with comparisons of scaled and rounded numbers as comparisons of their patterns.
+    """Return the term with comparisons of rounded numbers replaced by comparisons of patterns.
 
-    A product with a positive constant and its roundings never fall where the number grows: what
-    is compared with a limit has one number at which the answer changes, found by bisection.
+    A product with a positive constant, and its roundings, are monotonic in the number. The result
+    of a comparison with a limit therefore changes at exactly one number. Bisection finds it.
     """
     if isinstance(term, bool):
         return z3.BoolVal(term)
@@ -127,7 +127,7 @@ def _compared(op: str, pattern: Any, make: Callable[[float], float], limit: floa
 
 
 def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
-    """Pins that say how large an array is are not above it."""
+    """Yield: pins with the size of an array do not exceed it."""
     machine = step.machine
     for symbol in library.pou(block).section("VAR_IN_OUT"):
         if symbol.name.upper() == IMAGE[0] and isinstance(symbol.type, ArrayType):
@@ -138,12 +138,12 @@ def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
 
 
 _TABLE, _ILLEGAL_ROW = "FB_MOVETABLE", 0x8051
-#: Where the blocks of the log have it.
+# #: Path of the log in the blocks that have it.
 _LOGS = {"FB_EVENTLOG": BLOCK, "FB_COMMANDRECORDER": (*BLOCK, "EVENTS")}
 
 
 def log_keeps(machine: Machine, log: Path, memory: Memory, size: Any) -> Any:
-    """The newest entry is in the log, and there are not more than LogSize says."""
+    """Return: the newest entry is in the log, and there are at most LogSize entries."""
     ring = machine.project.pous["FB_EVENTLOG"].symbols["RING"].type
     assert isinstance(ring, ArrayType)
     ((_, last),) = ring.bounds
@@ -157,7 +157,7 @@ def _log_keeps(block: str, step: Step, memory: Memory) -> Any:
 
 
 def _table_keeps(machine: Machine, memory: Memory) -> Any:
-    """Row is one of the rows in use, but for a start that was refused."""
+    """Return: Row is one of the rows in use, except after a refused start."""
     last, row, stage, failure = (
         machine.term((*BLOCK, name), memory) for name in ("LAST", "ROW", "STAGE", "FAILURE")
     )
@@ -170,7 +170,7 @@ def _table_keeps(machine: Machine, memory: Memory) -> Any:
 
 
 def rows_of(machine: Machine) -> int:
-    """The rows of RCX_MOVES."""
+    """Return the number of rows of RCX_MOVES."""
     moves = machine.project.pous[_TABLE].symbols["MOVES"].type
     assert isinstance(moves, ArrayType)
     ((_, last),) = moves.bounds
@@ -193,7 +193,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
 
 
 def impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[Goal]:
-    """A goal for all indices, all shifts ...; each conversion has its own."""
+    """Yield a goal for each kind of obligation; each conversion has its own goal."""
     places: dict[str, list[Any]] = {}
     for one in machine.obligations:
         told = f"{File(one.file).name}:{one.line}"
@@ -207,7 +207,7 @@ def impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[
         yield Goal(f"{name}: {group}, {len(found)} places", known, claim, dict(found))
 
 
-#: Summed up where it is called; and what is only proved for the calls that there are.
+# #: Blocks that are summarised at their calls, or that are proved only for the existing calls.
 _ELSEWHERE = ("FB_RCXFIRSTROW", "FB_RCXSCANTIME", "FB_RCXSHAREDWORDS")
 
 

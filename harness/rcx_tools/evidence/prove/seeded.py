@@ -1,4 +1,4 @@
-"""Bugs put into copies of the library: each breaks exactly the properties that it should."""
+"""Seeded bugs in copies of the library: each must break exactly the properties of its row."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ __all__ = [
     "tasks",
 ]
 
-#: The tables.
+# #: The tables of bugs.
 BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
-#: What the report says of each.
+# #: The fields of each bug in the report.
 _ROW = ("name", "file", "breaks", "left_out", "seconds", "run")
-#: Of a property that stays proved so many of the parts that a bug touches are asked for: those of
-#: the file that it changes, then those that rest on the least text.
+# #: For a property that must stay proved, so many of the parts that a bug touches are tried: first
+# #: those of the changed file, then those that depend on the least text.
 _STAYS = 2
-#: Parts that are never asked for that, since each takes seconds; () is all of them.
+# #: Parts that are never tried for that, because each takes seconds; () means all parts.
 SLOW: Mapping[str, tuple[str, ...]] = {
     "interval": (),
     "handshake": (),
@@ -72,25 +72,25 @@ SLOW: Mapping[str, tuple[str, ...]] = {
     "safety": ("FB_COMMANDRECORDER", "FB_MOVEARCH", "FB_PALLETMOVEARCH"),
     "contract": ("FB_COMMANDRECORDER", "FB_ENTRYTEXT"),
 }
-#: A goal that a bug breaks is given up after this time [s].
+# #: Time limit for a goal that a bug should break [s].
 _LIMIT_S = 20.0
-#: Begins the names of values of pins, beside those that a goal shows by itself.
+# #: Prefix of the names of pin values, in addition to the values that a goal shows itself.
 _PIN = "pin "
-#: What judges a bug, beside the proofs.
+# #: Modules that judge a bug, in addition to the proofs.
 _JUDGES = ("claims", "client", "environment", "hunting", "seeded")
 
 
 @dataclass(frozen=True)
 class Bug(broken.Bug):
-    """One row of a table, with the properties that it breaks."""
+    """One row of a table, with the properties that the bug breaks."""
 
     breaks: tuple[str, ...]
 
     def check(self, folder: Path) -> None:
-        """See that it can be put in.
+        """Check that the bug can be put in.
 
         Raises:
-            InputError: `old` does not stand once in the file, or `breaks` names no property.
+            InputError: `old` does not occur exactly once in the file, or a property does not exist.
         """
         super().check(folder)
         for name in self.breaks:
@@ -99,11 +99,11 @@ class Bug(broken.Bug):
 
 @dataclass(frozen=True)
 class Task:
-    """A bug, with the parts of properties that rest on what it changes, and where to work.
+    """A bug, the parts of properties that depend on the changed file, and the folder to work in.
 
     Attributes:
-        parts: Those of the properties that it breaks, and some of the others.
-        left_out: The others of which none is among them, since each takes long (`SLOW`).
+        parts: Parts of the properties that it breaks, and some parts of the others.
+        left_out: Other properties without a part here, because each of theirs is slow (`SLOW`).
     """
 
     key: str
@@ -120,10 +120,10 @@ def bugs(folder: Path) -> list[Bug]:
 
 
 def chosen(library: Library, wanted: Sequence[str], tables: Path) -> list[Bug]:
-    """All bugs, or those that are wanted; each can be put in.
+    """Return all bugs, or the wanted ones; check that each can be put in.
 
     Raises:
-        InputError: there is no bug of a name, or one cannot be put in.
+        InputError: a bug does not exist, or cannot be put in.
     """
     known = bugs(tables)
     for name in wanted:
@@ -141,13 +141,13 @@ def tasks(
     folder: Path,
     tables: Path,
 ) -> list[Task]:
-    """What is to be judged: all bugs, or those that are wanted.
+    """Return the tasks for all bugs, or for the wanted ones.
 
-    Of its parts those that rest on the least text come first: that is the same on every machine,
-    unlike the time that they take.
+    Parts that depend on the least text come first. This order is the same on every machine, unlike
+    the run times.
 
     Raises:
-        InputError: there is no bug of a name, or one cannot be put in.
+        InputError: a bug does not exist, or cannot be put in.
     """
     every = list(jobs(library, limit_s=min(limit_s, _LIMIT_S)))
     used = {
@@ -187,7 +187,7 @@ def _task(library: Library, bug: Bug, parts: list[Job], folder: Path) -> Task:
 
 
 def _twin(job: Job) -> str:
-    """The same of a block for bytes and of the one for words."""
+    """Return a name that a block for bytes and its twin for words have in common."""
     return job.part.upper().removesuffix("WORDS").removesuffix("IN")
 
 
@@ -196,13 +196,13 @@ def _is_slow(job: Job) -> bool:
 
 
 def _own_state() -> str:
-    """Of what judges, beside the proofs."""
+    """Return a hash of the modules that judge, in addition to the proofs."""
     files = (Path(__file__).with_name(f"{name}.py") for name in _JUDGES)
     return digest(Path(__file__).parent, files)
 
 
 def judge(task: Task) -> dict[str, Any]:
-    """Put the bug into a copy of the library; see which properties are still proved."""
+    """Put the bug into a copy of the library; return which properties are still proved."""
     begin = time.monotonic()
     copy = Path(task.folder) / "lib"
     shutil.rmtree(task.folder, ignore_errors=True)
@@ -211,7 +211,7 @@ def judge(task: Task) -> dict[str, Any]:
     sound = library_at(task.library)
     library = Library(copy, sound.folder)
     try:
-        library.project  # noqa: B018 - is it Structured Text at all
+        library.project  # noqa: B018 - check that it compiles
     except InputError as error:
         return _outcome(task, begin, {}, [f"it does not compile: {error}"])
     broken: dict[str, Any] = {}
@@ -238,7 +238,7 @@ def judge(task: Task) -> dict[str, Any]:
 def _hunted(
     task: Task, broken: Mapping[str, Any], hints: Hints, library: Library, sound: Library
 ) -> Found | None:
-    """A run from the start that breaks what the bug should break."""
+    """Search for a run from the start that breaks what the bug should break."""
     kinds = frozenset(kind for name in task.bug.breaks for kind in CLAIMS.get(name, ()))
     if not kinds:
         return None
@@ -250,7 +250,7 @@ def _hunted(
 
 
 def _first_broken(parts: Iterable[Job], library: Library) -> dict[str, Any] | None:
-    """The first goal that is not proved; with the values of all pins that break it."""
+    """Return the first goal that is not proved, with the pin values of its counterexample."""
     for job in parts:
         outcome = run_until_broken(job, library, constants)
         if outcome["status"] != PROVED:
@@ -260,7 +260,7 @@ def _first_broken(parts: Iterable[Job], library: Library) -> dict[str, Any] | No
 
 
 def constants(goal: Goal) -> dict[str, Any]:
-    """The values of the instance that a goal speaks of, by names that start with `_PIN`."""
+    """Return the variables of the instance in a goal, by names that start with `_PIN`."""
     seen: set[int] = set()
     found: dict[str, Any] = {}
     waiting = [term for term in (*goal.assumed, goal.claim) if not isinstance(term, bool)]
@@ -278,7 +278,7 @@ def constants(goal: Goal) -> dict[str, Any]:
 
 
 def pins(goal: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """Take the values of pins out of a broken goal: the place of each, and the value."""
+    """Move the pin values out of a broken goal; yield the place and value of each."""
     values = goal.get("values", {})
     for name in [name for name in values if name.startswith(_PIN)]:
         path, _, number = name[len(_PIN) :].rpartition("!")
@@ -288,7 +288,7 @@ def pins(goal: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
 
 
 def died(task: Task) -> dict[str, Any]:
-    """The outcome of a bug whose process has ended by itself."""
+    """Return the outcome for a bug if its process has ended by itself."""
     return _outcome(task, time.monotonic(), {}, [DIED])
 
 
@@ -310,7 +310,7 @@ def _outcome(
 def summary(
     work: Sequence[Task], judged: Mapping[str, Mapping[str, Any]], *, whole: bool
 ) -> dict[str, Any]:
-    """The figures; `whole` says that all bugs were tried, so that each property has one."""
+    """Return the figures; `whole`: all bugs were tried, so each property must be broken once."""
     rows = [judged[task.key] for task in work]
     refuted = [row for row in rows if not row["defects"] and row["run"]]
     return {

@@ -1,4 +1,4 @@
-"""When a number can be below 0: by the signs of what it is made of, without the arithmetic."""
+"""Signs of floating-point terms, without the arithmetic: whether a number can be below 0."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _JOINS = (z3.Z3_OP_FPA_MUL, z3.Z3_OP_FPA_ADD)
 
 
 def by_sign(term: Any) -> Any:
-    """The term with any number for a sum or a product, but of a sign that it can have."""
+    """Return the term with any number for a sum or product, restricted to its possible signs."""
     if isinstance(term, bool):
         return z3.BoolVal(term)
     swaps, seen, waiting = [], set(), [term]
@@ -30,16 +30,17 @@ def by_sign(term: Any) -> Any:
 
 
 def _signed(rounded: Any) -> Any:
-    """Any pattern, but of no number below 0 where this one is none."""
+    """Return any pattern; it is not below 0 if this term cannot be."""
     pattern = z3.FreshConst(rounded.sort(), "signed")
     never = z3.And(_is_negative(pattern), z3.Not(_below_zero(rounded.arg(0))))
     return z3.If(never, z3.BitVecVal(0, 32), pattern)
 
 
 def _below_zero(term: Any) -> Any:
-    """Whether a floating-point term is below 0, or more often than that; NaN is not.
+    """Return a condition that covers all cases in which a floating-point term is below 0.
 
-    A square is not; sums and products of what is not are not either, and rounding keeps a sign.
+    NaN is not below 0. A square is not negative. Sums and products of non-negative numbers are not
+    negative, and rounding keeps a sign.
     """
     kind, arguments = term.decl().kind(), term.children()
     if kind == z3.Z3_OP_FPA_MUL and arguments[1].eq(arguments[2]):
@@ -54,7 +55,7 @@ def _below_zero(term: Any) -> Any:
 
 
 def _pattern_below_zero(pattern: Any) -> Any:
-    """The same of the pattern of a REAL."""
+    """Return the same condition as `_below_zero` for the pattern of a REAL."""
     if z3.is_app_of(pattern, z3.Z3_OP_FPA_TO_IEEE_BV):
         return z3.And(_is_negative(pattern), _below_zero(pattern.arg(0)))
     if z3.is_app_of(pattern, z3.Z3_OP_ITE):
@@ -65,6 +66,6 @@ def _pattern_below_zero(pattern: Any) -> Any:
 
 
 def _is_negative(pattern: Any) -> Any:
-    """The number with this pattern is below 0."""
+    """Return that the number with this pattern is below 0."""
     size = pattern & 0x7FFF_FFFF
     return z3.And(pattern != size, size != 0, z3.ULE(size, _INFINITE))

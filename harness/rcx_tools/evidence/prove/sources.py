@@ -1,4 +1,4 @@
-"""What a proof rests on: the modules of the harness behind a property, found by their imports."""
+"""Inputs of a proof: the modules of the harness behind a property, found by their imports."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rcx_tools.evidence.results import ROOT
 __all__ = ["module_of", "prover_state"]
 
 _HARNESS = ROOT / "harness"
-#: Tables and the grammar, and what is read of the tests: no import leads there.
+# #: Tables, the grammar, and files of the tests that are read; imports do not lead to them.
 _DATA = (
     "spec",
     "harness/structured_text/language",
@@ -28,7 +28,7 @@ _DATA = (
 
 @lru_cache(maxsize=64)
 def prover_state(*modules: str) -> str:
-    """A hash of these modules, of all of the harness that they import, of the tables and of z3."""
+    """Return a hash of these modules, their imports in the harness, the tables and z3."""
     state = hashlib.sha256(f"{z3.get_version_string()} {digest(_DATA)}".encode())
     for file in sorted(_closure(modules)):
         state.update(file.relative_to(_HARNESS).as_posix().encode() + b"\0")
@@ -48,7 +48,7 @@ def _closure(modules: Iterable[str]) -> set[Path]:
 
 
 def _file(module: str) -> Iterator[Path]:
-    """The file of a module of the harness; nothing for any other name."""
+    """Yield the file of a module of the harness; nothing for any other name."""
     start = _HARNESS.joinpath(*module.split("."))
     yield from (
         file for file in (start.with_suffix(".py"), start / "__init__.py") if file.is_file()
@@ -67,7 +67,7 @@ def _imports(file: Path) -> tuple[Path, ...]:
 
 
 def module_of(item: object) -> str:
-    """The module whose PROPERTIES hold this one."""
+    """Return the name of the module that has this property in its PROPERTIES."""
     package = __package__ or ""
     return next(
         name

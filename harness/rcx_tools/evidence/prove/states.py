@@ -1,4 +1,4 @@
-"""Random values and states that reach what uniform ones do not: edges, limits, equal numbers."""
+"""Random values and states that favour edges, limits and equal numbers over uniform values."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _PRINTABLE = [chr(code) for code in range(32, 127)]
 
 
 class States:
-    """Draws values as the built-in engine holds them.
+    """Source of random values in the representation of the built-in engine.
 
     Args:
         seed: The same seed gives the same values.
@@ -44,24 +44,24 @@ class States:
         self._numbers: list[int] = [0]
 
     def begin(self) -> None:
-        """Another state: numbers that its values share, and how many of its BOOLs are TRUE."""
+        """Begin another state: draw the numbers its values share, and the share of TRUE BOOLs."""
         draw = self.random
         self._on = draw.choice((0.1, 0.3, 0.5, 0.7, 0.9))
         self._numbers = [draw.choice((draw.randint(0, 20), draw.getrandbits(16))) for _ in range(3)]
         self.now = draw.choice((0, draw.randint(0, 10_000) * _MS, draw.getrandbits(60)))
 
     def later(self) -> None:
-        """Let time go on, or not."""
+        """Advance the time by a random step, which may be zero."""
         steps = (0, 1, 1, 10, 10, 50, 99, 100, 101, 500, 1000, 5000, 60_000)
         self.now += self.random.choice(steps) * _MS + self.random.choice((0, 0, 0, 1, -1, 999))
         self.now = max(self.now, 0)
 
     def chance(self, share: float) -> bool:
-        """TRUE in this share of all cases."""
+        """Return True in this share of all cases."""
         return self.random.random() < share
 
     def value(self, kind: Type, name: str = "") -> Any:
-        """A value of a scalar type, or the elements of an array of scalars."""
+        """Return a value of a scalar type, or the elements of an array of scalars."""
         if isinstance(kind, EnumType):
             return self.random.randrange(len(kind.members))
         if isinstance(kind, ArrayType):

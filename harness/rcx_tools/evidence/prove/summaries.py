@@ -1,7 +1,8 @@
-"""What stands for a function or block with long loops, and for a sine: any result it can give.
+"""Summaries: terms that replace functions or blocks with long loops, and the sine.
 
-`functions.py` proves those of FC_RcxMilliseconds, FC_RcxRealBits, FC_RcxBitsReal and
-FB_RcxFirstRow of their bodies, for every argument; the others take any value for granted.
+A summary allows any result that the function can give. `functions.py` proves the summaries of
+FC_RcxMilliseconds, FC_RcxRealBits, FC_RcxBitsReal and FB_RcxFirstRow against their bodies, for
+every argument. The other summaries allow any value and need no proof.
 """
 
 from __future__ import annotations
@@ -25,24 +26,24 @@ __all__ = [
     "pattern_of",
 ]
 
-#: FC_RcxMilliseconds gives at most 20 days.
+# #: The greatest result of FC_RcxMilliseconds: 20 days.
 LONGEST_MS = 1_728_000_000
-#: Standard functions that no term says.
+# #: Standard functions that no term can express.
 WAVES = ("SIN", "COS", "ATAN")
 
 
 def pattern_of(number: reals.Real) -> Any:
-    """The IEEE 754 pattern of a REAL, as a term."""
+    """Return the IEEE 754 pattern of a REAL, as a term."""
     if not number.known:
         return number.value
     return z3.BitVecVal(int.from_bytes(struct.pack(">f", number.value), "big"), 32)
 
 
 def nearest_milliseconds(value: Any, result: Any) -> Any:
-    """What FC_RcxMilliseconds gives: the nearest number, 0 below 0, at most 20 days.
+    """Return the specification of FC_RcxMilliseconds: nearest number, 0 below 0, at most 20 days.
 
-    It is said of every TIME of 64 bits and of the result with as many bits as a TIME; whoever
-    needs it for an argument assumes it.
+    It applies to every TIME of 64 bits. The result has as many bits as a TIME. A proof that needs
+    it for an argument must assume it.
     """
     ms = 1_000_000
     whole = result * ms
@@ -63,17 +64,17 @@ def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
 
 
 def bits_of(pattern: Any) -> Any:
-    """What FC_RcxRealBits gives for a number with this pattern: 0 for -0.0, else the pattern."""
+    """Return the result of FC_RcxRealBits for a number's pattern: 0 for -0.0, else the pattern."""
     return z3.If(pattern & 0x7FFF_FFFF == 0, z3.BitVecVal(0, 32), pattern)
 
 
 def _is_number(pattern: Any) -> Any:
-    """Not NaN."""
+    """Return that the pattern is not NaN."""
     return z3.ULE(pattern & 0x7FFF_FFFF, 0x7F80_0000)
 
 
 def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
-    """Anything for what is no number."""
+    """Return the pattern of the number; anything for NaN."""
     (number,) = arguments
     pattern = pattern_of(number)
     anything = z3.BitVec(machine.fresh("real_bits"), 32)
@@ -81,19 +82,22 @@ def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
 
 
 def _bits_real(machine: Machine, arguments: list[Any]) -> Any:
-    """Any number: no proof leans on which."""
+    """Return any number: no proof depends on its value."""
     return reals.anything(machine.fresh("bits_real"), "REAL")
 
 
 def _scan_time(machine: Machine, arguments: list[Any]) -> None:
-    """FB_RcxScanTime may give any time: no proof leans on how long a scan takes."""
+    """Let FB_RcxScanTime give any time: no proof depends on the duration of a scan."""
     kind = machine.project.pous["FB_RCXSCANTIME"].block
     assert kind is not None
     machine.havoc(arguments[0], kind)
 
 
 def is_first_row(row: Any, error: Any, rows: Any, size: Any) -> Any:
-    """What FB_RcxFirstRow gives: a row in use, which may be done already (16#8055), or 16#8051."""
+    """Return the specification of FB_RcxFirstRow: a row in use, or ErrorID 16#8051.
+
+    A row in use may be done already (16#8055).
+    """
     used = z3.And(row >= 1, row <= rows, rows <= size)
     return z3.Or(z3.And(z3.Or(error == 0, error == 0x8055), used), error == 0x8051)
 
@@ -109,9 +113,9 @@ def _first_row(machine: Machine, arguments: list[Any]) -> None:
 
 
 def _wave(name: str) -> Callable[[Machine, list[Any]], Any]:
-    """A sine or the like: any REAL, the same one for the same argument. It is more than there is.
+    """Return a summary of a sine or similar: any REAL, but the same one for the same argument.
 
-    How far a PLC's own is right is no matter of proof.
+    It allows more than any real function. The accuracy of a PLC is not part of the proofs.
     """
     word = z3.BitVecSort(32)
     function = z3.Function(name, word, word)

@@ -1,9 +1,10 @@
-"""The telegrams of the command blocks: legal ones only, and those that the pins say.
+"""The telegrams of the command blocks: only legal ones, and those that the pins describe.
 
-Of every command block but FB_RemoteCommand, by induction over its calls: what it holds while its
-job is busy is put together when the job starts, from the pins of that call; it stays as it is; and
-only that is ever requested. Which pin is what on the wire is not taken from the tables of the
-library but from the second reading of the guide that the tests have (pin_telegrams.py).
+The proof covers every command block except FB_RemoteCommand. It is an induction over the calls of a
+block. The telegram is composed when the job starts, from the pins of that call. It stays unchanged
+while the job is busy, and nothing else is ever requested. The mapping from pins to wire does not
+come from the tables of the library. It comes from the tests' second reading of the guide
+(pin_telegrams.py).
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from structured_text.prove.texts import anything
 
 __all__ = ["PROPERTIES"]
 
-#: The part that proves what the others take for granted of REAL_TO_DINT and of characters.
+# #: The part that proves the lemmas about REAL_TO_DINT and characters, which the others use.
 _LEMMAS = "REAL_TO_DINT and FC_RcxCharCode"
 
 
@@ -47,7 +48,7 @@ def _blocks(library: Library) -> list[str]:
 
 
 class _Block:
-    """Both calls of a block, and the goals about them."""
+    """The two kinds of calls of a block, and the goals about them."""
 
     def __init__(self, library: Library, block: str) -> None:
         self.name = block
@@ -71,7 +72,7 @@ class _Block:
         return (*call.machine.assumptions, before, call.turn)
 
     def _goal(self, call: Call, name: str, claim: Any, **show: Any) -> Goal:
-        """A goal without floating point: what REAL_TO_DINT gives is a number within its bounds."""
+        """Return a goal without floating point; REAL_TO_DINT gives a number within bounds."""
         assumed = self._plain(z3.And(*self._assumed(call), *self._lemmas))
         shown = {name: self._plain(term) for name, term in show.items()}
         return Goal(f"{self.name}: {name}", (assumed,), self._plain(claim), shown)
@@ -80,7 +81,7 @@ class _Block:
         return z3.substitute(term, *self._rounded) if self._rounded else term
 
     def held(self) -> Iterator[Goal]:
-        """What a job holds stays, and nothing else is requested."""
+        """Yield: the held command stays unchanged, and nothing else is requested."""
         first = self._library.machine()
         pou = self._library.pou(self.name)
         assert pou.block is not None
@@ -99,7 +100,7 @@ class _Block:
         yield self._goal(self._busy, "what is held stays while the job is busy", stays)
 
     def legal(self) -> Iterator[Goal]:
-        """What a job begins with is legal, unless it is refused."""
+        """Yield: the command at the start of a job is legal, unless it is refused."""
         now = self._start.now
         edge = self._start.edge
         yield self._goal(self._start, "a job begins at an edge", z3.Implies(now.ready, edge))
@@ -108,7 +109,7 @@ class _Block:
         yield self._goal(self._start, "a telegram is legal", claim, **_shown(now.code, now.data))
 
     def pins(self) -> Iterator[Goal]:
-        """It is what the pins say, and different pins make different telegrams."""
+        """Yield: the telegram is that of the pins; different pins make different telegrams."""
         now, expected = self._start.now, self._expected
         code = expected.code()
         same = [now.code == code, *map(_equal, now.data, self._data)]
@@ -124,7 +125,7 @@ class _Block:
             yield self._told_apart(keys, code)
 
     def _told_apart(self, keys: list[Any], code: Any) -> Goal:
-        """Two calls with the same telegram have the same pins, where these count."""
+        """Return the goal that equal telegrams have equal pins, where the pins count."""
         terms = [
             self._plain(z3.And(*self._assumed(self._start), self._start.now.ready)),
             self._plain(code),
@@ -149,7 +150,7 @@ def _shown(code: Any, data: Iterable[Any], more: str = "") -> dict[str, Any]:
 
 
 def _constants(terms: Iterable[Any]) -> list[Any]:
-    """What is no number in the terms: variables of the solver."""
+    """Return the variables of the solver in the terms."""
     seen: set[int] = set()
     found, waiting = [], list(terms)
     while waiting:
@@ -186,9 +187,10 @@ def _legal_goals(library: Library, part: str) -> Iterator[Goal]:
 
 
 def _exact_goals() -> Iterator[Goal]:
-    """Of a REAL that is nearest to a number of 0.001 mm or 0.01 %, that number is sent.
+    """Yield: a REAL nearest to a number of 0.001 mm or 0.01 % is sent as that number.
 
-    It is less than a quarter away: half the distance of REALs is 0.000244 below 8192.
+    The product is less than a quarter away from it: below 8192 half the distance of two REALs is
+    0.000244.
     """
     double = z3.Float64()
     pattern, number = z3.BitVec("pattern", 32), z3.BitVec("number", 32)

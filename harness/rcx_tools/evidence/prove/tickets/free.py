@@ -1,4 +1,4 @@
-"""A channel becomes free: after a loss, with a controller that answers, and by the time limits."""
+"""Proofs that a channel becomes free: after a loss, by the controller's answers, by time limits."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["PROPERTIES"]
 
 #: Members of RCX_PHASE, in their order.
 _RESET, _DATA, _RUN = 0, 2, 3
-#: ErrorIDs of docs/reference/errors.md: not connected, controller not ready; those of a time limit.
+# #: ErrorIDs of docs/reference/errors.md: not connected, controller not ready; then time limits.
 _LOSS = (0x8001, 0x8002)
 _LIMIT = (0x8010, 0x8011, 0x8012, 0x8015)
 _RUNNING_STATUS = 0x0100
@@ -30,7 +30,7 @@ def _one_of(value: Any, wanted: tuple[int, ...]) -> Any:
 
 
 def _call_goals(library: Library, channel: str) -> Iterator[Goal]:
-    """What a block does in its turn, and at a loss."""
+    """Yield the goals about a block in its turn, and at a loss."""
     step = turns.call(library, channel, 1)
     part = f"{channel} FB_RCXJOB"
     was, job = step.before.jobs[0], step.after.jobs[0]
@@ -77,7 +77,7 @@ def _call_goals(library: Library, channel: str) -> Iterator[Goal]:
 
 
 def _write_goals(library: Library, channel: str, block: str) -> Iterator[Goal]:
-    """When FB_WriteArea makes a channel free."""
+    """Yield the goals about FB_WriteArea freeing a channel."""
     step = turns.write(library, channel, block)
     part = f"{channel} {block}"
     before, after = step.before.channel, step.after.channel
@@ -111,10 +111,11 @@ def _write_goals(library: Library, channel: str, block: str) -> Iterator[Goal]:
 
 
 class _Scan:
-    """A whole scan of a channel of remote commands, with a controller that answers in time.
+    """A whole scan of the channel of remote commands, with a controller that answers in time.
 
-    A holder's block is FB_RemoteCommand; without one the turn is an orphan's. What others do in
-    the scan touches neither the phase nor a request: they have no turn.
+    The holder of the turn is an FB_RemoteCommand. Without a holder the turn belongs to an orphan, a
+    command whose block has gone. Other blocks have no turn, so they change neither phase nor
+    request.
     """
 
     def __init__(self, library: Library, holder: bool) -> None:
@@ -158,7 +159,7 @@ class _Scan:
         self.assumed += machine.assumptions
 
     def _stage(self, holder: bool) -> Any:
-        """How many stages are before the end of the turn, at most."""
+        """Return the greatest number of stages before the end of the turn: the ranking function."""
         machine = self.machine
         phase = machine.term((*ROBOT, "INNER", "PHASE"))
         status = machine.term((*ROBOT, "STATUS"))
@@ -186,7 +187,7 @@ class _Scan:
         return z3.If(phase == _RUN, z3.If(armed, out, out + 5), before)
 
     def _controller(self) -> None:
-        """Its next status, as guide chapter 2 has it, and within how many scans it comes."""
+        """Constrain the controller's next status (guide chapter 2), and the scans until then."""
         machine = self.machine
         status, code_out = (
             machine.term((*ROBOT, "STATUS")),
@@ -218,15 +219,17 @@ class _Scan:
         self.left_now = z3.If(z3.And(waits, still), self.left - 1, self.longest)
 
     def nearer(self) -> Any:
-        """The end of the turn is a scan nearer: at first at most 5 * `longest` + 2 scans away."""
+        """Return that the end of the turn is nearer, at most 5 * `longest` + 2 scans away."""
         return z3.ULT(self._scans(self.now, self.left_now), self._scans(self.was, self.left))
 
     def _scans(self, stage: Any, left: Any) -> Any:
-        """How many scans are before the end of the turn, at most.
+        """Return the greatest number of scans before the end of the turn.
 
-        The controller is waited for in the stages 2, 3, 6, 7 and 8, the others take one scan.
+        The stages 2, 3, 6, 7 and 8 wait for the controller, the others take one scan.
         """
         least = {2: left, 3: left + self.longest}
+        # Waiting times of the controller add up: a stage that waits now counts `left`, each later
+        # wait counts `longest`. Every other stage before the end adds one scan.
         least |= {4: 2 * self.longest + 1, 5: 2 * self.longest + 2}
         least |= {number: left + (number - 4) * self.longest + 2 for number in (6, 7, 8)}
         result = z3.BitVecVal(1, 32)
@@ -235,11 +238,11 @@ class _Scan:
         return result
 
     def term(self, path: Path) -> Any:
-        """A scalar after the scan."""
+        """Return a scalar after the scan."""
         return self.machine.term(path)
 
     def goal(self, name: str, assumed: tuple[Any, ...], claim: Any) -> Goal:
-        """A question about it."""
+        """Return a goal about the scan."""
         show = {
             "stage before": self.was,
             "stage after": self.now,

@@ -1,8 +1,9 @@
-"""What holds of a channel, of each job on it and of each two jobs, between any two calls.
+"""The ticket model of a channel: its invariant, each job's, and that of each two jobs.
 
-Beside the program stand counts that never wrap: of the scans, of the tickets that were taken and of
-the turns that have begun. The proof is by induction over the calls: whoever is called, what holds
-of the channel, of any job and of any two jobs is kept. It names no number of jobs.
+The PLC counts scans, tickets and turns in 16 bits, which wrap. Ghost counters of 48 bits stand
+beside the program and never wrap. The proof is an induction over the calls of any block. Each call
+keeps the invariant of the channel, of any job and of any two jobs. The number of jobs does not
+occur, so the proof holds for all.
 """
 
 from __future__ import annotations
@@ -33,33 +34,33 @@ __all__ = [
 ]
 
 _WIDE = 48
-#: Tickets that live are at most so far apart, as FC_RcxTickets says.
+# #: The greatest distance of two live tickets, as FC_RcxTickets compares them.
 FARTHEST = 32767
 
 
 def low(wide: Any) -> Any:
-    """A count as the PLC has it, modulo 65536."""
+    """Return a count as the PLC has it, modulo 65536."""
     return z3.Extract(15, 0, wide)
 
 
 def until(first: Any, last: Any) -> Any:
-    """How many tickets there are from one up to another, as a wide number."""
+    """Return the number of tickets from `first` up to `last`, as a wide number."""
     return z3.ZeroExt(_WIDE - 16, last - first)
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel at a moment.
+    """A channel at a moment: the ghost counters and the variables of the PLC.
 
     Attributes:
-        tickets: Taken so far.
-        turns: The ticket whose turn it is, as a wide number.
+        tickets: Tickets taken so far.
+        turns: The ticket that has the turn, as a wide number.
         scan: Number of the scan.
         inside: FB_ReadArea has been called, FB_WriteArea not yet.
-        unseen: Nobody who has a ticket was called since the last FB_WriteArea.
-        written: The area is legal: FB_WriteArea does its part.
-        next, serving, lowest, orphan, number: What the PLC has.
-        remote: It is the one of the remote commands.
+        unseen: No block with a ticket was called since the last FB_WriteArea.
+        written: The area is legal: FB_WriteArea works.
+        next, serving, lowest, orphan, number: The variables of the PLC.
+        remote: It is the channel of the remote commands.
     """
 
     tickets: Any
@@ -76,7 +77,7 @@ class Channel:
     remote: bool
 
     def holds(self) -> dict[str, Any]:
-        """What is true of it between any two calls."""
+        """Return the invariant of the channel between any two calls, by name."""
         waiting = self.tickets - self.turns
         return {
             "the counts of the PLC are those beside it": z3.And(
@@ -107,7 +108,7 @@ class Channel:
         }
 
     def counted(self) -> Any:
-        """The wide counts do not end: they begin somewhere, and are below 2^46."""
+        """Return the bounds of the wide counts; they never overflow below 2^46."""
         return z3.And(
             self.tickets < 1 << 46,
             self.scan >= 1 << 16,
@@ -117,12 +118,12 @@ class Channel:
 
 @dataclass(frozen=True)
 class Job:
-    """A job at a moment.
+    """A job at a moment: ghost variables and those of the PLC.
 
     Attributes:
-        ticket: The last one that it had, or one that had been passed, as a wide number.
+        ticket: Its last ticket, or one that had been passed, as a wide number.
         waits: It has taken that ticket, and has not ended.
-        seen: Number of the scan of the last call, as a wide number.
+        seen: Number of the scan of its last call, as a wide number.
         busy, active, mine, last, error: Busy, Active, Ticket, Seen and ErrorID.
     """
 
@@ -136,12 +137,15 @@ class Job:
     error: Any
 
     def lives(self, channel: Channel) -> Any:
-        """It is busy, and neither this scan nor the last one has gone by without a call."""
+        """Return that it is busy, and that no scan has passed without a call of it.
+
+        The present scan may still lack its call.
+        """
         early = z3.And(channel.inside, self.seen == channel.scan - 1)
         return z3.And(self.busy, z3.Or(self.seen == channel.scan, early))
 
     def holds(self, channel: Channel) -> dict[str, Any]:
-        """What is true of it between any two calls."""
+        """Return the invariant of the job between any two calls, by name."""
         lives = self.lives(channel)
         return {
             "a job that is active is busy, one that is busy has no error": z3.And(
@@ -189,7 +193,7 @@ class Scene:
     jobs: tuple[Job, ...]
 
     def holds(self) -> dict[str, Any]:
-        """The invariant: of the channel, of each job, of each two."""
+        """Return the invariant of the channel, of each job, and of each two jobs, by name."""
         claims = {f"channel: {name}": claim for name, claim in self.channel.holds().items()}
         for number, job in enumerate(self.jobs, 1):
             claims |= {
@@ -203,13 +207,13 @@ class Scene:
 
 
 def different(channel: Channel, one: Job, other: Job) -> Any:
-    """Two jobs that wait have tickets that differ, for the PLC too."""
+    """Return that two waiting jobs have different tickets, also in the 16 bits of the PLC."""
     both = z3.And(one.lives(channel), one.waits, other.lives(channel), other.waits)
     return z3.Implies(both, z3.And(one.ticket != other.ticket, one.mine != other.mine))
 
 
 def keeps_turn(busy: Any, active: Any, seen: Any, number: Any, own: Any) -> Any:
-    """A job that has its turn, and was called in the last scan, has the ticket that is served.
+    """Return that a job with the turn, called in the last scan, has the ticket that is served.
 
     Args:
         busy: Busy of the job.
@@ -222,12 +226,12 @@ def keeps_turn(busy: Any, active: Any, seen: Any, number: Any, own: Any) -> Any:
 
 
 class Clockless(Machine):
-    """A machine for which the time since the last scan is any: FB_RcxScanTime is not run."""
+    """A machine with any time since the last scan: FB_RcxScanTime is not run."""
 
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
     ) -> None:
-        """As `Machine.call_block`."""
+        """Call a block like `Machine.call_block`."""
         if block.upper() == "FB_RCXSCANTIME":
             kind = self.project.pous["FB_RCXSCANTIME"].block
             assert kind is not None
@@ -237,7 +241,7 @@ class Clockless(Machine):
 
 
 def machine(library: Library) -> Machine:
-    """A machine at any moment, for blocks of which nothing is asked that is about time."""
+    """Return a machine at any moment, for goals that do not depend on time."""
     made = Clockless(library.project, SUMMARIES)
     made.now = z3.BitVec("now", TIME_BITS)
     made.assume(z3.And(made.now >= 0, made.now < 1 << 62))
@@ -246,14 +250,14 @@ def machine(library: Library) -> Machine:
 
 @dataclass(frozen=True)
 class Places:
-    """Where a channel and jobs are in a machine."""
+    """The paths of a channel and its jobs in a machine."""
 
     machine: Machine
     channel: Path
     jobs: tuple[Path, ...]
 
     def scene(self, channel: Channel, jobs: tuple[Job, ...]) -> Scene:
-        """The scene as it is now; what stands beside the program is given."""
+        """Return the present scene; the ghost variables come from the arguments."""
 
         def at(path: Path, *names: str) -> list[Any]:
             return [self.machine.term((*path, name)) for name in names]
@@ -273,7 +277,7 @@ class Places:
         )
 
     def any(self, remote: bool, number: Any, inside: Any) -> Scene:
-        """The scene with any counts beside it."""
+        """Return the present scene with any ghost counters."""
         nothing, no = z3.BitVecVal(0, 16), z3.BoolVal(False)
         wide = {name: z3.BitVec(name, _WIDE) for name in ("tickets", "turns", "scan")}
         logic = {name: z3.Bool(name) for name in ("unseen", "written")}
@@ -295,7 +299,7 @@ class Places:
 
 
 def jobs(machine: Machine, library: Library, count: int) -> tuple[Path, ...]:
-    """Jobs anywhere in their work."""
+    """Create jobs in any state; return their paths."""
     kind = library.pou("FB_RCXJOB").block
     assert kind is not None
     paths = tuple((f"JOB{number}",) for number in range(1, count + 1))
@@ -305,7 +309,7 @@ def jobs(machine: Machine, library: Library, count: int) -> tuple[Path, ...]:
 
 
 def assumed(before: Scene) -> list[Any]:
-    """What is assumed where the first job is called: `calls`, `missed`, `waiters`."""
+    """Return the assumptions for a call of the first job: `calls`, `missed`, `waiters`."""
     channel, job = before.channel, before.jobs[0]
     between = channel.scan - job.seen
     return [
@@ -319,9 +323,12 @@ def assumed(before: Scene) -> list[Any]:
 
 
 def after_call(places: Places, before: Scene) -> Scene:
-    """The scene after a call of its first job, which is done."""
+    """Return the scene after a call of the first job; the machine has made the call."""
     was, job = before.channel, before.jobs[0]
     after = places.scene(was, before.jobs)
+    # Ghost variables follow the PLC. A changed NextTicket means that a ticket was taken. A changed
+    # Serving means that turns have passed. A job that starts without a ticket gets a passed ticket,
+    # the one before the turn.
     took = after.channel.next != was.next
     waits = z3.And(after.jobs[0].busy, z3.Or(took, z3.And(job.busy, job.waits)))
     passed = z3.If(job.busy, job.ticket, was.turns - 1)
@@ -337,7 +344,7 @@ def after_call(places: Places, before: Scene) -> Scene:
 
 
 def after_write(places: Places, before: Scene) -> Scene:
-    """The scene after a call of FB_WriteArea, which is done."""
+    """Return the scene after a call of FB_WriteArea; the machine has made the call."""
     was = before.channel
     after = places.scene(was, before.jobs)
     channel = replace(
@@ -350,7 +357,7 @@ def after_write(places: Places, before: Scene) -> Scene:
 
 
 def after_read(places: Places, before: Scene, number: Any) -> Scene:
-    """The scene after a call of FB_ReadArea, which is done."""
+    """Return the scene after a call of FB_ReadArea; the machine has made the call."""
     was = before.channel
     after = places.scene(was, before.jobs)
     one = z3.If(was.inside, z3.BitVecVal(0, _WIDE), z3.BitVecVal(1, _WIDE))

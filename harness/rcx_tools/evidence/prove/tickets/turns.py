@@ -1,4 +1,4 @@
-"""Whose turn it is: nobody's or one's, the oldest ticket's first, and passed on at the end."""
+"""Turns on a channel: at most one block has it, the oldest ticket first, passed on at the end."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ __all__ = ["PROPERTIES", "Step", "call", "parts", "shown", "write"]
 CHANNELS = ("COMMAND", "SEQUENCE")
 WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
 _READERS = ("FB_READAREA", "FB_READAREAWORDS")
-#: Of the remote status: normal and abnormal end (guide chapter 2).
+# #: End values of the remote status: normal and abnormal end (guide chapter 2).
 ENDS = (0x0200, 0x4000)
 
 
 @dataclass(frozen=True)
 class Step:
-    """A call, with what held before it and what is there after it."""
+    """A call, with the assumptions before it and the scenes before and after it."""
 
     machine: Machine
     before: model.Scene
@@ -33,20 +33,20 @@ class Step:
     old: dict[Path, Any]
 
     def was(self, path: Path) -> Any:
-        """A scalar before the call."""
+        """Return a scalar before the call."""
         return self.machine.term(path, self.old)
 
     def now(self, path: Path) -> Any:
-        """A scalar after the call."""
+        """Return a scalar after the call."""
         return self.machine.term(path)
 
     def goal(self, name: str, claim: Any) -> Goal:
-        """A question about it."""
+        """Return a goal about the call."""
         return Goal(name, self.assumed, claim, shown(self))
 
 
 def shown(step: Step) -> dict[str, Any]:
-    """What people want to see of a case in which a claim does not hold."""
+    """Return the terms that explain a counterexample to people."""
     values: dict[str, Any] = {}
     for when, scene in (("before", step.before), ("after", step.after)):
         channel = scene.channel
@@ -72,7 +72,7 @@ def shown(step: Step) -> dict[str, Any]:
 
 
 def call(library: Library, channel: str, count: int = 3) -> Step:
-    """A job is called, others are somewhere in their work."""
+    """Call one job; all others are in any state."""
     machine = library.machine()
     paths = model.jobs(machine, library, count)
     kind = library.pou("FB_RCXJOB").symbols["CHANNEL"].type
@@ -96,7 +96,7 @@ def call(library: Library, channel: str, count: int = 3) -> Step:
 
 
 def write(library: Library, channel: str, block: str) -> Step:
-    """FB_WriteArea or its twin is called, jobs are somewhere in their work."""
+    """Call FB_WriteArea or its twin for words; jobs are in any state."""
     machine = model.machine(library)
     called = library.step(block, machine)
     inside = called.was((*ROBOT, "INNER", "INSCAN"))
@@ -136,7 +136,10 @@ def _read(library: Library, channel: str, block: str) -> Step:
 
 
 def _power_up(library: Library, channel: str) -> Iterator[Goal]:
-    """After the first FB_ReadArea: no block has been called, the number of the scan is any."""
+    """Yield: the invariant holds after the first FB_ReadArea.
+
+    No block has been called; the number of the scan is arbitrary.
+    """
     machine = library.machine()
     job = library.pou("FB_RCXJOB")
     assert job.block is not None
@@ -161,9 +164,9 @@ def _power_up(library: Library, channel: str) -> Iterator[Goal]:
 
 
 def _kept(step: Step, told: str) -> Iterator[Goal]:
-    """What holds between the calls is kept: by the one that is called, and by those that are not.
+    """Yield: the call keeps the invariant of the called job and of the others.
 
-    Of these two stand for all: what is true of the one is true of the other.
+    Two uncalled jobs represent all of them: they are interchangeable.
     """
     alike = f"job {len(step.after.jobs)}:"
     for name, claim in step.after.holds().items():
@@ -307,7 +310,7 @@ def _back(library: Library, part: str) -> Iterator[Goal]:
 
 
 def _taken_back(step: Step, part: str) -> Iterator[Goal]:
-    """FB_WriteArea takes a turn from one who is gone, and from nobody else."""
+    """Yield: FB_WriteArea takes the turn only from a block that has gone."""
     before, after = step.before.channel, step.after.channel
     works = z3.And(before.inside, before.written)
     gone = z3.And(works, before.serving != before.lowest)
@@ -356,7 +359,7 @@ def _taken_back(step: Step, part: str) -> Iterator[Goal]:
 
 
 def parts(*blocks: str) -> list[str]:
-    """Each of these blocks on each channel."""
+    """Return the names of the parts: each of these blocks on each channel."""
     return [f"{channel} {block}" for channel in CHANNELS for block in blocks]
 
 

@@ -1,4 +1,4 @@
-"""Who writes what the turns rest on, and what each block hands to its job: read from the tree."""
+"""Writers of the variables behind the turns, and inputs of the jobs, read from the syntax tree."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.language.walk import statements
 __all__ = ["goals"]
 
 _ROBOT = "ROBOT.INNER."
-#: What the turns rest on in RCX_REF, and the POUs that write it.
+# #: Fields of RCX_REF that the turns depend on, and the POUs that write them.
 OWNERS = {
     "COMMAND": {"FB_RCXHANDSHAKE"},
     "SEQUENCE": {"FB_RCXDEDICATEDINPUTS"},
@@ -26,7 +26,8 @@ OWNERS = {
     "PHASE": {"FB_RCXHANDSHAKE"},
     "RUNNING": {"FB_RCXHANDSHAKE"},
 }
-#: What a job gets on a channel of a robot; None: the pin is not given, and stays as it begins.
+# #: Inputs of a job on a channel of a robot; None: the pin is not given and keeps its initial
+# value.
 _PINS: dict[str, dict[str, str | None]] = {
     "COMMAND": {
         "SCAN": "ROBOT.INNER.SCAN",
@@ -43,12 +44,12 @@ _PINS: dict[str, dict[str, str | None]] = {
         "REMOTE": None,
     },
 }
-#: Blocks to which a channel of a robot may be handed.
+# #: Blocks that may receive a channel of a robot.
 _TAKERS = {"FB_RCXJOB", "FB_RCXCHANNELTURN"}
 
 
 def _text(node: Any) -> str:
-    """A variable by its path in upper case; as much of other expressions as is compared here."""
+    """Return a variable by its path in upper case; of other expressions what is compared here."""
     if isinstance(node, t.Use):
         return node.symbol.name.upper()
     if isinstance(node, t.Member):
@@ -63,7 +64,7 @@ def _text(node: Any) -> str:
 
 
 def _prefixes(variable: t.Variable) -> Iterator[t.Variable]:
-    """A variable and all that it is a part of."""
+    """Yield a variable and all variables that contain it."""
     yield variable
     if isinstance(variable, (t.Member, t.Index)):
         yield from _prefixes(variable.base)
@@ -93,7 +94,7 @@ def _written(pou: t.Pou) -> Iterator[tuple[t.Variable, Position]]:
 
 
 def _bad_writes(name: str, pou: t.Pou) -> Iterator[str]:
-    """What a POU writes that is another's."""
+    """Yield the writes of a POU to variables that belong to another POU."""
     inputs = {"LONGEST", "EXECUTE", "HOLDER", "TROUBLE"}
     for target, at in _written(pou):
         text = _text(target)
@@ -111,7 +112,7 @@ def _bad_writes(name: str, pou: t.Pou) -> Iterator[str]:
 
 
 def _bad_calls(pou: t.Pou) -> Iterator[str]:
-    """What a POU hands over that is not right."""
+    """Yield the wrong arguments in the calls of a POU."""
     for statement in statements(pou.body):
         if not isinstance(statement, t.CallBlock):
             continue
@@ -143,7 +144,7 @@ def _bad_pins(where: str, channel: str, call: t.CallBlock) -> Iterator[str]:
 
 
 def goals(library: Library, part: str) -> Iterator[Goal]:
-    """Two: who writes, and what is handed over."""
+    """Yield two goals: about the writers, and about the arguments."""
     writes: list[str] = []
     calls: list[str] = []
     for name, pou in library.project.pous.items():
