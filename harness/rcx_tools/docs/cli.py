@@ -1,4 +1,4 @@
-"""Write docs/reference/cli.md and docs/reference/cli: each `rcx` command with all its options."""
+"""Generators of docs/reference/cli.md and docs/reference/cli: `rcx` commands with all options."""
 
 from __future__ import annotations
 
@@ -89,6 +89,6 @@ def _cell(text: str | None) -> str:
 
 
 def _paragraphs(text: str | None) -> str:
-    """Return a help text as paragraphs, without what typer does not show."""
+    """Return a help text as paragraphs, without the parts that typer does not show."""
     shown = (text or "").partition("\f")[0].replace("\b", "")
     return "\n\n".join(" ".join(part.split()) for part in shown.split("\n\n") if part.strip())

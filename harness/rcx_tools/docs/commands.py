@@ -1,4 +1,4 @@
-"""docs/reference/commands.md: every remote command with its block, its test and its words."""
+"""Generator of docs/reference/commands.md: each remote command with block, test and words."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ the first one that it reads. Bits and words that are not listed must be 0.
 
 
 def blocks_of(command: Command) -> list[Block]:
-    """The blocks that send a command; the status reset is the handshake's."""
+    """Return the blocks that send a command; none for the status reset."""
     return [block for block in library().blocks.values() if command in block.commands]
 
 
 def commands_page() -> Iterator[str]:
-    """The lines of the page."""
+    """Yield the lines of the page."""
     yield _INTRO
     every = list(spec.commands().values())
     for command in every:
@@ -89,7 +89,7 @@ def _address(part: Field, letter: str) -> str:
 
 
 def _allowed(part: Field, names: Sequence[str]) -> str:
-    """What a field may be; `names` are those of all fields of its telegram."""
+    """Return the legal values of a field; `names` are those of all fields of its telegram."""
     texts = []
     by, units = part.units_by(names)
     if part.values:

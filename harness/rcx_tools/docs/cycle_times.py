@@ -1,6 +1,7 @@
-"""Standard cycle times of the robot models: planned, measured in virtual time, and the law's fit.
+"""Standard cycle times of the robot models: planned, measured in virtual time, and fitted.
 
-`python -m rcx_tools.docs.cycle_times` fits the law of acceleration anew and prints its two figures.
+`python -m rcx_tools.docs.cycle_times` fits the law of acceleration again and prints its two
+figures.
 """
 
 from __future__ import annotations
@@ -20,19 +21,19 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["cycle_ends", "fitted", "measured_cycle", "planned_cycle"]
 
-#: The standard cycle: so far up and down, so far across [mm]; at this depth of Z [mm].
+# #: The standard cycle: height up and down, width across, depth of Z [mm].
 UP, ACROSS, DEPTH = 25.0, 300.0, 50.0
 _ARCH, _READY, _DONE = 0x002, 0x0000, 0x0200
 _ROBOT, _FROM, _TO = 1, 1, 2
 _STEPS, _ROUNDS = 12, 16
-#: Where the law is looked for: factor, share.
+# #: Bounds of the search for the law: factor, share.
 _LOW, _HIGH = (0.3, 0.01), (12.0, 3.0)
 
 
 def cycle_ends(model: RobotModel) -> tuple[tuple[float, float], tuple[float, float]]:
-    """X and Y of both ends of the cycle across the front [mm].
+    """Return X and Y of both ends of the cycle across the front [mm].
 
-    They are as far from the base as the hand is when the arms stand at a right angle.
+    Their distance from the base is that of the hand with the arms at a right angle.
     """
     far = math.hypot(*model.arms)
     y = math.sqrt(far**2 - (ACROSS / 2) ** 2)
@@ -40,7 +41,7 @@ def cycle_ends(model: RobotModel) -> tuple[tuple[float, float], tuple[float, flo
 
 
 def planned_cycle(model: RobotModel, of: Law, load: float) -> float:
-    """There and back [s], as the controller plans it, under a law that may be another one."""
+    """Return the planned time there and back [s] under a law, with the controller's planner."""
     ends = [_arm(model).inverse((1000 * x, 1000 * y, 0, 0)) for x, y in cycle_ends(model)]
 
     def move(place: int, start: float, end: float) -> AxisMove:
@@ -55,9 +56,9 @@ def planned_cycle(model: RobotModel, of: Law, load: float) -> float:
 
 
 def fitted(names: Sequence[str]) -> Law:
-    """The law with the smallest sum of squared relative errors of these models' cycles.
+    """Return the law with the least sum of squared relative errors of these models' cycles.
 
-    Found by a grid that closes in; the same at every call.
+    A grid that closes in finds it; every call gives the same result.
     """
     models = [robot_models()[name] for name in names]
 
@@ -87,10 +88,9 @@ def _grid(low: float, high: float) -> list[float]:
 
 
 def measured_cycle(name: str, load: float) -> float:
-    """There and back in virtual time [s]: MOVE with arch designation, by remote command.
+    """Return the time there and back in virtual time [s]: MOVE with arch, by remote command.
 
-    Counted in controller cycles of 5 ms, from that in which the axes start to that of the end
-    status.
+    It counts controller cycles of 5 ms, from the first with moving axes to that of the end status.
     """
     model = robot_models()[name]
     points = {
@@ -111,18 +111,18 @@ def measured_cycle(name: str, load: float) -> float:
 
 
 def _arm(model: RobotModel) -> Scara:
-    """Right-handed."""
+    """Return the kinematics, right-handed."""
     arm1, arm2 = model.arms
     return Scara(1000 * arm1, 1000 * arm2)
 
 
 def _wire(mm: Sequence[float]) -> tuple[int, ...]:
-    """A position as a point has it [0.001 mm]."""
+    """Return a position in the units of a point [0.001 mm]."""
     return (*(round(1000 * at) for at in mm), *(0,) * (6 - len(mm)))
 
 
 class _Master:
-    """Switches the servos on and moves."""
+    """Master that switches the servos on and moves."""
 
     def __init__(self, config: RobotConfig) -> None:
         self._robot = Controller(config)
@@ -135,7 +135,7 @@ class _Master:
             self._run(30)
 
     def arch(self, point: int) -> float:
-        """Seconds from the start of the movement to its end status."""
+        """Move to a point; return the seconds from the start of the movement to its end status."""
         values = {
             "axis_designation": 1, "axes": 0b111, "speed_mode": 2, "speed": 100, "point": point,
             "arch_unit": 1, "arch_axis": 0b100, "arch_position": round(1000 * (DEPTH - UP)),

@@ -1,7 +1,7 @@
-"""The generated parts of diagnosis.md: program, panel as a run fills it, tables of texts.
+"""Generators of parts of diagnosis.md: program, panel as a run fills it, tables of texts.
 
-The page is written by hand; what stands between `<!-- made: NAME -->` and `<!-- end -->` is made
-here. The panel is drawn from a run of docs/how-to/diagnosis/Diagnosis.st in the virtual cell.
+The page is handwritten, except the parts between `<!-- made: NAME -->` and `<!-- end -->`. The
+panel is drawn from a run of docs/how-to/diagnosis/Diagnosis.st in the virtual cell.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ _WIDTH = 92
 
 
 def diagnosis_page() -> str:
-    """The page with its generated parts made anew."""
+    """Return the page with its generated parts made again."""
     text = (ROOT / "docs/how-to/diagnosis.md").read_text(encoding="utf-8")
     return _PART.sub(lambda found: f"{found[1]}{_MAKERS[found[2]]()}\n{found[3]}", text)
 
 
 @lru_cache(maxsize=1)
 def run_panel() -> Mapping[str, Any]:
-    """What the blocks show three seconds after Start: the second movement has failed.
+    """Return the outputs of the blocks three seconds after Start: the second movement has failed.
 
     Returns:
         `Recorder`, `Channels` and `Why` of the program, each with its outputs by name.
     """
-    from rcx_harness.cell import Cell  # it is not needed to check other pages
+    from rcx_harness.cell import Cell  # not needed for the other pages
 
     shown = {
         "Recorder": ("Rows", "Fault", "FaultCode", "FaultData", "Frozen", "Total"),
@@ -61,7 +61,7 @@ def run_panel() -> Mapping[str, Any]:
 
 
 def panel() -> str:
-    """The panel as text, filled by the run."""
+    """Return the panel as text, filled by the run."""
     now = run_panel()
     recorder, why, turns = now["Recorder"], now["Why"], now["Channels"]
     fault, text = recorder["Fault"], why["Text"]
@@ -94,7 +94,7 @@ def _framed(lines: list[str], button: str) -> Iterator[str]:
 
 
 def _subject(row: Mapping[str, Any]) -> str:
-    """What a text list of the panel makes of Kind and Number (docs/reference/texts.csv)."""
+    """Return the text of a panel's text list for Kind and Number (docs/reference/texts.csv)."""
     kind, number = row["Kind"], row["Number"]
     if kind == "LOG_COMMAND":
         return spec.commands()[number & 0x0FFF].name
@@ -118,7 +118,7 @@ def _turn(name: str, turn: Mapping[str, Any]) -> str:
 
 
 def _program() -> str:
-    """The statements of the program."""
+    """Return the statements of the program."""
     body = PROGRAM.read_text(encoding="utf-8").rpartition("END_VAR\n")[2]
     lines = body.partition("END_PROGRAM")[0].strip("\n").splitlines()
     return "```iecst\n" + "\n".join(line.removeprefix("  ") for line in lines) + "\n```"
@@ -149,7 +149,7 @@ def _errors() -> str:
 
 
 def _both(title: str, rows: list[tuple[str, Mapping[str, Any], str]]) -> Iterator[str]:
-    """A table in both languages; English causes and remedies only where no page has them."""
+    """Yield a table in both languages; English details only if no other page has them."""
     yield f"| {title} | English | 日本語 |\n|---|---|---|"
     for number, row, page in rows:
         english = row["name"] if page else f"**{row['name']}**<br>{row['cause']}<br>{row['remedy']}"

@@ -1,7 +1,7 @@
-"""The examples as the README of plc/examples runs them, and what their charts show.
+"""The examples as the README of plc/examples runs them, and generators of their charts.
 
-plc/examples/charts.toml says which signals a chart shows; what is drawn comes from a run. Like
-docs.py it works on the repository, not on an installed package.
+plc/examples/charts.toml lists the signals of each chart; their values come from a run. Like docs.py
+this module works on the repository, not on an installed package.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _LANE = re.compile(r"(?:(\d):)?(.*)")
 
 _WIDTH, _ROW, _TOP = 1080, 28, 44
 _LETTER = 7.3
-#: Distances of the time marks [us]: the first that leaves not more than `_MOST_MARKS`.
+# #: Distances of the time marks [us]: the first one with at most `_MOST_MARKS` marks is used.
 _MARKS = (50_000, 100_000, 200_000, 500_000, 1_000_000, 2_000_000, 5_000_000)
 _MOST_MARKS = 12
 _STYLE = (
@@ -59,12 +59,12 @@ class Example:
 
     @property
     def name(self) -> str:
-        """`01_power_up`."""
+        """Return its name, such as `01_power_up`."""
         return self.folder.name
 
     @property
     def duration(self) -> str:
-        """How long its command runs it, in virtual time."""
+        """Return the run time of its command, in virtual time."""
         return self.options.get("for", [_DURATION])[0]
 
     def build(
@@ -77,7 +77,7 @@ class Example:
         watch: Sequence[str] = (),
         robot: Sequence[Path] | None = None,
     ) -> Cell:
-        """A cell as `rcx run` makes it, with the stimulus queued.
+        """Return a cell as `rcx run` makes it, with the stimulus queued.
 
         Args:
             engine: As at `Cell.build`; so are `link`, `lib` and `watch`.
@@ -107,7 +107,7 @@ class Example:
 
 @cache
 def examples() -> dict[str, Example]:
-    """The examples by name, in the README's order: every line there that begins with `rcx run`."""
+    """Return the examples by name, one for each line of the README that begins with `rcx run`."""
     found = {}
     for line in (FOLDER / "README.md").read_text(encoding="utf-8").splitlines():
         if line.startswith("rcx run "):
@@ -126,9 +126,9 @@ class ChartSpec:
     """One entry of charts.toml.
 
     Attributes:
-        title: Above the chart.
-        begin_us: Where the chart begins, in the time of the run.
-        end_us: Where it ends.
+        title: Title above the chart.
+        begin_us: Begin of the chart, in the time of the run.
+        end_us: End of the chart.
         lanes: The lanes as written there, from top to bottom.
     """
 
@@ -140,7 +140,7 @@ class ChartSpec:
 
 @cache
 def chart_specs() -> dict[str, ChartSpec]:
-    """What the charts show, by the name of the example.
+    """Return the entries of charts.toml, by the name of the example.
 
     Raises:
         InputError: the file cannot be read, or an entry is wrong.
@@ -158,10 +158,10 @@ def chart_specs() -> dict[str, ChartSpec]:
 
 @cache
 def example_chart(name: str) -> str:
-    """The chart of an example, from a run on the engine that is always there.
+    """Return the chart of an example, from a run on the built-in engine.
 
     Raises:
-        InputError: the run broke a rule, or a lane names no signal.
+        InputError: the run broke a rule, or a lane does not name a signal.
     """
     example, recorder = examples()[name], Recorder(chart_specs()[name])
     with example.build("builtin", watch=recorder.watch) as cell:
@@ -171,7 +171,7 @@ def example_chart(name: str) -> str:
 
 
 def files() -> dict[str, Callable[[], str]]:
-    """The charts by their path in the repository, with what draws each of them."""
+    """Return the generators of the charts, by their path in the repository."""
     return {
         f"plc/examples/{name}/chart.svg": partial(example_chart, name) for name in chart_specs()
     }
@@ -179,14 +179,14 @@ def files() -> dict[str, Callable[[], str]]:
 
 @dataclass
 class Recorder:
-    """Follows the lanes of a chart through a run."""
+    """Observer of the lanes of a chart during a run."""
 
     spec: ChartSpec
     watch: list[str] = field(init=False)
     """Variables to build the cell with."""
 
     def __post_init__(self) -> None:
-        """Look up the signals of all lanes (InputError for one that does not exist)."""
+        """Find the signals of all lanes; raise InputError for a signal that does not exist."""
         self._lanes = [_Signal(lane) for lane in self.spec.lanes]
         self.watch = [lane.signal for lane in self._lanes if lane.signal.startswith("Main.")]
 
@@ -196,11 +196,11 @@ class Recorder:
 
     @property
     def lanes(self) -> list[Lane]:
-        """What has been followed, a lane for each of the chart."""
+        """Return the observed lanes, in the order of the chart."""
         return [one.lane for one in self._lanes]
 
     def chart(self) -> str:
-        """What has been followed, as an SVG picture that is true to scale in time."""
+        """Return the observed lanes as an SVG picture with a linear time axis."""
         lanes = self.lanes
         left = 30 + round(_LETTER * max(len(lane.name) for lane in lanes))
         axis = Scale(left, _WIDTH - 12, self.spec.begin_us, self.spec.end_us)
@@ -227,11 +227,11 @@ class Recorder:
 
 
 class _Signal:
-    """`SIGNAL = label`, `curve SIGNAL = label`, `stage SIGNAL = label`.
+    """A lane: `SIGNAL = label`, `curve SIGNAL = label`, `stage SIGNAL = label`.
 
     A signal is `Main.X`, `SI01` and `SO02` as the PLC writes and reads them, `axis 1` (its position
     [pulses]), a port of the controller such as `DO(20)`, or `button`, its hard-wired emergency
-    stop. `2:` before it means the second controller.
+    stop. The prefix `2:` selects the second controller.
     """
 
     def __init__(self, text: str) -> None:
@@ -247,7 +247,7 @@ class _Signal:
         self.lane = Lane(label or self.signal, kind or default)
 
     def take(self, cell: Cell, record: Record) -> None:
-        """Note a change; the controller's own state is looked at after each of its cycles."""
+        """Record a change; the state of the controller is read after each of its cycles."""
         if isinstance(record, Violation) or record.controller != self._controller:
             return
         if self._level is not None and isinstance(record, Scan):

@@ -1,4 +1,4 @@
-"""The text of fidelity.md: what the virtual controller knows, and what it assumes."""
+"""Generator of fidelity.md: rules that the virtual controller follows, and its assumptions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ An assumed rule without a knob is a simplification of the model.
 _NOTHING_MEASURED = "Nothing here has been measured at a real controller yet."
 _SOME_MEASURED = "What was measured holds for the controllers and firmware that it names."
 
-#: The classes: basis, letter of its numbers, heading, what its rows name.
+# #: The classes: basis, letter of its numbers, heading, title of the column.
 _CLASSES = (
     ("manual", "M", "From the manual", "Section"),
     ("public", "P", "From a public source", "Source"),
@@ -44,7 +44,7 @@ As `RobotConfig` groups them; in the file all of them stand side by side.
 
 
 def fidelity_page() -> str:
-    """The page as Markdown."""
+    """Return the page as Markdown."""
     defaults = {
         entry.name: getattr(RobotConfig(), entry.name)
         for entry in fields(RobotConfig)

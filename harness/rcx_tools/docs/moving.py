@@ -1,7 +1,7 @@
-"""docs/first.svg, the picture of the README: an arm that moves, and the chart of its signals.
+"""Generator of docs/first.svg, the picture of the README: a moving arm, and its signals.
 
-Both are drawn from one run of example 04 with a real robot's arms (scara.toml); the animation is
-SMIL, which browsers play in an `img`, too.
+Both are drawn from one run of example 04 with a real robot's arms (scara.toml). The animation is
+SMIL, which browsers also play in an `img`.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ _SPEC = ChartSpec(
         "Main.Cycle.Count = Parts placed",
     ),
 )
-#: An arm's place is taken so often [us]; the animation is slower than the robot, and rests a while.
+# #: Sampling period of the arm [us]; factor by which the animation is slower; pause at its end [s].
 _SAMPLE_US, _SLOWER, _REST_S = 20_000, 2, 1.2
 _WIDTH, _HEIGHT, _ROW, _TOP = 1080, 392, 28, 66
 _NAMES, _LEFT, _RIGHT = 372, 530, 1066
-#: Of the robot: where its first joint is [px], and pixels of a mm.
+# #: Position of the robot's first joint [px], and pixels per mm.
 _X, _Y, _SCALE = 172, 226, 0.25
 _STYLE = (
     STYLE + ".h{font-weight:bold;font-size:15px}.m{font-size:10px;fill:#777}"
@@ -57,7 +57,7 @@ _Angles = tuple[float, float]
 
 
 def moving_svg() -> str:
-    """The picture, from a run on the engine that is always there.
+    """Return the picture, from a run on the built-in engine.
 
     Raises:
         InputError: the run broke a rule.
@@ -83,7 +83,7 @@ def moving_svg() -> str:
 
 
 def _angles(cell: Cell) -> _Angles:
-    """Of both arms, from straight ahead, to the left [degree]."""
+    """Return the angles of both arms, counterclockwise from straight ahead [degree]."""
     axes = shapes(cell.robot)[0]["axes"][:2]
     pairs = zip(cell.robot.positions, axes, strict=False)
     first, second = ((pulses - axis["zero"]) / axis["per"] for pulses, axis in pairs)
@@ -115,7 +115,7 @@ def _robot(
 
 
 def _tip(angles: _Angles, upper: float, fore: float) -> tuple[float, float]:
-    """Where the tool is in the picture, a tenth of a pixel is enough."""
+    """Return the position of the tool in the picture, rounded to a tenth of a pixel."""
     first, both = radians(angles[0]), radians(sum(angles))
     ahead = upper * cos(first) + fore * cos(both)
     right = upper * sin(first + pi) + fore * sin(both + pi)
@@ -127,7 +127,7 @@ def _turning(angles: Sequence[float]) -> str:
 
 
 def _animated(element: str, attribute: str, values: Sequence[str], kind: str) -> str:
-    """An animation over the run, which then rests; values that follow from others are left out."""
+    """Return an animation over the run, with a pause; repeated values are left out."""
     run_s = (_SPEC.end_us - _SPEC.begin_us) / 1e6 * _SLOWER
     whole_s = run_s + _REST_S
     last = len(values) - 1

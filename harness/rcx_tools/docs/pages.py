@@ -1,7 +1,7 @@
-"""Write the generated pages of docs/, plc/lib and outputs in other pages, or check them.
+"""Write or check the generated pages of docs/ and plc/lib, and outputs pasted in other pages.
 
 `python -m rcx_tools.docs.pages` writes, `python -m rcx_tools.docs.pages --check` only compares
-(exit 1 where a page is not current). It works on the repository, not on an installed package.
+(exit 1 if a page is not current). It works on the repository, not on an installed package.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ __all__ = ["PATIENCE_S", "Header", "every_page", "headers", "main", "pages"]
 
 ROOT = Path(__file__).resolve().parents[3]
 
-#: From then on it says how far it is [s], after so many pages each time.
+# #: Time after which it reports its progress [s], and pages between two reports.
 PATIENCE_S, _STEP = 2.0, 50
 
 _OUTPUT = re.compile(
     r"^(<!-- (?P<kind>output of|file): (?P<what>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$",
     re.MULTILINE,
 )
-#: Pages written by hand, but for the outputs and files between their fences.
+# #: Handwritten pages, except the outputs and files between their fences.
 _PASTED = (
     "README.md",
     *(
@@ -60,7 +60,7 @@ _PASTED = (
 
 @dataclass(frozen=True)
 class Header:
-    """What the comment at the head of an ST file says."""
+    """The contents of the comment at the head of an ST file."""
 
     file: Path
     name: str
@@ -70,12 +70,12 @@ class Header:
 
     @property
     def folder(self) -> str:
-        """Where the file is below plc/lib."""
+        """Return the folder of the file below plc/lib."""
         return self.file.parent.relative_to(ROOT / "plc/lib").as_posix()
 
 
 def headers() -> list[Header]:
-    """The heads of all files in plc/lib, folder by folder."""
+    """Return the heads of all files in plc/lib, folder by folder."""
     return [_header(file) for file in sorted((ROOT / "plc/lib").rglob("*.st"))]
 
 
@@ -124,7 +124,7 @@ _FOLDERS = (
 
 
 def _place(folder: str) -> tuple[int, str]:
-    """Where a folder stands: those of the list first, the types last."""
+    """Return the sort key of a folder: those of the list first, the types last."""
     top = folder.partition("/")[0]
     if top == "types":
         return len(_FOLDERS) + 1, folder
@@ -132,14 +132,14 @@ def _place(folder: str) -> tuple[int, str]:
 
 
 def _page_of(name: str) -> str:
-    """The name, with a link to its page where it has one."""
+    """Return the name, with a link to its page if it has one."""
     if name.startswith("FC_"):
         return f"[{name}](blocks/functions.md#{name.lower()})"
     return f"[{name}](blocks/{name}.md)" if name.startswith("FB_") else name
 
 
 def _charts(block: str) -> str:
-    """Links to the charts that show a block."""
+    """Return links to the charts that show a block."""
     shown = [one for one in processes().values() if block in one.blocks]
     return ", ".join(
         f"[{one.title}](../explanation/processes.md#{_anchor(one.title)})" for one in shown
@@ -169,7 +169,7 @@ To run one yourself, and change it:
 |---|---|---|"""
 
 
-#: The program of a process and its stimulus.
+# #: Endings of the program of a process and of its stimulus.
 _FILES = (".st", ".toml")
 
 
@@ -198,7 +198,7 @@ def _processes() -> Iterator[str]:
 
 
 def _body(program: Path) -> str:
-    """The statements of a program."""
+    """Return the statements of a program."""
     text = program.read_text(encoding="utf-8")
     body = text.rpartition("END_VAR\n")[2].partition("END_PROGRAM")[0].strip("\n")
     return "\n".join(line.removeprefix("  ") for line in body.splitlines())
@@ -224,7 +224,7 @@ def _signals() -> Iterator[str]:
 
 
 def _pasted(path: str) -> str:
-    """Return a page with the outputs of its commands and the files that it shows."""
+    """Return a page with the current outputs of its commands and the files that it shows."""
 
     def paste(match: re.Match[str]) -> str:
         if match["kind"] == "file":
@@ -237,24 +237,24 @@ def _pasted(path: str) -> str:
 
 
 def _run(command: str) -> str:
-    """Output of a command as a newcomer without matiec sees it."""
+    """Return the output of a command as a newcomer without matiec sees it."""
     hidden = ("RCX_MATIEC", "MAKEFLAGS", "MAKELEVEL", "MFLAGS")
     clean = {key: value for key, value in os.environ.items() if key not in hidden}
     clean |= {"PATH": f"{ROOT / '.venv/bin'}:/usr/bin:/bin", "COLUMNS": "100", "TERM": "dumb"}
     done = subprocess.run(
         command, shell=True, cwd=ROOT, env=clean, capture_output=True, text=True, check=False
     )
-    # Exit code 1 is a result, too. On a busy machine the progress of such a command is on stderr.
+    # Exit code 1 is a result, too. Its stderr is left out: on a busy machine it contains progress.
     return (done.stdout + (done.stderr if done.returncode > 1 else "")).strip("\n")
 
 
 def every_page() -> dict[str, Callable[[], str]]:
-    """Every generated file by its path in the repository, with what writes it."""
+    """Return the generators of all files, by the path in the repository."""
     return {**pages(), **blocks.files(), **examples.files()}
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """The same without what takes seconds to run: the blocks' pages, the examples' charts."""
+    """Return the generators except slow ones: the blocks' pages and the examples' charts."""
     return {
         **library_files(),
         **text_files(),

@@ -1,10 +1,10 @@
-"""`python -m rcx_tools.docs.pins`: has a pin changed since the last release?
+"""Command `python -m rcx_tools.docs.pins`: has a pin changed since the last release?
 
-Compares what users can name of plc/lib with the table of the last release, a file of
-tests/tools/library/pins by its version: blocks and functions with their pins (type, default,
-order), and types with their members, bounds and initial values. What is new does no harm; what has
-changed or gone needs a new major version, before 1.0 a new minor one. `--write` writes the table of
-this version: once, when it is released.
+It compares the names of plc/lib that users can use with the table of the last release, a file of
+tests/tools/library/pins by its version. The table contains blocks and functions with their pins
+(type, default, order), and types with their members, bounds and initial values. New entries are
+harmless. A changed or removed entry needs a new major version, before 1.0 a new minor version.
+`--write` writes the table of this version: once, when it is released.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ __all__ = [
 
 FOLDER = ROOT / "tests/tools/library/pins"
 
-#: Of each block, function and type what it has, in its order: a section, a name and the rest.
+# #: For each block, function and type its rows, in order: a section, a name and the rest.
 Table = Mapping[str, Sequence[str]]
 
 _HEAD = """\
@@ -44,7 +44,7 @@ _HEAD = """\
 
 
 def now() -> dict[str, list[str]]:
-    """What plc/lib has now."""
+    """Return the present table of plc/lib."""
     found = {}
     for name, pou in pous().items():
         if not pou.internal and not name.startswith(("FB_Rcx", "FC_Rcx")):
@@ -59,7 +59,7 @@ def now() -> dict[str, list[str]]:
 
 
 def of_kind(kind: Kind) -> list[str]:
-    """The rows of a type."""
+    """Return the rows of a type."""
     last = kind.first + kind.count - 1
     array = [f"{kind.first}..{last} OF {kind.element}"] if kind.count else []
     starts = {one: f" := {value}" for one, value in kind.defaults.items()}
@@ -68,7 +68,7 @@ def of_kind(kind: Kind) -> list[str]:
 
 
 def text(table: Table, of: str) -> str:
-    """The file of a version."""
+    """Return the text of the file of a version."""
     lines = [_HEAD.format(version=of)]
     for name, held in sorted(table.items()):
         rows = "".join(f"  {json.dumps(one)},\n" for one in held)
@@ -77,17 +77,17 @@ def text(table: Table, of: str) -> str:
 
 
 def read(file: Path) -> dict[str, list[str]]:
-    """The table of a file."""
+    """Return the table of a file."""
     return load_toml(file)
 
 
 def last(folder: Path = FOLDER) -> Path | None:
-    """The file of the newest release; None before the first."""
+    """Return the file of the newest release; None before the first."""
     return max(folder.glob("*.toml"), key=lambda file: version_number(file.stem), default=None)
 
 
 def changes(before: Table, after: Table) -> list[str]:
-    """What was changed or has gone, one line each; what is new is none."""
+    """Return changed and removed rows as text; new rows are not changes."""
     found = []
     for name, held in before.items():
         if name not in after:
@@ -124,14 +124,14 @@ def _name(row: str) -> str:
 
 
 def is_major(before: str, after: str) -> bool:
-    """May pins change from one version to another?"""
+    """Return whether pins may change from one version to another."""
     old, new = version_number(before), version_number(after)
     count = 1 if old[0] else 2
     return new[:count] > old[:count]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compare, or write; 1 where a pin has changed and the version has not."""
+    """Compare, or write; return 1 if a pin has changed without a sufficient version."""
     given = sys.argv[1:] if arguments is None else arguments
     released = last()
     if "--write" in given:

@@ -1,4 +1,4 @@
-"""The text of probes.md: which question of `rcx probe` decides which assumed rule."""
+"""Generator of probes.md: the questions of `rcx probe`, and the assumed rules they decide."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ The rules are those of [fidelity.md](../explanation/fidelity.md) that are assume
 
 
 def probes_page() -> str:
-    """The page as Markdown."""
+    """Return the page as Markdown."""
     return "\n".join(_lines()) + "\n"
 
 

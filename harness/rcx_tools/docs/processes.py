@@ -1,9 +1,8 @@
-"""The manual's processes as they happen in the cell: which step came when.
+"""The manual's processes as they happen in the cell, with the time of each step.
 
-docs/explanation/charts/processes.toml lists them; beside it lie the program and the stimulus of
-each, which
-`rcx run` takes as well. What is drawn comes from the trace of a run, never from the list: a step
-of the list that does not happen, or not in its turn, is an error.
+docs/explanation/charts/processes.toml lists them. The program and the stimulus of each are beside
+it; `rcx run` can run them, too. The charts are drawn from the trace of a run, never from the list.
+A step of the list that does not happen in its order is an error.
 """
 
 from __future__ import annotations
@@ -28,13 +27,13 @@ from structured_text.output.units import parse_us
 __all__ = ["FOLDER", "Process", "ProcessChart", "Step", "TimedStep", "Track", "process_chart"]
 __all__ += ["processes", "run_process"]
 
-#: Where the list, the programs and the charts are, in the repository.
+# #: Folder of the list, the programs and the charts.
 FOLDER = Path(__file__).resolve().parents[3] / "docs/explanation/charts"
 
 
 @dataclass(frozen=True)
 class _Surrounding:
-    """What is on no wire to the PLC: its name, and the events and words that switch it ON, OFF."""
+    """A signal outside of the PLC's wires: its name, and the events and words for ON and OFF."""
 
     name: str
     at_start: bool
@@ -87,7 +86,7 @@ _TO_ROBOT, _TO_PLC, _INSIDE = "PLC to controller", "Controller to PLC", "Inside 
 
 @dataclass(frozen=True)
 class Step:
-    """One numbered step: its edges, such as `("SI01", 1)`, and what happens in words."""
+    """One numbered step: its edges, such as `("SI01", 1)`, and its description."""
 
     edges: tuple[tuple[str, int], ...]
     text: str
@@ -99,13 +98,13 @@ class Process:
 
     Attributes:
         name: File name of its chart, program and stimulus.
-        title: What it is called on the page.
-        section: Where the manual has it.
+        title: Title on the page.
+        section: Section of the manual.
         blocks: The blocks that do it.
-        seen: From which side the chart is drawn.
+        seen: The side from which the chart is drawn.
         about: A sentence or two below the title.
-        begin_us: Where the chart begins, in the time of the run.
-        end_us: Where it ends, and the run with it.
+        begin_us: Begin of the chart, in the time of the run.
+        end_us: End of the chart and of the run.
         lanes: The signals to draw, each with its label or None for its own name.
         steps: The steps in the manual's order.
     """
@@ -123,18 +122,18 @@ class Process:
 
     @property
     def program(self) -> Path:
-        """Its ST file."""
+        """Return the path of its ST file."""
         return FOLDER / f"{self.name}.st"
 
     @property
     def stimulus(self) -> Path:
-        """What happens to the cell, and when."""
+        """Return the path of its stimulus."""
         return FOLDER / f"{self.name}.toml"
 
 
 @dataclass
 class Track:
-    """A lane of a chart, with the group it is drawn in and where its values come from."""
+    """A lane of a chart, with its group and the source of its values."""
 
     signal: str
     group: str
@@ -143,12 +142,12 @@ class Track:
     value: Callable[[Any], int] = field(repr=False)
 
     def take(self, record: Record) -> None:
-        """Note a change."""
+        """Record a change."""
         if self.source is not None and isinstance(record, self.source):
             self.lane.note(record.t_us, self.value(record))
 
     def says(self, value: int) -> str:
-        """A change to `value` in short: `SI(01) ON`, `n + 2 = 0x0004`."""
+        """Return a short text for a change to `value`: `SI(01) ON`, `n + 2 = 0x0004`."""
         if self.lane.kind == "word":
             return f"{self.lane.name.partition(':')[0]} = 0x{value:04X}"
         if self.signal in _SURROUNDINGS:
@@ -158,7 +157,7 @@ class Track:
         return f"{code[0] if code else self.lane.name} {'ON' if value else 'OFF'}{inside}"
 
     def when(self, value: int, since_us: int) -> int | None:
-        """The first change to `value` from `since_us` on."""
+        """Return the time of the first change to `value` from `since_us` on, or None."""
         return next((t for t, new in self.lane.changes if t >= since_us and new == value), None)
 
 
@@ -167,13 +166,13 @@ class TimedStep:
     """A step as it happened.
 
     Attributes:
-        number: From 1 on.
+        number: Its number, from 1.
         change: Its edges, `SI(01) ON`.
-        text: What happens, in words.
+        text: Its description.
         edges: Each signal with the time of its change.
         t_us: The time of the last of them.
-        at: When, in ms from the first step; two times where its edges come at different ones.
-        since_last: How long after the step before, in ms; empty for the first.
+        at: Time in ms from the first step; two times if its edges come at different ones.
+        since_last: Time after the step before, in ms; empty for the first.
     """
 
     number: int
@@ -187,13 +186,13 @@ class TimedStep:
 
 @dataclass(frozen=True)
 class ProcessChart:
-    """What a run of a process showed.
+    """The result of a run of a process.
 
     Attributes:
         process: The entry of the list.
         tracks: The lanes, in the order of the list.
         steps: The steps with their times.
-        inputs: When the PLC changed dedicated inputs, within the chart.
+        inputs: Times at which the PLC changed dedicated inputs, within the chart.
         timing: Periods and pacing in words.
     """
 
@@ -205,12 +204,12 @@ class ProcessChart:
 
     @property
     def zero_us(self) -> int:
-        """The time of the first step's first edge, from which the chart counts."""
+        """Return the time of the first step's first edge, the zero of the chart."""
         return min(t_us for _, t_us in self.steps[0].edges)
 
     @property
     def instants(self) -> tuple[int, ...]:
-        """All times at which something changes, within the chart."""
+        """Return all times at which something changes, within the chart."""
         begin, end = self.process.begin_us, self.process.end_us
         found = {t for track in self.tracks for t, _ in track.lane.changes if begin < t < end}
         return tuple(sorted(found))
@@ -218,7 +217,7 @@ class ProcessChart:
 
 @cache
 def processes() -> dict[str, Process]:
-    """The processes by name, in the manual's order.
+    """Return the processes by name, in the manual's order.
 
     Raises:
         InputError: the list cannot be read, or an entry is wrong.
@@ -235,7 +234,7 @@ def processes() -> dict[str, Process]:
 
 @cache
 def process_chart(name: str) -> ProcessChart:
-    """The chart of a process on the engine that is always there."""
+    """Return the chart of a process, from a run on the built-in engine."""
     return run_process(processes()[name], engine="builtin")
 
 
@@ -243,8 +242,8 @@ def run_process(process: Process, *, engine: str = "auto") -> ProcessChart:
     """Run a process in the cell and find its steps.
 
     Raises:
-        InputError: a step does not happen in its turn, a rule is broken on the way, or a
-            dedicated input changes that the chart does not show.
+        InputError: a step does not happen in its order, a rule is broken, or a dedicated
+            input changes that the chart does not show.
     """
     tracks = [_track(signal, label) for signal, label in process.lanes]
     watch = [track.signal for track in tracks if track.group == _PROGRAM]
@@ -274,7 +273,7 @@ def run_process(process: Process, *, engine: str = "auto") -> ProcessChart:
 
 
 def _find_steps(process: Process, tracks: Sequence[Track]) -> tuple[TimedStep, ...]:
-    """The first occurrence of each step after the one before."""
+    """Return the first occurrence of each step after the one before."""
     by_signal = {track.signal: track for track in tracks}
     found: list[TimedStep] = []
     zero = 0
@@ -309,16 +308,16 @@ def _process(*, begin: str, end: str, lanes: list[str], step: list[Any], **rest:
 
 
 def _edge(text: str) -> tuple[str, int]:
-    """`SI01 ON` or `m+0 0x0200`."""
+    """Parse an edge: `SI01 ON` or `m+0 0x0200`."""
     signal, _, value = text.rpartition(" ")
     return signal, {"ON": 1, "OFF": 0}.get(value) or int(value.replace("OFF", "0"), 0)
 
 
 def _track(signal: str, label: str | None) -> Track:
-    """A lane by the name that the list gives it.
+    """Return a lane by its name in the list.
 
-    Names are `SI01` and `SO02` as the PLC writes and reads them, `rcx.SI01` as the controller
-    has them, `n+0` and `m+2` for words, `Main.X` for a BOOL, and those of the surroundings.
+    Names are `SI01` and `SO02` as the PLC writes and reads them, `rcx.SI01` as the controller has
+    them, `n+0` and `m+2` for words, `Main.X` for a BOOL, and those of the surroundings.
     """
     if signal in _SURROUNDINGS:
         lane = Lane(label or _SURROUNDINGS[signal].name, "event")
@@ -340,7 +339,7 @@ def _track(signal: str, label: str | None) -> Track:
     if signal.startswith("rcx."):
         if out:
             return Track(signal, _INSIDE, lane, Cycle, lambda one: one.rcx_so[byte] >> bit & 1)
-        # Without a connection nothing is sampled: the controller takes the inputs as OFF.
+        # Without a connection nothing is sampled: the controller reads the inputs as OFF.
         level = lambda one: one.rcx_si[byte] >> bit & 1 if one.rcx_si else 0  # noqa: E731
         return Track(signal, _INSIDE, lane, Cycle, level)
     if out:
@@ -349,7 +348,7 @@ def _track(signal: str, label: str | None) -> Track:
 
 
 def _follow_events(track: Track, stimulus: Stimulus) -> None:
-    """The changes of what surrounds the robot are those of the stimulus."""
+    """Take the changes of the robot's surroundings from the stimulus."""
     if track.signal not in _SURROUNDINGS:
         return
     one = _SURROUNDINGS[track.signal]

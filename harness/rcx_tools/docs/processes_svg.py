@@ -1,4 +1,4 @@
-"""A process as an SVG picture: waves, numbered steps at their edges, and what each step is."""
+"""Drawing of a process as SVG: waves, numbered steps at their edges, and a legend."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _STYLE = (
 
 
 class _Page:
-    """The elements of a picture, and how far down it reaches."""
+    """The elements of a picture, and its present height."""
 
     def __init__(self, chart: ProcessChart) -> None:
         self.chart = chart
@@ -48,20 +48,20 @@ class _Page:
         self.body: list[str] = []
 
     def text(self, x: float, y: float, words: str, kind: str = "") -> None:
-        """A line of text."""
+        """Add a line of text."""
         self.body.append(text(x, y, words, kind))
 
     def x(self, t_us: int) -> int:
-        """Where the column of a time is."""
+        """Return the position of the column of a time."""
         return self.axis.xs[self.instants.index(t_us)]
 
     def badge(self, x: float, y: float, number: int) -> None:
-        """The number of a step."""
+        """Add the number of a step."""
         self.body.append(f'<circle cx="{x:g}" cy="{y:g}" r="9" fill="#333"/>')
         self.text(x, y + 4, str(number), "n")
 
     def arrow(self, x1: float, x2: float, y: float, colour: str) -> None:
-        """A dimension line from `x1` to `x2`."""
+        """Add a dimension line from `x1` to `x2`."""
         tips = f"M{x1 + 5:g} {y - 3}L{x1 + 1:g} {y}L{x1 + 5:g} {y + 3}"
         tips += f"M{x2 - 5:g} {y - 3}L{x2 - 1:g} {y}L{x2 - 5:g} {y + 3}"
         self.body.append(
@@ -70,7 +70,7 @@ class _Page:
 
 
 def process_svg(chart: ProcessChart) -> str:
-    """The picture as the text of an SVG file; the same run gives the same bytes."""
+    """Return the picture as the text of an SVG file; the same run gives the same bytes."""
     page = _Page(chart)
     process = chart.process
     page.text(12, 24, process.title, "h")
@@ -88,7 +88,7 @@ def process_svg(chart: ProcessChart) -> str:
 
 
 def _times(page: _Page) -> None:
-    """The times of the changes, and between them how long it took."""
+    """Draw the times of the changes, and the durations between them."""
     page.text(12, page.top + 14, "time [ms]", "q")
     for k, label in enumerate(page.labels):
         page.text(page.axis.xs[k], page.top + 14, label, "t")
@@ -100,7 +100,7 @@ def _times(page: _Page) -> None:
 
 
 def _waves(page: _Page) -> None:
-    """The lanes group by group; under the dedicated inputs, the intervals between them."""
+    """Draw the lanes group by group; below the dedicated inputs their intervals."""
     tracks = page.chart.tracks
     for k, track in enumerate(tracks):
         if k == 0 or track.group != tracks[k - 1].group:
@@ -121,7 +121,7 @@ def _waves(page: _Page) -> None:
 
 
 def _badges(page: _Page, track: Track, base: int) -> None:
-    """The numbers of the steps whose edge is on this lane, where its line leaves room."""
+    """Draw the numbers of the steps with an edge on this lane, beside its line."""
     for step in page.chart.steps:
         for signal, t_us in step.edges:
             if signal != track.signal:
@@ -135,7 +135,7 @@ def _badges(page: _Page, track: Track, base: int) -> None:
 
 
 def _pace(page: _Page) -> None:
-    """How far apart the dedicated inputs change."""
+    """Draw the intervals between changes of the dedicated inputs."""
     inputs = page.chart.inputs
     if len(inputs) < 2:
         return
@@ -154,7 +154,7 @@ def _pace(page: _Page) -> None:
 
 
 def _guide(page: _Page, column: int, first: int) -> str:
-    """The vertical line of a column; that of a step reaches up to its time."""
+    """Return the vertical line of a column; that of a step reaches up to its time."""
     steps = [t_us for step in page.chart.steps for _, t_us in step.edges]
     kind = "gs" if page.instants[column] in steps else "g"
     x = page.axis.xs[column]
@@ -162,7 +162,7 @@ def _guide(page: _Page, column: int, first: int) -> str:
 
 
 def _legend(page: _Page) -> None:
-    """The steps in words, each with its time and how long after the one before."""
+    """Draw the steps in words, each with its time and the time since the step before."""
     page.top += 10
     times, gaps = _LEAST - 130, _LEAST - 16
     page.body.append(

@@ -33,7 +33,7 @@ _LAST_LINES = 60
 
 
 def figures(report: Path) -> dict[str, Any]:
-    """Return the figures of pytest's XML report: cases, scans, and broken blocks that were found."""
+    """Return the figures of pytest's XML report: cases, scans, and broken blocks found."""
     tests = list(ElementTree.parse(report).getroot().iter("testcase"))
     failed = [one for one in tests if any(one.find(tag) is not None for tag in _BAD)]
     bench = [one for one in tests if "test_every_block" in one.get("classname", "")]

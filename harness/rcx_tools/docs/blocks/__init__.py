@@ -1,6 +1,6 @@
-"""Write docs/reference/blocks: a page for each block, an example that is run, and its chart.
+"""Generators of docs/reference/blocks: a page for each block, an example with its run, its chart.
 
-What it works on: the heads and pins in plc/lib, the tables in spec/, and
+The sources are the heads and pins in plc/lib, the tables in spec/, and
 docs/reference/blocks/snippets.toml.
 """
 
@@ -25,7 +25,7 @@ _GENERATED = (
 
 
 def files() -> dict[str, Callable[[], str]]:
-    """What writes each generated file of docs/reference/blocks, by its path in the repository."""
+    """Return the generators of docs/reference/blocks, by the path of the file."""
     written: dict[str, Callable[[], str]] = {"docs/reference/blocks/functions.md": functions_page}
     for name, pou in pous().items():
         if not pou.is_function:
@@ -34,7 +34,7 @@ def files() -> dict[str, Callable[[], str]]:
 
 
 def files_of(name: str) -> dict[str, Callable[[], str]]:
-    """The files of one block: its page, and with an example its program, stimulus and chart."""
+    """Return the generators of one block: page, and for an example program, stimulus and chart."""
     written: dict[str, Callable[[], str]] = {
         f"docs/reference/blocks/{name}.md": partial(block_page, name)
     }
@@ -47,13 +47,13 @@ def files_of(name: str) -> dict[str, Callable[[], str]]:
 
 
 def leftovers(root: Path = ROOT) -> list[str]:
-    """Generated files that nothing writes any more, as of a block that has gone.
+    """Return generated files without a generator, for example of a removed block.
 
     Args:
         root: The repository.
 
     Returns:
-        Their paths in it; never of a file that does not say that it is generated.
+        Their paths in it; only files with the mark of a generated file.
     """
     written = files()
     found = []

@@ -1,4 +1,4 @@
-"""The examples of the pages: what snippets.toml says, and the program that it becomes."""
+"""The examples of the pages: the entries of snippets.toml, and the programs made of them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ += ["without"]
 FOLDER = ROOT / "docs/reference/blocks"
 _FILE = FOLDER / "snippets.toml"
 
-#: When `Start` becomes TRUE: the controller is up, SI(00) and SI(06) are ON.
+# #: Time at which `Start` becomes TRUE: the controller is up, SI(00) and SI(06) are ON.
 START_US = 600_000
 
 _WIDTH = 100
@@ -31,10 +31,10 @@ class Step:
     """A block of the program.
 
     Attributes:
-        instance: What it is called.
+        instance: Name of the instance.
         block: Its type.
-        inputs: As ST writes them; a list fills an array, a table a structure.
-        end: Its output that starts the next one.
+        inputs: Values in ST; a list fills an array, a table a structure.
+        end: Its output that starts the next block.
         after: It is called after FB_WriteArea.
     """
 
@@ -51,13 +51,13 @@ class Snippet:
 
     Attributes:
         pou: The block that it shows.
-        call: How it is called; None where the frame of the program is the example.
-        before: What runs first, each started by the end of the one before.
+        call: The call of it; None if the frame of the program is the example.
+        before: Blocks that run first; the end of each starts the next.
         about: A sentence for the page.
-        events: What happens beside the start, as tables of a stimulus file.
-        stop: When `Start` becomes FALSE again, as text; empty: never.
+        events: Events beside the start, as tables of a stimulus file.
+        stop: Time at which `Start` becomes FALSE again, as text; empty: never.
         size: Bytes of the areas.
-        frame: Inputs of FB_ReadArea and FB_WriteArea that are not the usual ones.
+        frame: Inputs of FB_ReadArea and FB_WriteArea that differ from the usual ones.
         show: More lanes of the chart: `SI06`, `n+34.0 SI(20)`, `m+4 SOW(2)`, `Main.Connected`.
         buttons: More push buttons than Start; the events set them.
         last: Outputs are read at the end of the run, not when the block has ended.
@@ -77,12 +77,15 @@ class Snippet:
 
     @property
     def steps(self) -> list[Step]:
-        """All blocks that it adds to the frame, in the order of their calls."""
+        """Return all blocks that it adds to the frame, in the order of their calls."""
         return [*self.before, *([self.call] if self.call else [])]
 
     @property
     def started(self) -> bool:
-        """It has `Start`, as all that share one stimulus, and of the others those that use it."""
+        """Return whether its program has `Start`.
+
+        Examples with the common stimulus always have it; the others only if they use it.
+        """
         pins = self.call.inputs.values() if self.call else ()
         return (
             not self.events
@@ -94,22 +97,22 @@ class Snippet:
 
     @property
     def path(self) -> Path:
-        """Its program."""
+        """Return the path of its program."""
         return FOLDER / "programs" / f"{self.pou.name}.st"
 
     @property
     def stimulus_path(self) -> Path:
-        """What happens to it: a file of its own, or that of all."""
+        """Return the path of its stimulus: its own file, or the common one."""
         own = self.events or self.stop
         return FOLDER / "programs" / f"{self.pou.name if own else 'start'}.toml"
 
     @property
     def words(self) -> bool:
-        """Its process image is made of words."""
+        """Return whether its process image is made of words."""
         return any(pin.type == "RCX_IMAGE_WORDS" for pin in self.pou.pins)
 
     def command(self, seconds: str) -> str:
-        """What a user types to run it."""
+        """Return the command with which a user runs it."""
         place = "docs/reference/blocks/programs"
         size = f" --size {self.size}" if self.size != 48 else ""
         return (
@@ -120,13 +123,13 @@ class Snippet:
 
 @cache
 def snippets(file: Path = _FILE) -> dict[str, Snippet]:
-    """The examples of a file by block.
+    """Return the examples of a file by block.
 
-    Blocks that the file does not name have one if they are generated command blocks, which do
-    with their defaults; others have none.
+    Generated command blocks have an example even if the file does not name them, because their
+    defaults are sufficient. Other blocks need an entry.
 
     Raises:
-        InputError: an entry that is wrong.
+        InputError: an entry is wrong.
     """
     table = load_toml(file)
     named: dict[str, dict[str, Any]] = {}
@@ -148,7 +151,7 @@ def snippets(file: Path = _FILE) -> dict[str, Snippet]:
 
 
 def without() -> dict[str, str]:
-    """Blocks that need no example, each with the reason."""
+    """Return the blocks that need no example, each with the reason."""
     reasons: dict[str, str] = load_toml(_FILE).get("without", {})
     return reasons
 
@@ -182,7 +185,7 @@ def _snippet(
 
 
 def program(snippet: Snippet) -> str:
-    """The program as ST text."""
+    """Return the program as ST text."""
     name = snippet.pou.name.removeprefix("FB_")
     steps = snippet.steps
     head = [
@@ -199,9 +202,9 @@ def program(snippet: Snippet) -> str:
 
 
 def stimulus(snippet: Snippet) -> str:
-    """The stimulus file of an example that needs one of its own, else that of all.
+    """Return the text of the example's own stimulus file, or of the common one.
 
-    It says from the beginning that the cell is safe: no program that users copy says so by itself.
+    It sets CellSafe at time 0. The programs do not set it themselves, because users copy them.
     """
     at: list[dict[str, Any]] = []
     if snippet.started:
@@ -276,7 +279,7 @@ def _step(step: Step, start: str) -> Iterator[str]:
 
 
 def _filled(name: str, value: Any, kind: str) -> Iterator[str]:
-    """Assignments that give a variable its value; what is 0 needs none."""
+    """Yield assignments that give a variable its value; zero values need no assignment."""
     if isinstance(value, list):
         for k, one in enumerate(value, 1):
             yield from _filled(f"{name}[{k}]", one, kinds()[kind].element)
@@ -296,7 +299,7 @@ def _literal(value: Any, kind: str) -> str:
 
 
 def _call(instance: str, inputs: Mapping[str, Any]) -> Iterator[str]:
-    """A call with named arguments, in lines that are not too long."""
+    """Yield a call with named arguments, wrapped to the line width."""
     line = f"{instance}("
     indent = " " * len(line)
     parts = [f"{name} := {value}" for name, value in inputs.items()]
@@ -310,7 +313,7 @@ def _call(instance: str, inputs: Mapping[str, Any]) -> Iterator[str]:
 
 
 def own_pins(block: str) -> list[Pin]:
-    """In-out pins that are neither the robot nor an image: a variable of the program each."""
+    """Return in-out pins besides the robot and the image; each needs a variable of the program."""
     pins = pous()[block].of("VAR_IN_OUT")
     return [pin for pin in pins if pin.name not in ("Robot", "Image")]
 

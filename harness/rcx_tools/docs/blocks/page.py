@@ -1,4 +1,4 @@
-"""One page per block, docs/reference/blocks/FB_X.md, and one for all functions."""
+"""Pages of the blocks, docs/reference/blocks/FB_X.md, and a page of all functions."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page"]
 
-#: How every generated file of docs/reference/blocks begins.
+# #: First line of every generated file of docs/reference/blocks.
 MARK = "<!-- generated from plc/lib, spec/ and docs/reference/blocks/snippets.toml by `make docs`"
 
-#: What a generated chart says below its first line.
+# #: Mark of a generated chart, below its first line.
 CHART_MARK = "<!-- generated from docs/reference/blocks/snippets.toml by `make docs` -->"
 
 _ZERO = {
@@ -41,14 +41,14 @@ _WHOLE = "Complete program, stimulus, robot"
 
 
 def block_chart(name: str) -> str:
-    """The timing chart of a block's example as SVG."""
+    """Return the timing chart of a block's example as SVG."""
     run = run_of(name)
     begin, end, rest = svg_chart(run.timeline, name).partition("\n")
     return f"{begin}{end}{CHART_MARK}\n{rest}"
 
 
 def block_page(name: str) -> str:
-    """The page of a block as Markdown."""
+    """Return the page of a block as Markdown."""
     pou = pous()[name]
     lines = [f"{MARK}; do not edit -->", "", f"# {name}", "", pou.does]
     for paragraph in pou.about:
@@ -63,7 +63,7 @@ def block_page(name: str) -> str:
 
 
 def functions_page() -> str:
-    """The page of the functions."""
+    """Return the page of the functions."""
     lines = [f"{MARK}; do not edit -->", "", "# Functions", ""]
     lines += ["What the blocks calculate with. A function keeps nothing from call to call.", ""]
     for pou in pous().values():
@@ -123,7 +123,7 @@ def _example_texts() -> dict[Path, str]:
 
 
 def _examples(name: str) -> list[str]:
-    """Links to the complete programs that use a block."""
+    """Return links to the complete programs that use a block."""
     used = re.compile(rf"\b{name}\b")
     return [
         f"[{file.parent.name}](../../../{file.relative_to(ROOT).as_posix()})"
@@ -232,7 +232,7 @@ def _timing(run: Run) -> str:
 
 
 def _code(snippet: Snippet) -> str:
-    """What the example adds to a program, from the program's text."""
+    """Return the lines that the example adds to a program, taken from the program's text."""
     text = program(snippet)
     names = {step.instance for step in snippet.steps}
     for step in snippet.steps:
@@ -269,7 +269,7 @@ def _value(value: Any, kind: str) -> str:
 
 
 def _structure(value: Mapping[str, Any], types: Mapping[str, str]) -> str:
-    """The fields that are not 0, FALSE or empty, in parentheses."""
+    """Return the fields that are not 0, FALSE or empty, in parentheses."""
     given = [(name, one) for name, one in value.items() if one]
     if all(isinstance(one, bool) for _, one in given):
         return f"({', '.join(name for name, _ in given)} TRUE)" if given else "(nothing)"
@@ -330,7 +330,7 @@ def _see_also(pou: Pou) -> Iterator[str]:
 
 
 def _neighbours(pou: Pou) -> list[str]:
-    """Blocks that one of the two names, that share a section of the guide, or that are twins."""
+    """Return related blocks: one names the other, they share a guide section, or they are twins."""
     found = [name for name in pou.said if name in pous()]
     names = [one.name for one in pous().values() if pou.name in one.said]
     twin = (
@@ -364,7 +364,7 @@ def _short(sentence: str) -> str:
 
 
 def _linked(text: str, own: str) -> str:
-    """Names of blocks in a text as links."""
+    """Return the text with the names of blocks as links."""
 
     def link(match: re.Match[str]) -> str:
         name = match[0]

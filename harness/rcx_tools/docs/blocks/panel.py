@@ -1,4 +1,4 @@
-"""docs/reference/panel.html: two printed sides for the panel: signals, codes, errors, alarms."""
+"""Generator of docs/reference/panel.html: two printed sides of signals, codes, errors, alarms."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ _CATEGORIES = {
 
 
 def panel_page() -> str:
-    """The sheet as HTML."""
+    """Return the sheet as HTML."""
     body = [*_front(), *_back()]
     return "\n".join(
         [
@@ -137,7 +137,7 @@ def _back() -> Iterator[str]:
 
 
 def _sender(command: Command) -> str:
-    """The block that sends a command; where it sends several, which of them it is."""
+    """Return the block that sends a command, with the command if the block sends several."""
     if not command.code:
         return "status reset (FB_WriteArea)"
     block = next(one for one in library().blocks.values() if command in one.commands)
@@ -145,12 +145,12 @@ def _sender(command: Command) -> str:
 
 
 def _error(one: dict[str, Any]) -> tuple[str, ...]:
-    """Code, name and remedy."""
+    """Return code, name and remedy."""
     return (f"<code>16#{one['id']:04X}</code>", one["name"], one["remedy"])
 
 
 def _rows(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """A table; cells that begin with a tag are HTML already."""
+    """Yield a table; cells that begin with a tag are HTML already."""
     yield f"<table><tr>{''.join(f'<th>{escape(one)}</th>' for one in head)}</tr>"
     for row in rows:
         cells = (one if one.startswith("<") else escape(one) for one in row)

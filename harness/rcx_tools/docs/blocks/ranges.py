@@ -1,4 +1,4 @@
-"""What an input may be: from the tables of the telegrams, or from what its comment says."""
+"""Legal values of an input, from the tables of the telegrams or from its comment."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from rcx_tools.library.tables import Block, Input
 
 __all__ = ["range_of"]
 
-#: Numbers and spans in the words of a comment: `1 to 4; 0 = robot 1`, `2..7, 10..15`.
+# #: Numbers and ranges in a comment: `1 to 4; 0 = robot 1`, `2..7, 10..15`.
 _SAID = re.compile(
     r"-?\d+(?:\.\d+)?(?:\.\.| to )-?\d+(?:\.\d+)?"
     r"(?:(?:, | \.\. |, with Size 256 also )\d+\.\.\d+)*"
 )
-#: Of the areas; the comments say it in other words.
+# #: Ranges of the areas; their comments use other words.
 _AREAS = {"Size": "48, 256", "m": "0 to ImageSize - Size", "n": "0 to ImageSize - Size"}
 
 _REAL_STEPS = 8191.999
 
 
 def range_of(pou: Pou, pin: Pin) -> str:
-    """The legal values of an input in words; empty where the type alone says it.
+    """Return the legal values of an input in words; empty if the type is sufficient.
 
     Args:
         pou: The block.
@@ -50,7 +50,7 @@ def range_of(pou: Pou, pin: Pin) -> str:
 
 
 def _refused_members(pou: Pou, pin: Pin) -> set[str]:
-    """Members of an enumeration that the command's field does not know."""
+    """Return members of an enumeration that are not legal in the command's field."""
     tables = library()
     block, enumeration = tables.blocks.get(pou.name), tables.enumerations.get(pin.type)
     entries = block.inputs if block else ()
@@ -88,7 +88,7 @@ def _of_field(block: Block, entry: Input, part: Field) -> str:
 
 
 def _members(block: Block, field: str, values: Sequence[int]) -> str:
-    """Values of a field as members of the pin that fills it."""
+    """Return values of a field as members of the pin that fills it."""
     filler = next(one for one in block.inputs if field in one.to)
     names = {one.value: one.name for one in library().enumerations[filler.type].members}
     return ", ".join(f"`{names[value]}`" for value in values)

@@ -1,4 +1,4 @@
-"""An example in the virtual cell: what it did, and how its signals changed."""
+"""Run of an example in the virtual cell: outputs, times, and the changes of its signals."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ __all__ = ["Run", "run_of", "run_snippet"]
 
 _ROBOT = FOLDER / "programs/robot.toml"
 
-#: Longer than the longest movement of the examples.
+# #: Time limit of a run, longer than the longest movement of the examples.
 _LONGEST_US = 20_000_000
-#: How long a block without an end of its own runs from the start on, and any other after its end.
+# #: Run time of a block without an end from its start; of any other block after its end.
 _AFTER_US = 300_000
 
-#: WORD pins that say in numbers what a BOOL or a table of the page says.
+# #: WORD pins that repeat a BOOL, or a table of the page, as a number.
 _NUMBERS = ("ErrorID", "AlarmGroup", "AlarmCategory", "Code")
-#: The contract's outputs after the inputs, and in this order.
+# #: Order of the contract's outputs, which follow the inputs.
 _ORDER = {"Busy": 2, "Active": 3, "Done": 4, "Valid": 4, "Error": 5}
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a run of an example showed.
+    """The result of a run of an example.
 
     Attributes:
         snippet: The example.
         lanes: The signals that changed, in the order of the chart.
         left_out: Addresses of words that changed and are not drawn.
         outputs: The block's own outputs at its end, by name.
-        took_us: From the start of the block to its end; None where it has none.
-        seconds: How long `rcx run` needs to show the same, as text.
+        took_us: Time from the start of the block to its end; None without a start.
+        seconds: Time that `rcx run` needs to show the same, as text.
     """
 
     snippet: Snippet
@@ -55,7 +55,7 @@ class Run:
 
     @property
     def timeline(self) -> Timeline:
-        """Its chart."""
+        """Return its chart."""
         return _Lanes(self.lanes)
 
 
@@ -73,13 +73,13 @@ class _Lanes(Timeline):
         every = super().instants()
         before = [t_us for t_us in every if t_us < 0]
         held = any(lane.kind == "word" and lane.value_at(-1) for lane in self._shown)
-        # A word that is still out then needs room for its digits.
+        # A word that is still on the wire then needs room for its digits.
         return [*(before[-1:] if held else []), *(t_us for t_us in every if t_us >= 0)]
 
 
 @cache
 def run_of(name: str, engine: str = "builtin") -> Run:
-    """The run of a block's example."""
+    """Return the run of a block's example."""
     return run_snippet(snippets()[name], engine=engine)
 
 
@@ -87,12 +87,12 @@ def run_snippet(snippet: Snippet, *, engine: str = "builtin") -> Run:
     """Run an example, as generated now, until its block has ended.
 
     Raises:
-        InputError: it does not end as its page says, or a rule is broken on the way.
+        InputError: it does not end as its page says, or a rule is broken.
     """
     files = (snippet.path, snippet.stimulus_path)
     texts = (program(snippet), stimulus(snippet))
     if all(map(_has, files, texts)):
-        return _run(snippet, *files, engine)  # a file that lasts is compiled only once
+        return _run(snippet, *files, engine)  # compilation of an existing file is cached
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder, snippet.path.name), Path(folder, "stimulus.toml")
         for file, text in zip(made, texts, strict=True):
@@ -101,7 +101,7 @@ def run_snippet(snippet: Snippet, *, engine: str = "builtin") -> Run:
 
 
 def _has(file: Path, text: str) -> bool:
-    """Is this the text of the file?"""
+    """Return whether the file has this text."""
     return file.is_file() and file.read_text(encoding="utf-8") == text
 
 
@@ -143,12 +143,12 @@ def _run(snippet: Snippet, source: Path, events: Path, engine: str) -> Run:
 
 
 def _may(snippet: Snippet) -> tuple[str, ...]:
-    """Outputs that may be TRUE at the end of a run; none but those of a broken link."""
+    """Return outputs that may be TRUE at the end of a run: only those after a link loss."""
     return ("Error",) if any("link_down" in str(event) for event in snippet.events) else ()
 
 
 def _until_end(snippet: Snippet, cell: Cell, path: str) -> tuple[int, int]:
-    """Run until the block has ended; when it was started, and when it ended [us]."""
+    """Run until the block has ended; return the times of its start and end [us]."""
     pou = snippet.pou
     starts = "Execute" if pou.pin("Execute") else "Enable" if pou.pin("Enable") else ""
     ends = "Done" if pou.pin("Done") else "Valid"

@@ -1,4 +1,4 @@
-"""What the files of plc/lib say of a block: its head, its pins, its errors, what it is made of."""
+"""Parser of the files of plc/lib: the head of a block, its pins, its errors, its parts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["CONTRACT", "ROOT", "Kind", "Pin", "Pou", "Section", "kind_of", "kind
 
 ROOT = Path(__file__).resolve().parents[4]
 
-#: Pins that every block of their kind has; everything else is the block's own.
+# #: Pins of the contract; all others are the block's own.
 CONTRACT = ("Execute", "Enable", "Done", "Valid", "Busy", "Active", "Error", "ErrorID")
 
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
@@ -27,20 +27,20 @@ _POU = re.compile(r"\bF[BC]_\w+\b")
 _WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
 _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 
-#: What shared functions give, but not to every caller: an odd offset is wrong in an image of words
-#: only, an odd number with double words only, and what is aborted has a pin for it.
+# #: ErrorIDs of shared functions that only some callers can get: an odd offset only with an image
+# of #: words, an odd number only with double words, an abort only with the pin Abort.
 _ODD_OFFSET, _ODD_NUMBER, _ABORTED = 0x8032, 0x8035, 0x8050
 
-#: What FB_RcxJob adds on its own: a time limit and what else can happen to a turn. A remote
-#: command also ends with what FB_ReadArea finds, Robot.Inner.Answer; a channel of one's own has
-#: no queue.
+# #: ErrorIDs that FB_RcxJob adds: a time limit, and errors of the turn. A remote command also ends
+# #: with the result of FB_ReadArea, Robot.Inner.Answer. A channel of a composite block has no
+# queue.
 _JOB = "FB_RcxJob"
 _CALLED_WRONG = {0x8013, 0x8016, 0x8017}
 _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
 _ANSWER = re.compile(r"\bRobot\.Inner\.Answer := WORD#16#([0-9A-F]{4});")
 
-#: Paragraphs of a head that the page says in another way.
+# #: Beginnings of paragraphs of a head that the page shows differently.
 _NOT_SAID = ("Generated from", "Tests:")
 
 #: VAR_IN_OUT, VAR_INPUT or VAR_OUTPUT.
@@ -49,7 +49,7 @@ Section = str
 
 @dataclass(frozen=True)
 class Pin:
-    """One pin as it is declared; `unit` is what its comment has in brackets."""
+    """A pin as it is declared; `unit` is the text in brackets of its comment."""
 
     section: Section
     name: str
@@ -67,15 +67,15 @@ class Pou:
         file: Its source.
         folder: Topmost folder below plc/lib.
         does: The first sentence of its head.
-        about: The paragraphs after it, without those on tests and on what generates it.
-        section: Where the manual has it; empty for the library's own.
+        about: The paragraphs after it, without those about tests and generators.
+        section: Its section of the manual; empty if the manual has none.
         tests: The tests that its head names.
         pins: The interface, in the order of declaration.
         uses: Blocks and functions that its code names.
         said: Blocks and functions that its comments name.
-        own_errors: ErrorIDs that its own code gives.
-        answers: ErrorIDs that it puts into Robot.Inner.Answer, for the blocks that take that.
-        job: How it calls its FB_RcxJob; empty where it has none.
+        own_errors: ErrorIDs that its own code sets.
+        answers: ErrorIDs that it writes to Robot.Inner.Answer, for the blocks that read it.
+        job: The arguments of its FB_RcxJob; empty if it has none.
         result: Type of a function's result.
     """
 
@@ -95,31 +95,31 @@ class Pou:
 
     @property
     def name(self) -> str:
-        """Its name, that of the file."""
+        """Return its name, that of the file."""
         return self.file.stem
 
     @property
     def is_function(self) -> bool:
-        """A FUNCTION, not a FUNCTION_BLOCK."""
+        """Return whether it is a FUNCTION."""
         return self.name.startswith("FC_")
 
     @property
     def internal(self) -> bool:
-        """Part of other blocks: no user calls it."""
+        """Return whether it is a part of other blocks that users do not call."""
         head = " ".join((self.does, *self.about))
         inside = any(pin.type == "RCX_CHANNEL" for pin in self.pins)
         return inside or bool(re.search(r"\bPart of\b", head))
 
     def of(self, *sections: Section) -> list[Pin]:
-        """Its pins of these sections."""
+        """Return its pins of these sections."""
         return [pin for pin in self.pins if pin.section in sections]
 
     def pin(self, name: str) -> Pin | None:
-        """The pin of this name, if there is one."""
+        """Return the pin of this name, or None."""
         return next((pin for pin in self.pins if pin.name == name), None)
 
     def errors(self) -> list[int]:
-        """ErrorIDs that it can give: its own, and those of what it is made of."""
+        """Return its possible ErrorIDs: its own, and those of its parts."""
         found: set[int] = set()
         todo, seen = [self], set[str]()
         while todo:
@@ -141,17 +141,17 @@ class Pou:
 
 @dataclass(frozen=True)
 class Kind:
-    """A type of the library: the members of an enumeration, or what an array has.
+    """A type of the library: an enumeration, an array or a structure.
 
     Attributes:
         file: Its source.
-        does: What it is, from its head.
-        members: Each with its meaning; empty for arrays and structures.
+        does: Its description, from the head.
+        members: Members with their meanings; empty for arrays and structures.
         fields: Types of a structure's fields; empty for others.
-        defaults: Initial values of those that have one.
+        defaults: Initial values of the fields that have one.
         first: Lower bound of an array.
         count: Elements of an array; 0 for others.
-        element: Their type.
+        element: Type of the elements.
     """
 
     file: Path
@@ -166,14 +166,14 @@ class Kind:
 
 @cache
 def pous() -> dict[str, Pou]:
-    """Blocks and functions by name, folder by folder."""
+    """Return blocks and functions by name, folder by folder."""
     files = sorted((ROOT / "plc/lib").rglob("F[BC]_*.st"))
     return {file.stem: _pou(file) for file in files}
 
 
 @cache
 def kinds() -> dict[str, Kind]:
-    """The types by name."""
+    """Return the types by name."""
     return {file.stem: kind_of(file) for file in sorted((ROOT / "plc/lib").rglob("RCX_*.st"))}
 
 
@@ -208,7 +208,7 @@ def _pou(file: Path) -> Pou:
 
 
 def _of_job(pou: Pou) -> set[int]:
-    """ErrorIDs that a block has from its FB_RcxJob."""
+    """Return the ErrorIDs that a block has from its FB_RcxJob."""
     if not pou.job:
         return set()
     found = set(_SEQUENCE)
@@ -222,7 +222,7 @@ def _of_job(pou: Pou) -> set[int]:
 
 
 def _head(text: str) -> list[str]:
-    """The paragraphs of the comment at the head, each on one line."""
+    """Return the paragraphs of the comment at the head, each on one line."""
     comment = text.partition("*)")[0]
     lines = [re.sub(r"^\s*\(?\*", "", line).strip() for line in comment.splitlines()]
     whole = "\n".join(lines).strip()
@@ -244,7 +244,7 @@ def _pins(text: str) -> list[Pin]:
 
 
 def _groups(line: str) -> tuple[str, str, str, str]:
-    """Name, type, default and comment of a declaration; empty ones where the line is none."""
+    """Return name, type, default and comment of a declaration; empty texts for another line."""
     match = _PIN.match(line)
     if match is None:
         return "", "", "", ""
@@ -253,7 +253,10 @@ def _groups(line: str) -> tuple[str, str, str, str]:
 
 
 def _unit(comment: str) -> tuple[str, str]:
-    """What stands in brackets, and the comment without it; several stay where they are."""
+    """Return the unit in brackets, and the comment without it.
+
+    Several units stay in the comment.
+    """
     units = _UNIT.findall(comment)
     if len(units) != 1:
         return ", ".join(units), comment
@@ -261,7 +264,7 @@ def _unit(comment: str) -> tuple[str, str]:
 
 
 def kind_of(file: Path) -> Kind:
-    """The type of a file."""
+    """Return the type of a file."""
     text = file.read_text(encoding="utf-8")
     does = _WHERE.sub("", _head(text)[0].partition(": ")[2])
     array = _ARRAY.search(_COMMENT.sub("", text))

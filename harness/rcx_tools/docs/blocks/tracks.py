@@ -1,4 +1,4 @@
-"""The signals of an example's chart: which there are, and how they are called."""
+"""The signals of an example's chart: their selection and their names."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from rcx_tools.library import library
 
 __all__ = ["DRAWN", "Track", "not_too_many", "tracks_of"]
 
-#: Types of pins that are drawn; numbers as words.
+# #: Types of pins that are drawn; numbers are drawn as words.
 DRAWN = {"BOOL": "variable", "BYTE": "word", "WORD": "word", "UINT": "word"}
 
-#: Words of data, and of response, that a chart shows at most.
+# #: Greatest number of words of data, and of response, in a chart.
 _MOST_WORDS = 6
 _WORDS = 16
-#: Words of an abnormal end.
+# #: Words of an abnormal end.
 _ALARM = {1: "alarm group", 2: "alarm category"}
 
 
 class Track:
-    """A signal: how it is drawn, and where in a scan its value is."""
+    """A signal: its lane, and its value in a scan."""
 
     def __init__(
         self,
@@ -41,27 +41,30 @@ class Track:
         self._lane = Lane(name, kind, show=show)
 
     def take(self, record: Record) -> None:
-        """Note a change."""
+        """Record a change."""
         if isinstance(record, Scan):
             self._lane.note(record.t_us, self._value(record))
 
     def changed(self, begin: int, end: int) -> bool:
-        """Did it change from `begin` to `end`? What the PLC reads at `begin` was the cause."""
+        """Return whether it changed from `begin` to `end`.
+
+        The PLC's inputs at `begin` are the cause, so they count.
+        """
         own = self._lane.kind == "variable" or self.name.startswith(("SI", "n "))
         return any(begin - own < t_us <= end for t_us, _ in self._lane.changes)
 
     def lane_of(self, begin: int) -> Lane:
-        """Its lane, with times from `begin` on."""
+        """Return its lane, with times counted from `begin`."""
         changes = [(t_us - begin, value) for t_us, value in self._lane.changes]
         return Lane(self.name, self._lane.kind, changes, show=self._lane.show)
 
 
 def tracks_of(snippet: Snippet, flags: Sequence[str]) -> Iterator[Track]:
-    """All signals that may be drawn, in the order of the chart.
+    """Yield all signals that may be drawn, in the order of the chart.
 
     Args:
         snippet: The example.
-        flags: Paths of the variables that the trace has.
+        flags: Paths of the variables in the trace.
     """
     types = {pin.name: pin.type for pin in snippet.pou.pins}
     for path in flags:
@@ -87,7 +90,7 @@ def tracks_of(snippet: Snippet, flags: Sequence[str]) -> Iterator[Track]:
 
 
 def _place(at: str, name: str) -> Track:
-    """A bit, `n+34.0`, or a word, `m+48`."""
+    """Return the track of a bit, `n+34.0`, or of a word, `m+48`."""
     byte, _, bit = at[2:].partition(".")
     label = f"{at[0]} + {at[2:]}: {name}"
     if bit:
@@ -113,9 +116,9 @@ def _word(letter: str, at: int) -> Callable[[Scan], int]:
 
 
 def _words(letter: str, snippet: Snippet) -> Iterator[Track]:
-    """The words of the remote command, or of its answer, with the fields' names."""
+    """Yield the words of the remote command, or of its answer, with the fields' names."""
     block = library().blocks.get(snippet.pou.name)
-    # With a command before it, the words of two commands are in one lane.
+    # After an earlier command, a lane contains words of two commands, so names do not fit.
     mixed = any(pous()[step.block].folder == "command" for step in snippet.before)
     fields: Mapping[str, Field] = {}
     if block and not mixed:
@@ -138,7 +141,7 @@ def _words(letter: str, snippet: Snippet) -> Iterator[Track]:
 
 
 def _part(part: Field, k: int) -> str:
-    """What word k of a field is: `point`, `targets[2] high`."""
+    """Return the name of word k of a field: `point`, `targets[2] high`."""
     place = k - part.words[0]
     if part.type not in ("s32", "u32"):
         return f"{part.name}[{place + 1}]" if part.count > 1 else part.name
@@ -147,7 +150,7 @@ def _part(part: Field, k: int) -> str:
 
 
 def not_too_many(tracks: Sequence[Track]) -> tuple[list[Track], list[str]]:
-    """Without the words that are too many; the code and the status stay."""
+    """Return the tracks without surplus words, and those words; code and status stay."""
     shown: list[Track] = []
     left_out = []
     for track in tracks:

@@ -1,4 +1,4 @@
-"""Command `python -m rcx_tools.evidence.metamorphic`: changes that must not matter do not matter."""
+"""Command `python -m rcx_tools.evidence.metamorphic`: try the changes that must not matter."""
 
 from __future__ import annotations
 

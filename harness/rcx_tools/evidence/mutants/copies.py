@@ -186,7 +186,7 @@ class Copies:
         read(traced)
 
     def _enter(self, copy: Path) -> None:
-        """Switch this process to a copy: all later imports come from it, also the tests' helpers."""
+        """Switch this process to a copy: later imports come from it, also the tests' helpers."""
         sys.dont_write_bytecode = True
         os.chdir(copy)
         helping = str(self._root / "tests") + os.sep

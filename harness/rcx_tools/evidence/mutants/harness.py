@@ -277,7 +277,7 @@ class HarnessRun:
     def _about(
         self, mutants: Sequence[Mutant], paths: Sequence[str], baseline: Baseline
     ) -> dict[str, frozenset[str]]:
-        """What the tests in some files and folders are about: functions, or entries of tables."""
+        """Return the subjects of tests in files and folders: functions, or table entries."""
         files = self._tests(paths)
         ran = {node: about for node, about in baseline.ran.items() if _file(node) in files}
         entries = {one.pou for one in mutants if _is_table(one.file)}
@@ -308,7 +308,7 @@ class HarnessRun:
         return sampled(self._root, file, changes, meaning, one_of=one_of, seed=seed)
 
     def _others(self, mutant: Mutant, ran: dict[str, frozenset[str]]) -> list[str]:
-        """Return tests of files that name a module, for a module without a function that has run."""
+        """Return tests of files that name a module, if no function of the module has run."""
         name = Path(mutant.file).stem
         files = sorted({_file(node) for node in ran})
         naming = {file for file in files if name in (self._root / file).read_text("utf-8")}
@@ -358,7 +358,7 @@ def _shards(files: Sequence[str]) -> int:
 
 
 def _own(file: str, nodes: Mapping[str, frozenset[str]]) -> tuple[str, ...]:
-    """Return test files with the name of a module in their path; for a table those of tests/spec."""
+    """Return test files with the name of a module in their path; for tables tests/spec."""
     stem = Path(file).stem
     files = sorted({_file(node) for node in nodes})
     if _is_table(file):

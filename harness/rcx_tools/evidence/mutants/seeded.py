@@ -32,8 +32,8 @@ class Bug:
         """Return the mutant of the file with the bug.
 
         Raises:
-            InputError: `before` does not occur exactly once in the file, nothing is changed, or a path of
-                tests does not exist.
+            InputError: `before` does not occur exactly once in the file, nothing is changed, or a
+                path of tests does not exist.
         """
         file = root / self.file
         text = file.read_text(encoding="utf-8") if file.is_file() else ""

@@ -44,7 +44,7 @@ class TestStates:
         self._hashes: dict[str, str] = {}
 
     def of(self, file: str) -> str:
-        """Return a hash of a file of tests, of the tests/support modules it uses, and of its tables."""
+        """Return a hash of a file of tests, of its support modules, and of its tables."""
         if file not in self._hashes:
             digest = hashlib.sha256()
             tables = (self._root / file).parent.rglob("*.toml")
