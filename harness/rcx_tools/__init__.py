@@ -1,1 +1,1 @@
-"""What the project's own pages, library and evidence are made with; not in the wheel."""
+"""Generators of the project's own pages, library and evidence; not in the wheel."""

@@ -1,4 +1,4 @@
-"""Chromium without a window, for what a page looks like and how fast it is."""
+"""Headless chromium, for the look and the speed of a page."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 __all__ = ["LIMIT_S", "MISSING", "chromium", "is_there", "opened"]
 
 MISSING = "chromium and chromedriver are not installed"
-#: Longest wait for anything [s].
+# #: Longest wait for any step [s].
 LIMIT_S = 120
 
 
 def is_there() -> bool:
-    """Can it be started?"""
+    """Return whether it can be started."""
     return bool(shutil.which("chromium") and shutil.which("chromedriver"))
 
 
 @contextmanager
 def chromium(width: int = 1280, height: int = 900) -> Iterator[WebDriver]:
-    """A browser with a page of this size."""
+    """Yield a browser with a page of this size."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
@@ -47,7 +47,7 @@ def chromium(width: int = 1280, height: int = 900) -> Iterator[WebDriver]:
 
 
 def opened(browser: WebDriver, file: Path) -> float:
-    """Opens a page of `rcx view`; how long that took [ms]."""
+    """Open a page of `rcx view`; return the time it took [ms]."""
     from selenium.webdriver.support.ui import WebDriverWait
 
     browser.get(file.as_uri())

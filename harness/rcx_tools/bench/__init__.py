@@ -1,4 +1,4 @@
-"""What a session of the project should know of its speed: `make bench`, see timing.md."""
+"""Benchmarks of the project: `make bench`, see timing.md."""
 
 from rcx_tools.bench.figure import Figure
 

@@ -1,7 +1,7 @@
-"""`make bench`, or `python -m rcx_tools.bench`: measure, print a table, write out/bench.json.
+"""Command `make bench`, or `python -m rcx_tools.bench`: measure, print, write out/bench.json.
 
-Ends with 0 if all targets are met, with 1 if one is not, with 2 if it cannot be measured. Those
-that docs/explanation/timing.md names out of reach are listed apart.
+The exit code is 0 if all targets are met, 1 if a target is missed, 2 if a measurement is not
+possible. Targets that docs/explanation/timing.md names out of reach are listed apart.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from structured_text.output.units import parse_us
 __all__ = ["POINTS", "main"]
 
 OUTPUT = Path("out/bench.json")
-#: Columns of the table where nobody says how wide the screen is, as in a file.
+# #: Width of the table if the width of the screen is unknown, as in a file.
 _FILE_WIDTH = 140
 
-#: What can be measured: a module of this package with `measure(options)`, and a line of help.
+# #: The benchmarks: a module of this package with `measure(options)`, and a line of help.
 POINTS: dict[str, str] = {
     "handshake": "scans of commands and sequences beside the minimum (docs/explanation/timing.md)",
     "sizes": "bytes per instance on matiec and STruC++",
@@ -38,7 +38,7 @@ POINTS: dict[str, str] = {
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Measure what is asked for; see the head of this module for the exit code."""
+    """Measure the requested points; see the head of this module for the exit code."""
     parser = argparse.ArgumentParser(prog="make bench", description=__doc__)
     parser.add_argument("--only", default="", help=f"some of {', '.join(POINTS)}")
     parser.add_argument("--rpi", default="10ms,5ms,2ms,1ms", help="intervals of cyclic I/O")
@@ -60,7 +60,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _measured(points: Sequence[str], options: Options) -> dict[str, Figure]:
-    """Measure the points, print each as it is there, and keep them."""
+    """Measure the points, print each as soon as it is done, and save them."""
     console = Console()
     if not console.is_terminal:
         console = Console(width=_FILE_WIDTH)
@@ -81,10 +81,10 @@ def _measured(points: Sequence[str], options: Options) -> dict[str, Figure]:
 
 
 def _points(only: str) -> list[str]:
-    """The points that are named, or all.
+    """Return the named points, or all.
 
     Raises:
-        InputError: there is no such point.
+        InputError: a point does not exist.
     """
     wanted = [text.strip() for text in only.split(",") if text.strip()]
     if not wanted:

@@ -1,4 +1,4 @@
-"""Random calls of the functions and blocks of a library: the built-in engine beside matiec."""
+"""Comparison of the built-in engine with matiec, by random calls of a library's POUs."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from structured_text.projects.needed import declared_names, needed
 
 __all__ = ["Compared", "candidates", "compared"]
 
-#: Functions and blocks in one program.
+# #: Number of functions and blocks in one program.
 _TOGETHER = 24
-#: Constructs beyond the portable subset that matiec may take all the same.
+# #: Constructs beyond the portable subset that matiec may accept nevertheless.
 _TRIED = (
     "a written VAR_INPUT",
     "an empty branch",
@@ -44,13 +44,13 @@ _TRIED = (
 )
 _INPUTS, _OUTPUTS = ("VAR_INPUT",), ("VAR_OUTPUT",)
 _PLAIN = ("BOOL", "REAL", "LREAL", "TIME", "DATE", "TOD", "DT", "STRING", *INT_RANGE)
-#: Of a REAL: what lies between is drawn evenly, and some values are as they are.
+# #: Special values of a REAL; other values are drawn evenly.
 _REALS = (0.0, 1.0, -1.0, 0.5, 2.0, 100.0)
 
 
 @dataclass
 class Compared:
-    """What was compared: calls, functions and blocks, and a line for each that differs."""
+    """The result of a comparison: number of calls and POUs, and a line for each difference."""
 
     calls: int
     pous: int
@@ -59,26 +59,26 @@ class Compared:
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A function or block that both engines take, with the files that it needs."""
+    """A function or block that both engines accept, with the files that it needs."""
 
     pou: Pou
     files: tuple[Path, ...]
 
     def pins(self, sections: Sequence[str]) -> list[tuple[str, Type]]:
-        """Its variables of some sections."""
+        """Return its variables of some sections."""
         every = self.pou.symbols.values()
         return [(one.name, one.type) for one in every if one.section in sections]
 
 
 def candidates(files: Sequence[Path]) -> list[_Candidate]:
-    """The functions and blocks of a library that are in matiec's language, as all they use is.
+    """Return the functions and blocks of a library that, with all they use, matiec may accept.
 
     Args:
         files: Sources without errors.
     """
     files = list(files)
     project, errors = analyse(files)
-    while project is None:  # what is left lacks what was in a file that is refused
+    while project is None:  # the remaining files may lack declarations of refused ones
         refused = {error.file for error in errors}
         left = [file for file in files if str(file) not in refused]
         if len(left) == len(files) or not left:
@@ -100,7 +100,7 @@ def candidates(files: Sequence[Path]) -> list[_Candidate]:
 
 
 def _is_callable(pou: Pou) -> bool:
-    """Can it be called with values that are drawn, and has it something to compare?"""
+    """Return whether it can be called with random values, and has a result to compare."""
     pins = [one for one in pou.symbols.values() if one.section in (*_INPUTS, *_OUTPUTS)]
     plain = all(isinstance(one.type, EnumType) or _name(one.type) in _PLAIN for one in pins)
     given = all(one.section != "VAR_IN_OUT" for one in pou.symbols.values())
@@ -116,14 +116,14 @@ def _name(kind: Type) -> str:
 def compared(
     libraries: Sequence[Sequence[Path]], matiec: Matiec, compiler: str, calls: int, seed: int = 1
 ) -> Compared:
-    """Call what both engines take with random values, and compare what comes out.
+    """Call what both engines accept with random values, and compare the results.
 
     Args:
         libraries: Sources of each library, without errors.
         matiec: The other engine.
-        compiler: For its C.
-        calls: How many calls, over all functions and blocks.
-        seed: Of what is drawn.
+        compiler: The compiler for its C.
+        calls: Total number of calls.
+        seed: Seed of the random values.
     """
     draw = random.Random(seed)
     programs: list[tuple[list[_Candidate], Project, MatiecProgram]] = []
@@ -152,7 +152,7 @@ def compared(
 def _built(
     part: Sequence[_Candidate], file: Path, matiec: Matiec, compiler: str
 ) -> tuple[Project, MatiecProgram] | None:
-    """A program with a call of each; None where matiec does not take one of them."""
+    """Return a program with a call of each; None if matiec does not accept one of them."""
     file.write_text(_program(part), encoding="utf-8")
     files = dict.fromkeys(path for one in part for path in one.files)
     try:
@@ -163,7 +163,7 @@ def _built(
 
 
 def _program(part: Sequence[_Candidate]) -> str:
-    """One scan calls the function or block whose number `Which` has."""
+    """Return a program in which one scan calls the function or block selected by `Which`."""
     variables, branches = ["  Which : INT;"], []
     for number, one in enumerate(part):
         given = one.pins(_INPUTS)
@@ -205,7 +205,7 @@ def _compare(
             try:
                 ours.scan(now)
             except InputError:
-                break  # Ends the run here; C has no rule for it.
+                break  # It ends the run here; C has no rule for it.
             for name, value in values.items():
                 theirs.write(f"Main.I{number}_{name}", value)
             theirs.scan(now)
@@ -220,7 +220,7 @@ def _compare(
 
 
 def _drawn(kind: Type, draw: random.Random) -> Any:
-    """A value of a type, often a small one or one at its end."""
+    """Return a random value of a type, often a small value or a limit."""
     if isinstance(kind, EnumType):
         return draw.choice(kind.members)
     assert isinstance(kind, ElementaryType)

@@ -1,11 +1,10 @@
 """Cyclic I/O in real time: packets, gaps and CPU, alone and under a flood of explicit messages.
 
-Each controller is an adapter and a scanner on loopback addresses of their own, each in processes
-of its own. Beside the gaps stand those of a bare timer that runs at the same time, because
-machines are shared and noisy, and beside the CPU time that of a bare loop: two processes that only
-wait, receive and send, with the same priority. All processes of a run are there before the first
-packet: with real time priority the packets of many controllers leave a new process no time to
-start.
+Each controller is an adapter and a scanner with their own loopback addresses and processes.
+Machines are shared and noisy. The gaps are therefore compared with those of a bare timer that runs
+at the same time, and the CPU time with that of a bare loop: two processes with the same priority
+that only wait, receive and send. All processes of a run start before the first packet: with
+real-time priority, the packets of many controllers leave a new process no time to start.
 """
 
 from __future__ import annotations
@@ -63,24 +62,25 @@ _SIZE = 48
 #: Bytes of a packet with its header.
 _PACKET = 72
 _MODULE = "rcx_harness.enip.cyclic.process"
-#: How often both sides get new data [s].
+# #: Period of new data at both sides [s].
 _FRESH_S = 0.005
-#: Longest time-out: a stall of a busy machine is to be counted, not to end the connection.
+# #: Time-out multiplier, the longest: a stall of a busy machine is counted, but does not end the #:
+# connection.
 _PATIENT = 5
-#: The shortest interval of the promise, which is for one controller; and what one may do faster.
+# #: The shortest promised interval, for one controller; and the shortest possible one.
 _PROMISED_US, _SHORTEST_US = 2_000, 1_000
-#: Half of what a packet took before both ends were rewritten [us of CPU time].
+# #: Target: half of the CPU time per packet before both ends were rewritten [us].
 _CPU_US = 65
-#: More of them: how many, and their interval [us]; none of them with `quick`.
+# #: Many controllers: their number and interval [us]; left out with `quick`.
 _MANY = (16, 10_000)
 
 
 class Case(NamedTuple):
-    """One run to be made.
+    """One planned run.
 
     Attributes:
         rpi_us: Packet interval [us].
-        controllers: So many at once.
+        controllers: Number of controllers.
         flooded: With a flood of explicit messages to each.
         ordinary: Without real-time priority.
     """
@@ -92,7 +92,7 @@ class Case(NamedTuple):
 
     @property
     def name(self) -> str:
-        """`cyclic_2ms_x4_ordinary_flood`."""
+        """Return its name, such as `cyclic_2ms_x4_ordinary_flood`."""
         interval = format_us(self.rpi_us).replace(" ", "")
         many = f"_x{self.controllers}" if self.controllers > 1 else ""
         how = "_ordinary" if self.ordinary else ""
@@ -100,12 +100,12 @@ class Case(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Packets a second, both ways, of all controllers."""
+        """Return the packets per second, both ways, of all controllers."""
         return 2e6 * self.controllers / self.rpi_us
 
     @property
     def is_compared(self) -> bool:
-        """Is its CPU time set beside that of bare loops, just before and just after it?"""
+        """Return whether its CPU time is compared with bare loops, just before and after it."""
         return (self.rpi_us, self.controllers, self.flooded) == (_PROMISED_US, 1, False)
 
 
@@ -114,14 +114,15 @@ class Run:
     """One run of all its controllers.
 
     Attributes:
-        case: What was run.
-        seconds: How long.
-        packets: That came, both ways, of all controllers.
-        nominal: That should have come.
-        missing: By their sequence numbers, both ways.
-        gap_median_us: Median of the gaps between packets to the scanner; of several, the median.
-        gap_p99_us: 99 % of the gaps are not longer; the worst controller's.
-        timer_p99_us: The same of the bare timer.
+        case: The planned run.
+        seconds: Its duration.
+        packets: Packets received, both ways, of all controllers.
+        nominal: Packets expected.
+        missing: Missing sequence numbers, both ways.
+        gap_median_us: Median of the gaps between packets to the scanner; with several
+            controllers the median of theirs.
+        gap_p99_us: 99 % of the gaps are not longer; of the worst controller.
+        timer_p99_us: The same figure of the bare timer.
         timer_missing: Intervals in which the bare timer did not wake.
         cpu_us: CPU time for each packet sent and received, of all processes of the cyclic part.
     """
@@ -139,7 +140,7 @@ class Run:
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """All intervals alone and under flood, then more controllers; a line for each run."""
+    """Measure all intervals alone and under flood, then many controllers; print a line per run."""
     seconds = 1.0 if options.quick else options.seconds
     console = Console(highlight=False)
     planned = cases(options)
@@ -162,7 +163,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def cases(options: Options) -> list[Case]:
-    """The runs in their order: each alone, then under flood; the shortest without priority, too."""
+    """Return the planned runs: each alone, then under flood; the shortest also without priority."""
     alone = [Case(rpi_us, 1, flooded=False) for rpi_us in options.rpi_us]
     ordinary = [case._replace(ordinary=True) for case in alone if case.rpi_us <= _PROMISED_US]
     many = [] if options.quick else [Case(_MANY[1], _MANY[0], flooded=False)]
@@ -175,11 +176,11 @@ def _flooded(quiet: Sequence[Case]) -> list[Case]:
 
 
 def run(case: Case, seconds: float) -> Run:
-    """Hold the connections, and count.
+    """Keep the connections open for a time, and count the packets.
 
     Args:
-        case: What to run.
-        seconds: How long.
+        case: The planned run.
+        seconds: Its duration.
 
     Raises:
         RcxError: an adapter did not start, or a connection was refused.
@@ -211,12 +212,12 @@ def run(case: Case, seconds: float) -> Run:
                 scanner.write(image)
             time.sleep(_FRESH_S)
         after = _counts(pairs)
-        # What the processes use is read before and after the packets: it takes its time.
+        # The CPU time of the processes is read before and after the packets, because it takes time.
         used = (cpu_of_children(_MODULE) - cpu[1]) / (time.monotonic() - cpu[0]) * passed
         seen = [scanner.statistics() for _, scanner in pairs]
         gaps = json.loads(bare.communicate()[0] or "[]")
     ends = list(zip(before, after, strict=True))
-    # Packets of each end in its own time, brought to the time of the run.
+    # The rate of each end over its own time, scaled to the time of the run.
     rate = sum((b.received - a.received) / (b.time_s - a.time_s) for a, b in ends)
     packets = round(rate * passed)
     return Run(
@@ -232,12 +233,12 @@ def run(case: Case, seconds: float) -> Run:
 
 
 def figures(run: Run, quiet: Run | None, loops_us: Sequence[float] = ()) -> dict[str, Figure]:
-    """What a run says, by name.
+    """Return the figures of a run, by name.
 
     Args:
-        run: It.
-        quiet: The same without the flood.
-        loops_us: CPU time of a packet of bare loops, just before and just after it.
+        run: The run.
+        quiet: The same run without the flood.
+        loops_us: CPU time per packet of bare loops, just before and just after it.
     """
     rate = run.packets / run.nominal
     beside = f"bare timer: p99 {run.timer_p99_us} us"
@@ -276,7 +277,7 @@ def figures(run: Run, quiet: Run | None, loops_us: Sequence[float] = ()) -> dict
 
 
 def bare(rpi_us: int, seconds: float) -> float:
-    """CPU time for each packet of two processes that exchange packets and do nothing else [us]."""
+    """Return the CPU time per packet of two processes that only exchange packets [us]."""
     ends = (("127.0.79.1", "127.0.79.2"), ("127.0.79.2", "127.0.79.1"))
     with ExitStack() as held:
         loops = [
@@ -293,7 +294,7 @@ def bare(rpi_us: int, seconds: float) -> float:
 
 
 def _pair(held: ExitStack, number: int, rpi_us: int) -> tuple[Adapter, Scanner]:
-    """A controller's adapter and its master, not yet connected."""
+    """Start a controller's adapter and its master; they are not yet connected."""
     device, master = f"127.0.77.{number + 1}", f"127.0.78.{number + 1}"
     options = AdapterOptions(rpi_min_us=1000)
     adapter = held.enter_context(Adapter(_SIZE, host=device, cyclic=2222, options=options))
@@ -306,7 +307,7 @@ def _pair(held: ExitStack, number: int, rpi_us: int) -> tuple[Adapter, Scanner]:
 
 
 class _Count(NamedTuple):
-    """Packets that one end has received and missed so far, and when it was asked [s]."""
+    """Packets that one end has received and missed so far, and the time of the reading [s]."""
 
     received: int
     missing: int
@@ -314,7 +315,7 @@ class _Count(NamedTuple):
 
 
 def _counts(pairs: Sequence[tuple[Adapter, Scanner]]) -> list[_Count]:
-    """Of each end of all connections; with many of them to ask takes its time."""
+    """Read the counts of each end of all connections; with many of them this takes time."""
     counts = []
     for adapter, scanner in pairs:
         device = adapter.shared.status()
@@ -325,7 +326,7 @@ def _counts(pairs: Sequence[tuple[Adapter, Scanner]]) -> list[_Count]:
 
 
 def timer(interval_us: int, seconds: float) -> list[int]:
-    """The gaps of a timer that does nothing else [us]."""
+    """Return the gaps of a timer that does nothing else [us]."""
     interval, end = interval_us / 1e6, time.monotonic() + seconds
     gaps: list[int] = []
     due = before = time.monotonic()
@@ -339,7 +340,7 @@ def timer(interval_us: int, seconds: float) -> list[int]:
 
 
 def loop(own: str, other: str, rpi_us: int, seconds: float) -> tuple[int, float]:
-    """Wait, receive and send for so long; how many have come, and its CPU time [us]."""
+    """Wait, receive and send for a time; return the packets received and the CPU time [us]."""
     packet, interval = bytes(_PACKET), rpi_us / 1e6
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         line.bind((own, 2222))
@@ -359,7 +360,7 @@ def loop(own: str, other: str, rpi_us: int, seconds: float) -> tuple[int, float]
 
 
 def flood(host: str, port: int) -> None:
-    """Ask for assembly 100 without a pause, until ended."""
+    """Read assembly 100 without a pause, until the process is ended."""
     with Client(host, port) as client:
         while True:
             client.get_assembly(100)

@@ -1,4 +1,4 @@
-"""A measured figure, and many of them as a table and as JSON."""
+"""Measured figures, as a table and as JSON."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["OUT_OF_REACH", "Figure", "Options", "as_table", "at_least", "at_most
 __all__ += ["shown", "store"]
 
 NO_TARGET = "none"
-#: Stands behind the peer of a figure whose target cannot be met; that page shows why.
+# #: Suffix of the peer of a figure with a target that cannot be met; that page shows why.
 OUT_OF_REACH = "; out of reach: docs/explanation/timing.md"
 
 
@@ -23,10 +23,10 @@ class Figure:
     """One row of out/bench.json.
 
     Attributes:
-        value: What was measured; None where something that it takes is missing (`peer` says what).
-        unit: Its unit, or what a count counts.
-        target: What it has to be, as text; `none` for a figure that is only shown.
-        peer: What it was measured beside in the same run, or how.
+        value: The measured value; None if a required tool is missing (`peer` names it).
+        unit: Its unit, or the counted thing.
+        target: Its target as text; `none` for a figure without one.
+        peer: The figure it is compared with in the same run, or the method.
         met: Whether it meets its target; True without one.
     """
 
@@ -38,13 +38,13 @@ class Figure:
 
     @property
     def missed(self) -> bool:
-        """Whether it does not meet a target that can be met."""
+        """Return whether it misses a target that can be met."""
         return not self.met and not self.peer.endswith(OUT_OF_REACH)
 
 
 @dataclass(frozen=True)
 class Options:
-    """How long to measure.
+    """Extent of the measurements.
 
     Attributes:
         seconds: Length of each run in real time.
@@ -58,28 +58,28 @@ class Options:
 
 
 def at_least(value: float, unit: str, least: float, peer: str = NO_TARGET) -> Figure:
-    """A figure that must not be below `least`."""
+    """Return a figure that must not be below `least`."""
     return Figure(_rounded(value), unit, f">= {least:g}", peer, value >= least)
 
 
 def at_most(value: float, unit: str, most: float, peer: str = NO_TARGET) -> Figure:
-    """A figure that must not be above `most`."""
+    """Return a figure that must not be above `most`."""
     target = f"<= {most:g}" if most else "0"
     return Figure(_rounded(value), unit, target, peer, value <= most)
 
 
 def shown(value: float, unit: str, peer: str = NO_TARGET) -> Figure:
-    """A figure without a target."""
+    """Return a figure without a target."""
     return Figure(_rounded(value), unit, peer=peer)
 
 
 def missing(unit: str, target: str, why: str) -> Figure:
-    """A figure that cannot be measured on this machine."""
+    """Return a figure that cannot be measured on this machine."""
     return Figure(None, unit, target, why, met=False)
 
 
 def as_table(figures: Mapping[str, Figure]) -> Table:
-    """The figures with their targets beside them."""
+    """Return a table of the figures and their targets."""
     table = Table(box=box.SIMPLE, pad_edge=False)
     table.add_column("figure", no_wrap=True)
     table.add_column("value", justify="right", no_wrap=True)
@@ -96,7 +96,7 @@ def as_table(figures: Mapping[str, Figure]) -> Table:
 
 
 def store(figures: Mapping[str, Figure], file: Path) -> None:
-    """Write figures as JSON; those of other points that the file has stay."""
+    """Write figures as JSON; other figures in the file stay."""
     known: dict[str, object] = {}
     if file.is_file():
         try:
@@ -111,11 +111,11 @@ def store(figures: Mapping[str, Figure], file: Path) -> None:
 
 
 def percentile(values: Sequence[int], share: float) -> int:
-    """The value that `share` of all do not exceed; 0 without any."""
+    """Return the value that `share` of all do not exceed; 0 without any."""
     ordered = sorted(values)
     return ordered[min(len(ordered) - 1, int(len(ordered) * share))] if ordered else 0
 
 
 def _rounded(value: float) -> float:
-    """Four digits are enough; whole numbers stay whole."""
+    """Return the value with four digits; whole numbers stay whole."""
     return value if isinstance(value, int) or value == int(value) else float(f"{value:.4g}")

@@ -1,7 +1,7 @@
-"""The handshake and the dedicated inputs beside their theoretical minimum (timing.md).
+"""Handshake and dedicated inputs compared with their theoretical minimum (timing.md).
 
-Every combination of a grid is simulated on the built-in engine; a scan more than the minimum
-anywhere is an extra scan.
+Every combination of a grid is simulated on the built-in engine. Each scan above the minimum counts
+as an extra scan.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from structured_text.language.load import load
 
 __all__ = ["Case", "Simulated", "grid", "measure", "simulate_command", "simulate_sequence"]
 
-#: Between two changes of dedicated inputs, without the margin [us].
+# #: Interval between two changes of dedicated inputs, without the margin [us].
 _INTERVAL_US = 100_000
 #: The controller's response to code, end of a command and reset [ms].
 _RESPONSES_MS = (0, 7, 20)
-#: Margin beyond what the network needs [ms].
+# #: Margin beyond the need of the network [ms].
 _MARGINS_MS = (0, 45)
 _MOST_SCANS = 10_000
 
@@ -57,13 +57,13 @@ _HEAD = """
             EmergencyStopOk := TRUE, StopOk := TRUE);
 END_PROGRAM
 """
-#: Two commands, the second with the end of the first: read the positions.
+# #: Two commands that read positions; the end of the first starts the second.
 _COMMANDS = "PROGRAM Commands" + _HEAD.format(
     blocks="First, Second : FB_RemoteCommand;",
     calls="""First(Robot := Robot, Execute := Go, Code := WORD#16#0505);
   Second(Robot := Robot, Execute := First.Done, Code := WORD#16#0505);""",
 )
-#: Four dedicated inputs, each with the end of the one before.
+# #: Four dedicated inputs; the end of each starts the next.
 _SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
     blocks="Reset : FB_AlarmReset; Servo : FB_ServoOn; Rewind : FB_ProgramReset;\n"
     "    Auto : FB_AutoStart;",
@@ -72,7 +72,7 @@ _SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
   Rewind(Robot := Robot, Execute := Servo.Done);
   Auto(Robot := Robot, Execute := Rewind.Done);""",
 )
-#: Their outputs that say it is done, and the bit of their input in bytes n + 32, n + 33.
+# #: The blocks, and the bit of their input in bytes n + 32, n + 33.
 _STEPS = (("Reset", 14), ("Servo", 1), ("Rewind", 13), ("Auto", 10))
 #: The controller's time for each of them [ms]: alarm reset, servo ON, program reset, start.
 _ANSWERS_MS = (20.0, 50.0, 20.0, 20.0)
@@ -88,12 +88,12 @@ class Case(NamedTuple):
 
     @property
     def timing(self) -> Timing:
-        """The clocks of a cell; no time-out comes in between."""
+        """Return the clocks of a cell; the time-out is too long to occur."""
         return Timing(self.scan_us, self.rpi_us, 0, 10 * self.rpi_us + 500_000, self.phases)
 
 
 class Simulated(NamedTuple):
-    """What the cell did, and the minimum of the same start."""
+    """The times of the cell, and the minimum for the same start."""
 
     case: Case
     took: tuple[int, ...]
@@ -101,7 +101,10 @@ class Simulated(NamedTuple):
 
     @property
     def extra(self) -> int:
-        """The most scans that any of the times is above its minimum; negative is impossible."""
+        """Return the scans by which a time differs most from its minimum.
+
+        A negative number should be impossible.
+        """
         late = [a - b for a, b in zip(self.took, self.minimum, strict=True)]
         return max(late, key=abs) // self.case.scan_us
 
@@ -109,7 +112,7 @@ class Simulated(NamedTuple):
 def grid(
     scans_ms: Iterable[int], rpis_ms: Iterable[int], responses_ms: Iterable[int]
 ) -> list[Case]:
-    """Every combination twice: all clocks from 0, and with phases that are drawn for it."""
+    """Return every combination twice: all clocks from 0, and with random phases."""
     cases = []
     for scan, rpi, response in itertools.product(scans_ms, rpis_ms, responses_ms):
         random = Random(f"{scan} {rpi} {response}")
@@ -121,7 +124,7 @@ def grid(
 
 
 def simulate_command(case: Case, *, together: bool = False) -> Simulated:
-    """From `Execute` to `Done`, and on to the next command's code, of two commands in a row.
+    """Simulate two commands in a row, from `Execute` to the code of the second.
 
     Args:
         case: The combination.
@@ -156,10 +159,10 @@ def simulate_command(case: Case, *, together: bool = False) -> Simulated:
 
 
 def simulate_sequence(case: Case) -> Simulated:
-    """Alarm reset, servo ON, program reset and start in a row.
+    """Simulate alarm reset, servo ON, program reset and start in a row.
 
-    The margin is what the network needs, RPI + 5 ms, and `response_us` beyond that. Times as at
-    `simulate_command`: for each input ON, done, OFF.
+    The margin is the need of the network, RPI + 5 ms, and `response_us` beyond that. Times are
+    those of `simulate_command`, for each input: ON, done, OFF.
     """
     config = RobotConfig(power_on_alarm="17.401", program_is_reset=False)
     margin_us = case.rpi_us + CYCLE_US + case.response_us
@@ -181,7 +184,7 @@ def simulate_sequence(case: Case) -> Simulated:
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """The whole grid, on all processors: 1 to 20 ms, 1 to 100 ms, several responses."""
+    """Measure the whole grid on all processors: 1 to 20 ms, 1 to 100 ms, several responses."""
     step = 7 if options.quick else 1
     cases = grid(range(1, 21, step), range(1, 101, step), _RESPONSES_MS)
     margins = grid(range(1, 21, 3 * step), range(1, 101, 9 * step), _MARGINS_MS)
@@ -196,7 +199,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def _most(found: Sequence[Simulated]) -> int:
-    """The greatest difference; one that is too early counts as much as one that is late."""
+    """Return the greatest difference; early and late count alike."""
     return max(abs(one.extra) for one in found)
 
 
@@ -205,7 +208,7 @@ def _simulated(case: Case, start: int, took: Command, least: Command) -> Simulat
 
 
 def _is_on(bit: int, scan: Scan) -> bool:
-    """Is a dedicated input ON after this scan?"""
+    """Return whether a dedicated input is ON after this scan."""
     return bool(int.from_bytes(scan.si[32:34], "little") >> bit & 1)
 
 
@@ -223,7 +226,7 @@ def _from(start: int, times: Sequence[int]) -> tuple[int, ...]:
 
 @cache
 def _program(text: str, library: Path) -> BuiltinProgram:
-    """A program with the library, compiled once per process."""
+    """Return a program with the library, compiled once per process."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "Main.st"
         file.write_text(text, encoding="utf-8")
@@ -236,7 +239,7 @@ def _cell(text: str, case: Case, config: RobotConfig) -> Cell:
 
 
 def _settle(cell: Cell) -> None:
-    """Scan until the interval since the link came up is over: what is asked now goes out now."""
+    """Scan until the interval since the link came up is over, so that requests go out at once."""
 
     def ready() -> bool:
         robot = cell["Main.Robot"]
@@ -246,7 +249,7 @@ def _settle(cell: Cell) -> None:
 
 
 def _until(cell: Cell, condition: Callable[[Scan], object]) -> int:
-    """Scan until `condition` of the last scan is true; the time of that scan [us].
+    """Scan until `condition` of the last scan is true; return the time of that scan [us].
 
     Raises:
         InputError: it did not become true: the bench does not measure what it should.

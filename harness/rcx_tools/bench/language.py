@@ -1,11 +1,11 @@
-"""The share of files of public libraries of Structured Text that the front end accepts.
+"""Share of the files of public Structured Text libraries that the front end accepts.
 
-The libraries are folders or project files that whoever measures has fetched: `RCX_LIBRARIES` names
-them, separated as in PATH. Nothing of them is kept here. What one entry names is one library: its
-files are checked together, since they use each other. A declaration of a project that is one file
-(PLCopen XML) counts as a file.
+The person who measures fetches the libraries. `RCX_LIBRARIES` names their folders or project files,
+separated as in PATH. This repository contains nothing of them. Each entry is one library: its files
+are checked together, because they use each other. In a project of one file (PLCopen XML) each
+declaration counts as a file.
 
-Where matiec is found, random calls of what it takes, too, are compared (`agreement`).
+If matiec is available, random calls of POUs that it also accepts are compared (`agreement`).
 """
 
 from __future__ import annotations
@@ -30,24 +30,24 @@ from structured_text.projects.sources import named_files
 
 __all__ = ["CALLS", "LEAST", "Share", "accepted", "measure", "sources_of"]
 
-#: Share of the files of each library that is to be accepted [%].
+# #: Required share of accepted files in each library [%].
 LEAST = 95.0
-#: Random calls that are compared, over all libraries.
+# #: Number of compared random calls, over all libraries.
 CALLS = 100_000
 _VARIABLE = "RCX_LIBRARIES"
-#: Names and numbers of a message, which its reason does not depend on.
+# #: Names and numbers in a message; they are removed to group messages by reason.
 _NAMES = re.compile(r"'[^']*'|\b\w*\d\w*\b|\b[A-Z_]\w*\b")
 _SHOWN = 10
 
 
 @dataclass(frozen=True)
 class Share:
-    """What became of a library.
+    """The result for a library.
 
     Attributes:
-        files: How many there are.
-        refused: Those with errors.
-        reasons: Each reason with how often it occurs.
+        files: Number of files.
+        refused: Files with errors.
+        reasons: Each reason with its number of occurrences.
     """
 
     files: int
@@ -56,12 +56,12 @@ class Share:
 
     @property
     def percent(self) -> float:
-        """The share of files without an error."""
+        """Return the share of files without an error [%]."""
         return 100.0 * (self.files - len(self.refused)) / self.files
 
 
 def sources_of(entry: Path) -> list[Path]:
-    """The sources of a library: its files, and what its project declares.
+    """Return the sources of a library: its files, and the declarations of its project.
 
     Raises:
         InputError: there are none, or the project cannot be read.
@@ -76,7 +76,7 @@ def accepted(files: Sequence[Path]) -> Share:
     """Check the files of a library together.
 
     Raises:
-        InputError: there are none.
+        InputError: there are no files.
     """
     if not files:
         raise InputError("no files to measure", hint=f"look at {_VARIABLE}")
@@ -87,7 +87,7 @@ def accepted(files: Sequence[Path]) -> Share:
 
 
 def _is_in(file: Path, error: InputError) -> bool:
-    """Is an error in this file, or in this declaration of it?"""
+    """Return whether an error is in this file, or in this declaration of it."""
     if error.file != str(file):
         return False
     lines = [line.at for line in getattr(file, "lines", None) or ()]

@@ -1,6 +1,7 @@
-"""The theoretical minimum of docs/explanation/timing.md: when each step can happen at the earliest.
+"""Theoretical minimum of docs/explanation/timing.md: the earliest time of each step.
 
-It knows nothing of the blocks: three clocks, what waits for what, and the manual's 100 ms.
+It does not use the blocks. It knows three clocks, the dependencies of the steps, and the manual's
+100 ms.
 """
 
 from __future__ import annotations
@@ -12,13 +13,13 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["Clocks", "Command", "Step", "command", "sequence"]
 
-#: A command this short ends in the cycle that begins it: the controller skips the run status.
+# #: A shorter command ends in the cycle that begins it: the controller skips the run status.
 _SHORT_US = CYCLE_US
 
 
 @dataclass(frozen=True)
 class Command:
-    """A remote command at its earliest; times are those of scans [us].
+    """The earliest times of a remote command; times are those of scans [us].
 
     Attributes:
         code: The code is written; the data words one scan before.
@@ -35,7 +36,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Step:
-    """One dedicated input of a sequence at its earliest; times are those of scans [us].
+    """The earliest times of one dedicated input of a sequence; times are those of scans [us].
 
     Attributes:
         on: The input goes ON.
@@ -49,43 +50,44 @@ class Step:
 
 
 class Clocks:
-    """When scan, packet and controller cycle come; jitter is taken as 0."""
+    """The clocks of scan, packet and controller cycle, without jitter."""
 
     def __init__(self, timing: Timing) -> None:
         self.scan_us, self._rpi_us = timing.scan_us, timing.rpi_us
         self._cycle_phase, self._to_robot, self._to_plc, self._scan_phase = timing.phases
 
     def scan(self, t_us: int) -> int:
-        """S(t): the first scan at `t_us` or later."""
+        """Return S(t): the first scan at `t_us` or later."""
         return _next(t_us, self.scan_us, self._scan_phase)
 
     def cycle(self, t_us: int) -> int:
-        """C(t): the first controller cycle at `t_us` or later."""
+        """Return C(t): the first controller cycle at `t_us` or later."""
         return _next(t_us, CYCLE_US, self._cycle_phase)
 
     def seen_by_robot(self, t_us: int) -> int:
-        """R(t): the cycle that sees what the scan at `t_us` wrote.
+        """Return R(t): the cycle that sees the outputs of the scan at `t_us`.
 
-        A scan's outputs go with the first packet after it, and a cycle sees what arrived before.
+        A scan's outputs go with the first packet after it. A cycle sees packets that arrived before
+        it.
         """
         packet = _next(t_us + 1, self._rpi_us, self._to_robot)
         return self.cycle(packet + 1)
 
     def seen_by_plc(self, t_us: int) -> int:
-        """A(t): the scan that reads what the cycle at `t_us` answered."""
+        """Return A(t): the scan that reads the answer of the cycle at `t_us`."""
         return self.scan(_next(t_us, self._rpi_us, self._to_plc))
 
 
 def command(
     clocks: Clocks, start_us: int, *, accept_us: int, run_us: int, reset_us: int
 ) -> Command:
-    """The handshake at its earliest.
+    """Return the earliest times of the handshake.
 
     Args:
         clocks: The three clocks.
         start_us: The scan of the rising edge; the status is 0x0000 and the channel free.
         accept_us: The controller's time from the code to the beginning of the command.
-        run_us: How long the command takes.
+        run_us: Duration of the command.
         reset_us: The controller's time from the code 0x0000 to the status 0x0000.
     """
     code = start_us + clocks.scan_us
@@ -99,7 +101,7 @@ def command(
 def sequence(
     clocks: Clocks, start_us: int, answers_us: tuple[int, ...], spacing_us: int
 ) -> list[Step]:
-    """Dedicated inputs one after the other, each with the end of the one before.
+    """Return the earliest times of dedicated inputs in a row; the end of each starts the next.
 
     Args:
         clocks: The three clocks.
@@ -119,5 +121,5 @@ def sequence(
 
 
 def _next(t_us: int, period_us: int, phase_us: int) -> int:
-    """The first of phase, phase + period, ... at `t_us` or later."""
+    """Return the first of phase, phase + period, ... at `t_us` or later."""
     return max(0, -(-(t_us - phase_us) // period_us)) * period_us + phase_us

@@ -1,4 +1,4 @@
-"""Processes that the bench looks at from outside: their CPU time, and loads it starts."""
+"""Processes of the bench: their CPU time, and loads that it starts."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from structured_text.errors import InputError
 
 __all__ = ["begin", "cpu_of_children", "first_line", "in_ordinary_time", "running"]
 
-#: Where Linux tells of its processes; without it CPU time cannot be measured.
+# #: Folder of Linux's process information; without it CPU time cannot be measured.
 _PROC = Path("/proc")
 
 
 def cpu_of_children(module: str) -> float:
-    """CPU time of the processes below this one that run a Python module [s].
+    """Return the CPU time of the descendants of this process that run a Python module [s].
 
     Raises:
-        InputError: this system does not tell.
+        InputError: this system does not report it.
     """
     return sum(_ticks_of_children(module).values()) / os.sysconf("SC_CLK_TCK")
 
 
 def in_ordinary_time(module: str) -> None:
-    """Take real-time priority from the processes below this one that run a Python module.
+    """Remove real-time priority from the descendants of this process that run a Python module.
 
     Raises:
-        InputError: this system does not tell of them.
+        InputError: this system does not list them.
     """
     for number in _ticks_of_children(module):
         with suppress(ProcessLookupError):  # it has ended meanwhile
@@ -38,17 +38,17 @@ def in_ordinary_time(module: str) -> None:
 
 
 def _ticks_of_children(module: str) -> dict[int, int]:
-    """CPU time of the processes below this one that run a Python module, by their ids [ticks].
+    """Return the CPU time of descendants that run a Python module, by process id [ticks].
 
     Raises:
-        InputError: this system does not tell.
+        InputError: this system does not report it.
     """
     if not (_PROC / "self" / "stat").exists():
         raise InputError("CPU time of other processes is measured on Linux only")
     parents: dict[int, int] = {}
     ticks: dict[int, int] = {}
     for entry in _PROC.iterdir():
-        with suppress(OSError, ValueError):  # it has ended meanwhile, or is no process
+        with suppress(OSError, ValueError):  # it has ended meanwhile, or is not a process
             number = int(entry.name)
             fields = (entry / "stat").read_text().rpartition(")")[2].split()
             parents[number] = int(fields[1])
@@ -58,7 +58,7 @@ def _ticks_of_children(module: str) -> dict[int, int]:
 
 
 def _is_below(pid: int, parents: dict[int, int], above: int) -> bool:
-    """Is it a child of this process, or a child of one?"""
+    """Return whether it is a descendant of this process."""
     while pid in parents:
         pid = parents[pid]
         if pid == above:
@@ -68,7 +68,7 @@ def _is_below(pid: int, parents: dict[int, int], above: int) -> bool:
 
 @contextmanager
 def running(module: str, arguments: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
-    """A Python module as a process of its own, ended at the end."""
+    """Run a Python module in its own process; end it on exit."""
     process = subprocess.Popen(
         [sys.executable, "-m", module, *arguments], stdin=subprocess.PIPE,
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
@@ -85,7 +85,7 @@ def running(module: str, arguments: Sequence[str]) -> Iterator[subprocess.Popen[
 
 
 def first_line(process: subprocess.Popen[str]) -> str:
-    """What a process says when its start, which takes its time, is over.
+    """Wait for the first line of a process: its start, which takes time, is over.
 
     Raises:
         InputError: it has ended instead.
@@ -98,7 +98,7 @@ def first_line(process: subprocess.Popen[str]) -> str:
 
 
 def begin(process: subprocess.Popen[str]) -> None:
-    """Let a process that is ready and waits for a line begin."""
+    """Send a line to a process that is ready, so that it begins."""
     assert process.stdin is not None
     process.stdin.write("\n")
     process.stdin.flush()

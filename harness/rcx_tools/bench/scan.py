@@ -1,10 +1,10 @@
-"""What a user pays per scan on a PLC, on each compiler that is found.
+"""Cost per scan on a PLC, on each compiler that is found.
 
-Ten robots in one program, whose controllers the program itself plays (a command is answered in the
-next scan), so that nothing of the harness is measured beside them. Each figure is the difference of
-two programs that differ in one thing only, per robot or block: the areas beside an empty program,
-idle blocks and a handshake that runs without end beside the areas, areas of 48 bytes beside those
-of 512. The programs take turns; medians of CPU time.
+Ten robots are in one program. The program itself simulates their controllers (a command is answered
+in the next scan), so that the harness is not measured. Each figure is the difference of two
+programs that differ in one thing only, per robot or block: areas against an empty program, idle
+blocks and an endless handshake against the areas, areas of 48 bytes against those of 512. The
+programs take turns; the figures are medians of CPU time.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from structured_text.projects.needed import needed
 __all__ = ["ENGINES", "ROWS", "RUNNING", "Paid", "measure", "paid"]
 
 ENGINES = ("matiec", "strucpp")
-#: What is measured.
+# #: The measured figures.
 ROWS = (
     "an area read and written",
     "of that what 464 more bytes in RCX_IMAGE cost",
@@ -49,7 +49,7 @@ _AREA = """  ReadArea{k}(Robot := Robot{k}, Image := InputArea{k}, ImageSize := 
     InputArea{k}[1] := BYTE#16#00;
   END_IF;
 """
-#: What a robot of the program with handshakes calls between its areas.
+# #: Calls of a robot between its areas, in the program with handshakes.
 RUNNING = """  Move{k}(Robot := Robot{k}, Execute := NOT Move{k}.Done, Point := 19);
   IF Move{k}.Done THEN
     Count := Count + 1;
@@ -59,7 +59,7 @@ RUNNING = """  Move{k}(Robot := Robot{k}, Execute := NOT Move{k}.Done, Point := 
 
 @dataclass(frozen=True)
 class Paid:
-    """One engine: nanoseconds per scan, in the order of ROWS."""
+    """The figures of one engine: nanoseconds per scan, in the order of ROWS."""
 
     area: float
     copies: float
@@ -72,7 +72,7 @@ def paid(engine: str, rounds: int, scans: int) -> Paid:
 
     Args:
         engine: `matiec` or `strucpp`.
-        rounds: How often the programs take turns.
+        rounds: Number of turns of each program.
         scans: Scans of each program in a round.
 
     Raises:
@@ -88,7 +88,7 @@ def paid(engine: str, rounds: int, scans: int) -> Paid:
         count = programs["running"].read("Main.Count")
         for program in programs.values():
             program.close()
-    # Data, code, answer, 0x0000 and its answer: no command takes more than eight scans.
+    # Data, code, answer, 0x0000 and its answer: a command takes at most eight scans.
     if not isinstance(count, int) or count < _ROBOTS * rounds * scans // 8:
         raise InputError(f"{engine}: {count} commands in {rounds * scans} scans are too few")
     ns = {one: median(found) for one, found in times.items()}
@@ -101,7 +101,7 @@ def paid(engine: str, rounds: int, scans: int) -> Paid:
 
 
 def _timed(program: Program, scans: int) -> float:
-    """CPU time of a scan [ns]."""
+    """Return the CPU time of a scan [ns]."""
     scan = program.scan
     started = time.process_time_ns()
     for now_us in range(0, scans * _SCAN_US, _SCAN_US):
@@ -125,7 +125,7 @@ def _built(name: str, folder: Path, engine: str) -> Program:
 
 
 def _text(name: str) -> str:
-    """The source of one of the programs."""
+    """Return the source of one of the programs."""
     declared, called = ["    Count : DINT;"], ["  Count := Count;\n"]
     for k in range(0 if name == "empty" else _ROBOTS):
         declared += [

@@ -1,7 +1,7 @@
 """Bytes that a robot and a block take on a PLC, on each compiler that is found.
 
-No figure is assumed: matiec or STruC++ translates the whole library, and what it made, laid out by
-the C or C++ compiler, tells `sizeof` of every block.
+No size is estimated. matiec or STruC++ translates the whole library, the C or C++ compiler lays out
+the result, and `sizeof` gives the size of every block.
 """
 
 from __future__ import annotations
@@ -67,12 +67,12 @@ int main(void) {
 
 @dataclass(frozen=True)
 class Size:
-    """One type: where it lies in the library, and what an instance takes.
+    """A type with its folder in the library and the size of an instance.
 
     Attributes:
-        name: Of the block or structure.
+        name: Name of the block or structure.
         folder: `area`, `command`, `sequence`, `types` and so on.
-        bytes: Per instance.
+        bytes: Bytes per instance.
     """
 
     name: str
@@ -81,14 +81,14 @@ class Size:
 
     @property
     def limit(self) -> int | None:
-        """The target, where there is one."""
+        """Return the target, or None."""
         if self.name == "RCX_REF":
             return LARGEST_REF
         return LARGEST_COMMAND if self.folder == "command" else None
 
 
 def sizes(matiec: Matiec, compiler: str) -> list[Size]:
-    """What every block of the library and RCX_REF take on matiec, by folder and name.
+    """Return the sizes of all blocks and of RCX_REF on matiec, by folder and name.
 
     Raises:
         InputError: the library has an error, or the C compiler fails.
@@ -115,7 +115,7 @@ def sizes(matiec: Matiec, compiler: str) -> list[Size]:
 
 
 def strucpp_sizes(strucpp: Strucpp, compiler: str) -> list[Size]:
-    """What every block of the library and RCX_REF take on STruC++, as `sizes`.
+    """Return the sizes of all blocks and of RCX_REF on STruC++, like `sizes`.
 
     Raises:
         InputError: the library has an error, or one of the compilers refuses it.
@@ -132,14 +132,14 @@ def strucpp_sizes(strucpp: Strucpp, compiler: str) -> list[Size]:
 
 
 def _sources(folder: Path) -> list[Path]:
-    """The library, and a program beside it that hardly does a thing."""
+    """Return the library, and a minimal program."""
     main = folder / "main.st"
     main.write_text(_MAIN, encoding="utf-8")
     return [main, *sorted(default_lib().rglob("*.st"))]
 
 
 def _places() -> dict[str, str]:
-    """RCX_REF and the blocks, each with its folder."""
+    """Return RCX_REF and the blocks, each with its folder."""
     home = default_lib()
     blocks = sorted(home.rglob("FB_*.st"))
     return {"RCX_REF": "types"} | {one.stem: one.relative_to(home).parts[0] for one in blocks}
@@ -174,11 +174,11 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def table(every: Sequence[Size], other: Sequence[Size] = ()) -> Table:
-    """All sizes, for people.
+    """Return a table of all sizes, for people.
 
     Args:
-        every: On matiec.
-        other: On STruC++; empty where it is not found.
+        every: Sizes on matiec.
+        other: Sizes on STruC++; empty if it is not found.
     """
     drawn = Table(title="Bytes per instance")
     for heading in ("folder", "block", "matiec", "target", "STruC++"):

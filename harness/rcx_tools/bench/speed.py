@@ -1,4 +1,4 @@
-"""Measure the run of `make demo` beside real time, and what commands take: CPU time, medians."""
+"""Measure the speed of `make demo` against real time, and the time of commands: CPU, medians."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.engines.load import why_not
 __all__ = ["measure"]
 
 _EXAMPLE, _EXAMPLE_S = default_lib().parent / "examples/01_power_up", 3
-#: How many times real time a run must be.
+# #: Required speed of a run, as a multiple of real time.
 _LEAST = {"matiec": 300, "builtin": 50}
 _COMMANDS = ("--version", "--help", f"check {_EXAMPLE}", f"run {_EXAMPLE}")
 

@@ -21,13 +21,14 @@ from rcx_tools.bench.figure import Figure, Options, at_most, shown
 
 __all__ = ["Tested", "measure", "read"]
 
-#: What `make test` may take on two quiet cores without matiec, on the wall and of both cores.
+# #: Limits for `make test` on two quiet cores without matiec: wall time, and CPU time of both
+# cores.
 _LIMIT_S, _LIMIT_CPU_S = 150, 300
 _EXPENSIVE = 10
 _QUICK = ("-m", "not exhaustive")
-#: How a part is run once more: in how many processes, and in which order.
+# #: Repetitions of a part: name, number of processes, order.
 _OTHERWISE = (("in four", "4", ""), ("in reverse", "1", "reverse"), ("drawn", "1", "20261"))
-#: That part: tests that share compiled programs, seeds and caches.
+# #: The repeated part: tests that share compiled programs, seeds and caches.
 _PART = ("tests/area", "tests/sequence", "tests/contract/test_broken_blocks.py", "tests/robot")
 
 
@@ -40,7 +41,7 @@ class Tested(NamedTuple):
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Run the tests; with `quick` the part that is run several times only."""
+    """Run the tests; with `quick` only the repeated part."""
     with tempfile.TemporaryDirectory() as folder:
         plain = _results(_run(Path(folder), *_PART))
         found = {}
@@ -85,7 +86,7 @@ def _room(test: Tested) -> str:
 
 
 def read(file: Path) -> list[Tested]:
-    """The tests of a file that `pytest --junitxml` has written."""
+    """Return the tests of a file that `pytest --junitxml` has written."""
     tests = []
     for case in ET.parse(file).iter("testcase"):
         marks = {child.tag for child in case}
@@ -109,6 +110,6 @@ def _results(tests: list[Tested]) -> set[tuple[str, str]]:
 
 
 def _cpu() -> float:
-    """CPU time of all processes that have ended [s]."""
+    """Return the CPU time of all processes that have ended [s]."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime

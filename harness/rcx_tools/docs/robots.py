@@ -1,4 +1,4 @@
-"""The text of robots.md: the robot models, and their cycle times beside the catalogue's."""
+"""Generator of robots.md: the robot models, and their cycle times compared with the catalogue."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ rows after it."""
 
 
 def robots_page() -> str:
-    """The page as Markdown."""
+    """Return the page as Markdown."""
     return "\n".join([_HEAD, *_lines()]) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""The rooms of both packages and the arrows between them, as their imports draw them."""
+"""The rooms of both packages and the arrows between them, found by their imports."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ __all__ = ["PLANS", "against", "arrows", "drawn", "rooms", "rooms_svg"]
 
 _HARNESS = Path(__file__).resolve().parents[2]
 
-#: Rooms row by row, with the column of each.
+# #: The rows of rooms, with the column of each room.
 Plan: TypeAlias = tuple[Mapping[str, float], ...]
 
-#: The plans of both packages: a room imports rooms below it, or to the right of it. The last row is
-#: the ground that any room may stand on. All rooms of rcx_harness may import structured_text.
+# #: The plans of both packages: a room imports rooms below it, or to the right of it. Any room may
+# #: import the last row. All rooms of rcx_harness may import structured_text.
 PLANS: Mapping[str, Plan] = {
     "rcx_harness": (
         {"cli": 2.3},
@@ -41,7 +41,7 @@ _COLUMN, _ROW, _WIDTH, _HEIGHT, _EDGE = 108, 78, 84, 30, 16
 
 
 def rooms(package: str) -> set[str]:
-    """What stands at the top of the package: folders and modules, but for its own face."""
+    """Return the top-level folders and modules of a package, except its own __init__."""
     home = _HARNESS / package
     folders = {path.parent.name for path in home.glob("*/__init__.py")}
     every = folders | {path.stem for path in home.glob("*.py")}
@@ -73,7 +73,7 @@ def _imported(tree: ast.AST, package: str) -> set[str]:
 
 
 def drawn(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
-    """The arrows without those that a way over another room implies, where there is no circle."""
+    """Return the arrows of an acyclic graph without those that a longer path implies."""
 
     def reached(name: str) -> set[str]:
         return set(every[name]).union(*(reached(one) for one in every[name]))
@@ -87,10 +87,12 @@ def drawn(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
 
 
 def against(plan: Plan, every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
-    """The arrows that a plan forbids: they go up, or to the left. Without any there is no circle.
+    """Return the arrows that a plan forbids: they go up, or to the left.
+
+    If there are none, the imports are acyclic.
 
     Raises:
-        KeyError: a room that has no place in the plan.
+        KeyError: a room has no place in the plan.
     """
     order = {name: (row, line[name]) for row, line in enumerate(plan) for name in line}
     return [(name, one) for name in every for one in every[name] if order[one] <= order[name]]
@@ -133,7 +135,7 @@ def rooms_svg(package: str) -> str:
 
 
 def _arrow(upper: tuple[int, int], lower: tuple[int, int]) -> str:
-    """A line from the lower edge of a box to the upper edge of another."""
+    """Return a line from the lower edge of a box to the upper edge of another."""
     (x, y), (to_x, to_y) = upper, lower
     x, to_x, y = x + _WIDTH // 2, to_x + _WIDTH // 2, y + _HEIGHT
     bend = to_y - (_ROW - _HEIGHT)  # straight down to there, past the rows between

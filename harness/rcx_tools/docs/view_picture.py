@@ -1,7 +1,7 @@
-"""docs/how-to/view.png: robot and chart of example 04, from a run of its own.
+"""Generator of docs/how-to/view.png: robot and chart of example 04, from its own run.
 
-`python -m rcx_tools.docs.view_picture` draws it anew, in chromium. Which page it is of stands in
-the picture, as a digest: so that a test sees whether it is current without drawing it.
+`python -m rcx_tools.docs.view_picture` draws it again, in chromium. The picture contains a digest
+of its page. A test can therefore check that it is current without drawing it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PICTURE = _ROOT / "docs/how-to/view.png"
 _SIZE = (1280, 900)
 _KEY = b"Page"
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-#: While the arm goes from the feeder to the tray: part of the run, and the cursor.
+# #: Script that shows the arm between feeder and tray: a part of the run, and the cursor.
 _SHOWN = """
 document.dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
 const plot = document.getElementById("plot");
@@ -46,7 +46,7 @@ _AT = 0.68
 
 
 def page() -> str:
-    """The page that is shown, as HTML."""
+    """Return the page that is shown, as HTML."""
     given = {"engine": "builtin", "watch": "Main.Carry.Stage,Main.Cycle.Count", "positions": "mm"}
     with Cell.build(_EXAMPLE, robot=_ROOT / "docs/how-to/view.toml", scan="10ms", **given) as cell:  # type: ignore[arg-type]
         Stimulus.load(_EXAMPLE / "stimulus.toml").schedule(cell)
@@ -57,7 +57,7 @@ def page() -> str:
 
 
 def digest(html: str) -> str:
-    """What stands in the picture of a page; however its data are compressed."""
+    """Return the digest of a page, which does not depend on the compression of its data."""
     head, data, tail = re.split(
         r'(?<=<script id="data" type="text/plain">)(.*?)(?=</script>)', html
     )
@@ -66,7 +66,7 @@ def digest(html: str) -> str:
 
 
 def digest_in(picture: bytes) -> str:
-    """Of which page a picture is; empty where that does not stand in it."""
+    """Return the digest in a picture; empty if there is none."""
     at = len(_SIGNATURE)
     while at < len(picture):
         (length,) = struct.unpack_from(">I", picture, at)
@@ -78,7 +78,7 @@ def digest_in(picture: bytes) -> str:
 
 
 def _signed(picture: bytes, text: str) -> bytes:
-    """A picture with a text in it, behind its head."""
+    """Return a picture with a text chunk after its head."""
     head = len(_SIGNATURE) + 25
     body = b"tEXt" + _KEY + b"\0" + text.encode()
     chunk = struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))
@@ -96,7 +96,7 @@ def _drawn(html: str) -> bytes:
 
 
 def main() -> None:
-    """Draw the picture anew, if it is of another page."""
+    """Draw the picture again, if it is of another page."""
     html = page()
     if PICTURE.exists() and digest_in(PICTURE.read_bytes()) == digest(html):
         return

@@ -1,4 +1,4 @@
-"""The page of what each tool's Structured Text has, from the lists of the exporters."""
+"""Generator of the page about each tool's Structured Text, from the lists of the exporters."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _LISTS = {
 
 
 def words_page() -> Iterator[str]:
-    """Its lines."""
+    """Yield the lines of the page."""
     yield _ABOUT
     for name, title in _LISTS.items():
         yield f"\n## {title}\n"
@@ -48,7 +48,7 @@ says so or denies it, and is told as "may be refused". What each means: [languag
 
 
 def _constructs() -> Iterator[str]:
-    """Who takes which construct, and what says so."""
+    """Yield the table of the constructs that each tool accepts, with the sources."""
     yield _CONSTRUCTS
     every = tools().values()
     said = [one for tool in every for one in (*tool.takes.values(), *tool.refuses.values())]

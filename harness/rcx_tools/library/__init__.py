@@ -1,4 +1,4 @@
-"""The generated part of plc/lib: command blocks and their types, from the tables in spec/."""
+"""Generators of the generated part of plc/lib: command blocks and their types, from spec/."""
 
 from rcx_tools.library.render import files
 from rcx_tools.library.tables import CATEGORIES, Block, Library, library

@@ -1,8 +1,8 @@
-"""Alarms and ErrorIDs in words for a panel: blocks of plc/lib, and a table as CSV.
+"""Texts of alarms and ErrorIDs for a panel: blocks of plc/lib, and a table as CSV.
 
 The texts are in spec/alarms.toml and spec/errors.toml, in English and Japanese. A STRING of a PLC
-holds bytes, on many PLCs up to 80 of them: a text becomes up to two lines of up to 80 bytes, and
-Japanese is carried as UTF-8, in escapes, so that the source stays ASCII.
+holds bytes, on many PLCs at most 80. A text therefore becomes up to two lines of up to 80 bytes.
+Japanese is UTF-8 in escapes, so that the source stays ASCII.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["LANGUAGES", "literal", "text_files", "wrapped"]
 
-#: Suffix of the keys in spec/ by language.
+# #: Suffix of the keys in spec/, by language.
 LANGUAGES = {"English": "", "Japanese": "_ja"}
 
 _WIDTH, _LINES = 80, 2
-#: What may stand alone on a line: ASCII without spaces, or a character with what closes it.
+# #: Parts of a text that are not divided: ASCII without spaces, or a character with its closing
+# mark.
 _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
-#: What the errors of each block are about, and their numbers.
+# #: Subject of the errors of each block, and their numbers.
 _ERROR_BLOCKS = {
     "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
     "InputErrorText": ("errors of inputs and tables", range(0x8021, 0x8058)),
@@ -46,7 +47,7 @@ Row = Mapping[str, Any]
 
 
 def text_files() -> dict[str, Callable[[], str]]:
-    """What writes each generated file, by its path in the repository."""
+    """Return the generators of the files, by the path in the repository."""
     folder = "plc/lib/diagnosis"
     written: dict[str, Callable[[], str]] = {}
     for language in LANGUAGES:
@@ -64,10 +65,10 @@ def text_files() -> dict[str, Callable[[], str]]:
 
 
 def wrapped(text: str) -> list[str]:
-    """A text as lines of up to 80 bytes.
+    """Return a text as lines of up to 80 bytes.
 
     Raises:
-        InputError: there would be more than two.
+        InputError: the text needs more than two lines.
     """
     lines = [""]
     if text.isascii():
@@ -86,9 +87,10 @@ def wrapped(text: str) -> list[str]:
 
 
 def literal(text: str) -> str:
-    """A STRING literal: bytes of UTF-8, those beyond ASCII as escapes.
+    """Return a STRING literal: bytes of UTF-8, those beyond ASCII as escapes.
 
-    A digit or a letter from A to F after an escape is one, too: in C it would belong to it.
+    A digit or a letter from A to F after an escape is escaped, too: a C compiler would otherwise
+    read it as a part of the escape.
     """
     made, escaped = [], False
     for byte in text.encode():
@@ -208,7 +210,7 @@ def _signal_names() -> str:
 
 
 def _cases(of: str, name: str, rows: Sequence[tuple[str, str, str]]) -> list[str]:
-    """A CASE that gives each number its name, with a remark; an empty name to all others."""
+    """Return a CASE that assigns each number its name, with a remark, and '' to all others."""
     texts = [f"  {number}: {name} := {literal(text)};" for number, text, _ in rows]
     width = max(map(len, texts)) + 2
     lines = [f"{text:<{width}}(* {row[2]} *)" for text, row in zip(texts, rows, strict=True)]
@@ -230,12 +232,15 @@ def _function(name: str, about: Sequence[str], inputs: Sequence[str], body: Sequ
 
 
 def _named_commands() -> list[tuple[int, spec.Command]]:
-    """All but the status reset, which no block sends as a command."""
+    """Return all commands except the status reset, which no block sends as a command."""
     return [(code, one) for code, one in sorted(spec.commands().items()) if code]
 
 
 def _table() -> str:
-    """All texts, for the text lists of a panel; with a byte order mark, for spreadsheets."""
+    """Return all texts for the text lists of a panel.
+
+    The table begins with a byte order mark, for spreadsheets.
+    """
     columns = [f"{key}{suffix}" for suffix in LANGUAGES.values() for key in _KEYS]
     page = io.StringIO()
     page.write("\N{ZERO WIDTH NO-BREAK SPACE}")

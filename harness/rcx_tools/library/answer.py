@@ -1,4 +1,4 @@
-"""How the words of a response get to the outputs of a block."""
+"""Generator of the statements that copy the words of a response to the outputs of a block."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from rcx_tools.library.tables import Block, Enumeration, Library, Output, When
 
 __all__ = ["answer"]
 
-#: How far a statement of a response is indented at most.
+# #: Greatest indentation of a statement of a response.
 _DEEPEST = 10
 
 _EMPTY = {"BOOL": "FALSE", "WORD": "WORD#16#0000", "REAL": "0.0", "STRING": "''"}
 
 
 def answer(block: Block, tables: Library) -> list[str]:
-    """The statements that are due when the work has ended: outputs cleared, then filled."""
+    """Return the statements for the end of the work: outputs are cleared, then filled."""
     if not block.outputs:
         return []
     lines = _cleared(block, tables)
@@ -36,7 +36,7 @@ def answer(block: Block, tables: Library) -> list[str]:
 
 
 def _cleared(block: Block, tables: Library) -> list[str]:
-    """Without an answer everything is 0, or the first member."""
+    """Return statements that clear the outputs to 0, or to the first member."""
     lines, loops = [], dict[int, list[str]]()
     for pin in block.outputs:
         array = tables.arrays.get(pin.type)
@@ -52,7 +52,10 @@ def _cleared(block: Block, tables: Library) -> list[str]:
 
 
 def _shared_loop(block: Block, tables: Library, pins: Sequence[Output]) -> list[str]:
-    """Several arrays from the same 32 bit fields, each where its condition holds."""
+    """Return a loop that fills several arrays from the same 32-bit fields.
+
+    Each array is filled under its own condition.
+    """
     part = block.responses[pins[0].source]
     body: list[str] = []
     for pin in pins:
@@ -63,7 +66,10 @@ def _shared_loop(block: Block, tables: Library, pins: Sequence[Output]) -> list[
 
 
 def _holds(block: Block, when: When) -> str:
-    """A field of the response, or else of the request that was sent, has a value."""
+    """Return the condition that a field has a value.
+
+    It is a field of the response, or else of the request that was sent.
+    """
     name, low, high = when
     if name in block.responses:
         part, source = block.responses[name], "Robot.Response"
@@ -134,7 +140,7 @@ def _scalar(
 
 
 def _double_word(before: str, low: str, high: str, behind: str) -> list[str]:
-    """A statement with the 32 bit number in two words of the response."""
+    """Return a statement with the 32-bit number in two words of the response."""
     call = f"{before}FC_RcxDoubleWord("
     rest = f"HighWord := Robot.Response[{high}]){behind}"
     room = len(call) if len(call) + len(rest) + _DEEPEST <= WIDTH else 4
@@ -142,6 +148,6 @@ def _double_word(before: str, low: str, high: str, behind: str) -> list[str]:
 
 
 def _members(enumeration: Enumeration, name: str, number: str) -> list[str]:
-    """The member of a number; the first one, which the output has already, needs no branch."""
+    """Return a CASE for the member of a number; the first member is already assigned."""
     rows = [(f"{one.value}", f"{name} := {one.name};") for one in enumeration.members[1:]]
     return case(number, rows)

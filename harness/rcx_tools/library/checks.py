@@ -1,4 +1,4 @@
-"""What a block refuses: inputs that the telegram cannot carry, or that the manual forbids."""
+"""Generator of a block's input checks: values the telegram cannot carry or the manual forbids."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ Limits = tuple[int, ...]
 
 _ROBOT, _VALUE, _TEXT, _REAL = "16#8040", "16#8045", "16#8046", "16#8047"
 
-#: Up to here every 0.001 mm is a REAL of its own, and comes out of the product as it went in; from
-#: 8192 mm on the steps of a REAL are so wide that a telegram may be 0.001 mm off.
+# #: Up to here every 0.001 mm has its own REAL, and the product returns it exactly. From 8192 mm on
+# #: the steps of a REAL are so wide that a telegram may be 0.001 mm off.
 _EXACT = 8_191_999
 _PRINTABLE = (0x20, 0x7E)
-#: The largest REAL, in full: some PLCs compare a REAL with the exact number.
+# #: The largest REAL with all digits: some PLCs compare a REAL with the exact number.
 _LARGEST = "3.4028234663852886E38"
 _TYPES = {"INT": (-(2**15), 2**15 - 1), "UINT": (0, 2**16 - 1), "DINT": (-(2**31), 2**31 - 1)}
 
 
 def checks(block: Block, tables: Library, sent: Sequence[str]) -> list[str]:
-    """The statements that give the job the error of the first pin that is wrong.
+    """Return the statements that give the job the error of the first wrong pin.
 
-    Those on arrays are loops, after the others, and need a variable of their own: Refused.
+    Checks of arrays are loops after the others. They need a variable of their own: Refused.
 
     Args:
         block: The block.
         tables: The library.
-        sent: What is done where no pin is wrong.
+        sent: Statements to execute if no pin is wrong.
     """
     chain: list[tuple[str, str]] = []
     loops: list[str] = []
@@ -69,7 +69,10 @@ def checks(block: Block, tables: Library, sent: Sequence[str]) -> list[str]:
 def selector_groups(
     pin: Input, part: Field
 ) -> list[tuple[tuple[int, ...], tuple[int, ...], float]]:
-    """Values of the field that a range depends on: (values, limits, scale), alike ones together."""
+    """Return the values of the selector field, grouped by (limits, scale).
+
+    Each group is (values, limits, scale).
+    """
     groups: dict[tuple[tuple[int, ...], float], list[int]] = {}
     for value, limits in part.ranges.items():
         scale = pin.scale_by.get(value, pin.scale)
@@ -78,14 +81,14 @@ def selector_groups(
 
 
 def decimal(value: int) -> int:
-    """12 for 16#12."""
+    """Return the decimal number of a BCD value: 12 for 16#12."""
     return 10 * (value >> 4) + (value & 0xF)
 
 
 def _wrong(
     conditions: Conditions, tables: Library, block: Block, pin: Input, kind: str, name: str
 ) -> Iterator[tuple[str, str, str]]:
-    """(when it counts, what is wrong, ErrorID) of one pin."""
+    """Yield (guard, condition of the error, ErrorID) for one pin."""
     if not pin.to or len(pin.to) > 1:
         return
     part = block.requests[pin.to[0]]
@@ -116,7 +119,7 @@ def _wrong(
 def _limits(
     conditions: Conditions, pin: Input, part: Field
 ) -> Iterator[tuple[str, tuple[int, ...], float]]:
-    """(when, limits or none, scale) of the field behind a pin."""
+    """Yield (guard, limits or none, scale) of the field behind a pin."""
     counts = conditions.counts(pin)
     if pin.range:
         yield counts, pin.range, pin.scale
@@ -134,7 +137,7 @@ def _limits(
 def _outside(
     pin: Input, kind: str, name: str, part: Field, limits: tuple[int, ...], scale: float
 ) -> str:
-    """The pin is not within the limits; those of the field where there are none."""
+    """Return the condition that the pin is outside of the limits, or of the field's range."""
     if kind == "BOOL":
         return ""
     if kind == "WORD":
@@ -165,9 +168,10 @@ def _outside(
 
 
 def _limit(value: int, outward: int, scale: float) -> str:
-    """A limit of a REAL; a tenth of a step further where that REAL itself would be beyond it.
+    """Return a limit of a REAL, a tenth of a step further out if its REAL is beyond the limit.
 
-    The REAL 0.01 is a little less than 0.01, and some PLCs compare it with the exact number.
+    For example the REAL 0.01 is a little less than 0.01, and some PLCs compare it with the exact
+    number.
     """
     (held,) = struct.unpack("<f", struct.pack("<f", value / scale))
     beyond = (held - value / scale) * outward > 0
@@ -175,12 +179,15 @@ def _limit(value: int, outward: int, scale: float) -> str:
 
 
 def _beyond(name: str, low: str, high: str) -> str:
-    """A REAL is not from `low` to `high`; by a function, which sees also what is no number."""
+    """Return the condition that a REAL is not from `low` to `high`; NaN is not.
+
+    The comparison is a call of FC_RcxOutside, because that also detects NaN.
+    """
     return f"FC_RcxOutside(Value := {name}, Lowest := {low}, Highest := {high})"
 
 
 def _pairs(pin: Input, part: Field, limits: Sequence[int]) -> list[Pair]:
-    """The intervals in which a pin with a whole number may be."""
+    """Return the legal intervals of a pin with a whole number."""
     if pin.encoding == "bit" and not pin.range:
         lowest, highest = (limits[0], limits[-1]) if limits else (0, part.mask >> part.bits[0])
         return [(1 if lowest else 0, highest.bit_length())]
@@ -196,7 +203,7 @@ def _pairs(pin: Input, part: Field, limits: Sequence[int]) -> list[Pair]:
 
 
 def _runs(values: Sequence[int]) -> list[Pair]:
-    """Values that follow each other as intervals."""
+    """Return consecutive values as intervals."""
     runs: list[Pair] = []
     for value in values:
         if runs and runs[-1][1] == value - 1:
@@ -207,7 +214,7 @@ def _runs(values: Sequence[int]) -> list[Pair]:
 
 
 def _products(block: Block) -> Iterator[str]:
-    """A product is too large; step by step, so that none of the steps overflows."""
+    """Yield conditions for a product above its limit, factor by factor to avoid overflow."""
     limits = block.commands[0].product
     if limits is None:
         return

@@ -1,4 +1,4 @@
-"""When a field has a value, said in terms of the pins that fill it."""
+"""Conditions on fields, expressed by the pins that fill them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _ZERO = {"WORD": "WORD#16#0000", "REAL": "0.0"}
 
 
 def both(*conditions: str) -> str:
-    """All of them; an empty one always holds."""
+    """Return the conjunction of conditions; an empty condition always holds."""
     given = [one for one in conditions if one]
     return " AND ".join(f"({one})" if " OR " in one and len(given) > 1 else one for one in given)
 
 
 def either(*conditions: str) -> str:
-    """One of them; an empty one always holds."""
+    """Return the disjunction of conditions; an empty condition always holds."""
     if not all(conditions):
         return ""
     wrapped = (f"({one})" if " AND " in one and len(conditions) > 1 else one for one in conditions)
@@ -35,26 +35,26 @@ class Conditions:
         self._enumerations = enumerations
 
     def counts(self, pin: Input) -> str:
-        """When a pin counts at all."""
+        """Return the condition under which a pin is used at all."""
         given = f"{pin.pin} <> {_ZERO.get(pin.type, '0')}" if pin.flag else ""
         return both(self.holds(*pin.when) if pin.when else "", given)
 
     def matters(self, pin: Input, part: Field) -> str:
-        """When a pin counts, and the field that it fills has an effect."""
+        """Return the condition under which a pin is used, and its field has an effect."""
         condition = self.counts(pin)
         if not part.by or part.by == pin.flag or (pin.when and pin.when[0] == part.by):
             return condition
         return both(self.among(part.by, tuple(part.ranges)), condition)
 
     def among(self, name: str, values: tuple[int, ...]) -> str:
-        """A field has one of these values; empty where it can have no other."""
+        """Return the condition that a field has one of these values; empty if it always has."""
         pin = self._filler(name)
         if pin and pin.type in self._enumerations and len(pin.to) == 1:
             return self._member(pin, set(values))
         return either(*(self.holds(name, value, value) for value in values))
 
     def holds(self, name: str, low: int, high: int) -> str:
-        """A field is from `low` to `high`; empty where it always is."""
+        """Return the condition that a field is from `low` to `high`; empty if it always is."""
         if self._block.requests[name].fixed is not None:
             return ""
         pin = self._filler(name)
@@ -74,7 +74,7 @@ class Conditions:
         return f"{pin.pin} >= {low} AND {pin.pin} <= {high}"
 
     def accepted(self, pin: Input, member: Member) -> bool:
-        """Whether a block goes on with this member of an enumeration, and does not refuse it."""
+        """Return whether a block accepts this member of an enumeration."""
         if pin.flag or pin.when or len(pin.to) > 1:
             return True
         known = self._block.requests[pin.to[0]].values
@@ -85,7 +85,10 @@ class Conditions:
         return next(pins, None)
 
     def _member(self, pin: Input, values: set[int]) -> str:
-        """The pin is one of the members with these values, in the shorter way to say it."""
+        """Return the condition that the pin is a member with one of these values.
+
+        The shorter form is chosen: the members inside, or those outside.
+        """
         members = self._enumerations[pin.type].members
         inside = [one.name for one in members if one.value in values]
         outside = [one.name for one in members if one.value not in values]

@@ -1,4 +1,4 @@
-"""How the pins of a block get into the words of its telegram."""
+"""Generator of the statements that pack the pins of a block into its telegram."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from rcx_tools.library.tables import Block, Input, Library
 
 __all__ = ["packing"]
 
-#: From so many words on they are cleared in a loop.
+# #: From this number of words on, a loop clears them.
 _MANY = 5
 
 
 def packing(block: Block, tables: Library) -> list[str]:
-    """The statements that fill Data; words that no field covers, or only those at 0, stay 0."""
+    """Return the statements that fill Data; uncovered words and zero fields stay 0."""
     conditions = Conditions(block, tables.enumerations)
     steps: list[tuple[str, list[str]]] = []
     for pin in block.inputs:
@@ -29,7 +29,7 @@ def packing(block: Block, tables: Library) -> list[str]:
 
 
 def _clear(block: Block, body: list[str]) -> list[str]:
-    """The words as they are before the pins are put in: 0, or what is fixed."""
+    """Return the statements for the words before the pins are packed: 0, or fixed values."""
     text = "\n".join(body)
     base = [0] * WORDS
     for part in block.requests.values():
@@ -50,7 +50,7 @@ def _clear(block: Block, body: list[str]) -> list[str]:
 def _pin(
     conditions: Conditions, block: Block, tables: Library, pin: Input
 ) -> list[tuple[str, list[str]]]:
-    """(condition, statements) of one pin."""
+    """Return (condition, statements) of one pin."""
     if len(pin.to) > 1:
         members = tables.enumerations[pin.type].members[1:]
         flags = [block.requests[name] for name in pin.to]
@@ -83,7 +83,7 @@ def _may_be_zero(pin: Input, part: Field) -> bool:
 
 
 def _or(part: Field, value: int) -> str:
-    """Set the bits of a value in a word."""
+    """Return the statement that sets the bits of a value in a word."""
     k = part.at // 2
     if part.type != "bits":
         return f"Data[{k}] := {word(value)};"
@@ -91,7 +91,7 @@ def _or(part: Field, value: int) -> str:
 
 
 def _store(conditions: Conditions, tables: Library, pin: Input, part: Field) -> list[str]:
-    """Put a pin into its field."""
+    """Return the statements that put a pin into its field."""
     if pin.type in tables.enumerations:
         members = tables.enumerations[pin.type].members
         allowed = [
@@ -113,7 +113,7 @@ def _store(conditions: Conditions, tables: Library, pin: Input, part: Field) -> 
 
 
 def _scalar(kind: str, name: str, pin: Input, part: Field, scale: float) -> list[str]:
-    """Put one number into one field, or into element k of it."""
+    """Return the statements that put one number into a field, or into element k of it."""
     k = part.at // 2
     if kind == "BOOL":
         return guarded(name, [_or(part, 1)])
@@ -145,12 +145,12 @@ def _scalar(kind: str, name: str, pin: Input, part: Field, scale: float) -> list
 
 
 def _scaled(name: str, scale: float) -> str:
-    """A REAL in the unit of its field."""
+    """Return a REAL in the unit of its field."""
     return f"REAL_TO_DINT({name})" if scale == 1 else f"REAL_TO_DINT({name} * {real(scale)})"
 
 
 def _long(kind: str, name: str, pin: Input, part: Field, scale: float) -> list[str]:
-    """Put one number into two words, the lower one first."""
+    """Return the statements that put one number into two words, the lower one first."""
     if pin.encoding == "real":
         value = f"DWORD_TO_DINT(FC_RcxRealBits(Value := {name}))"
     elif kind == "REAL":

@@ -1,4 +1,4 @@
-"""The generated files of plc/lib: a command block each, and the types of their pins."""
+"""Generator of files in plc/lib: each command block, and the types of their pins."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ __all__ = ["files"]
 _FROM = "Generated from spec/blocks.toml and spec/remote_commands.toml by `make docs`."
 _TESTS = "tests/command/test_command_blocks.py"
 
-#: Comments stand in one column, but for types that are longer than this.
+# #: Widest type that still shares the column of the comments.
 _KIND = 24
 
-#: Execute TRUE always leaves one of the others TRUE, so that no edge is missed.
+# #: While Execute is TRUE, one of the others is TRUE as well, so no edge is missed.
 _IDLE = ["IF NOT (Execute OR Busy OR Done OR Error) THEN", "  RETURN;", "END_IF;"]
 
 _SHOWN = [
@@ -38,12 +38,12 @@ _SHOWN = [
     "                                 Response := Robot.Response[2]);",
 ]
 
-#: name, type with default, comment
+# #: Name, type with default, comment.
 _Row = tuple[str, str, str]
 
 
 def files() -> dict[str, Callable[[], str]]:
-    """What writes each generated file, by its path in the repository."""
+    """Return the generators of the files, by the path in the repository."""
     tables = library()
     written: dict[str, Callable[[], str]] = {}
     for enumeration in tables.enumerations.values():
@@ -57,7 +57,7 @@ def files() -> dict[str, Callable[[], str]]:
 
 
 def _head(name: str, does: str, section: str, *paragraphs: Iterable[str]) -> list[str]:
-    """The comment at the head of a file."""
+    """Return the comment at the head of a file."""
     title = textwrap.wrap(f"{name}: {does} ({section}).", 97)
     lines = ["(*", *(f" * {line}" for line in title)]
     for paragraph in paragraphs:
@@ -128,7 +128,7 @@ def _block(block: Block, tables: Library) -> str:
 
 
 def _code(block: Block, tables: Library) -> list[str]:
-    """The code with the robot number, which the job shows while it has the turn."""
+    """Return the statements for the code with robot number, which the job shows during its turn."""
     robot = " OR SHL(INT_TO_WORD(RobotNumber), 12)" if block.commands[0].robot else ""
     if block.select is None:
         return [f"Job.Holder := {word(block.commands[0].code)}{robot};"]

@@ -1,6 +1,6 @@
-"""The lines of plc/lib that take a word of dedicated bits apart or put it together.
+"""Generator of the lines in plc/lib that split or join a word of dedicated bits.
 
-They stand between two comments in blocks that are otherwise written by hand.
+They are between two comments in otherwise handwritten blocks.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ END = "  (* End of the generated lines. *)\n"
 
 
 def signal_files() -> dict[str, Callable[[], str]]:
-    """What writes each file with such lines, by its path in the repository."""
+    """Return the generators of the files with such lines, by the path in the repository."""
     signals = spec.signals()
     lines = {
         "plc/lib/core/FB_RcxTakeHead.st": _apart("SO", "Shown", signals.output),
@@ -35,7 +35,7 @@ def signal_files() -> dict[str, Callable[[], str]]:
 
 
 def _place(signal: Signal) -> int:
-    """Number of the bit in the word of bytes 32 (lower) and 33."""
+    """Return the number of the bit in the word of bytes 32 (lower) and 33."""
     return 8 * (signal.byte - 32) + signal.bit
 
 
@@ -56,10 +56,10 @@ def _together(side: str, target: str, signals: Iterable[Signal]) -> Iterator[str
 
 
 def _written(path: str, lines: Iterable[str]) -> str:
-    """The file with these lines between its comments.
+    """Return the file with these lines between its comments.
 
     Raises:
-        InputError: the comments are not there, once each and in this order.
+        InputError: the comments are missing, repeated or not in this order.
     """
     file = Path(spec.folder().parent, path)
     text = file.read_text(encoding="utf-8")

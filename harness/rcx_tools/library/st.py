@@ -1,4 +1,4 @@
-"""Structured Text as lines."""
+"""Helpers to write Structured Text as lines."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _ERROR = re.compile(r"\bWORD#16#(80[0-9A-F]{2})\b")
 
 
 def word(value: int) -> str:
-    """A WORD literal."""
+    """Return a WORD literal."""
     return f"WORD#16#{value:04X}"
 
 
 def real(value: float) -> str:
-    """A REAL literal."""
+    """Return a REAL literal."""
     return repr(float(value))
 
 
@@ -33,22 +33,22 @@ def _errors() -> dict[str, str]:
 
 
 def named(line: str) -> str:
-    """A line with the names of its ErrorIDs behind it."""
+    """Return a line with the names of its ErrorIDs as a comment."""
     found = [_errors()[one] for one in _ERROR.findall(line) if one in _errors()]
     return f"{line} (* {', '.join(found)} *)" if found else line
 
 
 def indent(lines: Iterable[str], by: int = 1) -> list[str]:
-    """Lines, moved to the right."""
+    """Return the lines, indented."""
     return [f"{'  ' * by}{line}" for line in lines]
 
 
 def statement(text: str, at: int = 0) -> list[str]:
-    """A condition or statement, broken before AND and OR, else after commas, where too long.
+    """Return a statement in lines, broken before AND and OR, else after commas.
 
     Args:
         text: The statement in one line.
-        at: How far it will be indented, in steps of two.
+        at: Its later indentation, in steps of two.
     """
     room = WIDTH - 2 * at
     lines = [""]
@@ -63,24 +63,24 @@ def statement(text: str, at: int = 0) -> list[str]:
 
 
 def guarded(condition: str, lines: Sequence[str], at: int = 0) -> list[str]:
-    """IF condition THEN lines; just the lines where there is no condition."""
+    """Return IF condition THEN lines; only the lines if the condition is empty."""
     if not condition:
         return list(lines)
     return [*statement(f"IF {condition} THEN", at), *indent(lines), "END_IF;"]
 
 
 def loop(count: int, lines: Sequence[str]) -> list[str]:
-    """The lines for k from 1 to count."""
+    """Return a loop of the lines for k from 1 to `count`."""
     return ["k := 1;", f"WHILE k <= {count} DO", *indent([*lines, "k := k + 1;"]), "END_WHILE;"]
 
 
 def case(selector: str, branches: Sequence[tuple[str, str]], comment: str = "") -> list[str]:
-    """CASE with one statement in each branch; IF where there is one only.
+    """Return a CASE with one statement in each branch; an IF for a single branch.
 
     Args:
-        selector: What is compared.
-        branches: (label, statement) each.
-        comment: What is to be said of the case that no label fits.
+        selector: The compared expression.
+        branches: (label, statement) of each branch.
+        comment: A remark about values without a label.
     """
     if not branches:
         return []

@@ -1,4 +1,4 @@
-"""What spec/blocks.toml says: the command blocks, their pins, and the types of these."""
+"""Reader of spec/blocks.toml: the command blocks, their pins, and the types of these."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ CATEGORIES = {
     8: ("realtime", "real time output"),
 }
 
-#: A field, and the lowest and highest value with which a pin counts.
+# #: A field, and the lowest and highest value for which a pin is used.
 When = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
 class Member:
-    """Member of an enumeration; `value` is that on the wire."""
+    """A member of an enumeration; `value` is its value on the wire."""
 
     name: str
     value: int
@@ -107,9 +107,9 @@ class Output:
 class Block:
     """A command block. With several commands, member k of the type of `select` chooses the k-th.
 
-    What it leaves to another block of the same command: `zero`, fields of the request that stay 0;
-    `only`, the values of a field that it sends; `echo`, fields of the response that are not shown,
-    because they repeat what was asked for.
+    Some parts are left to another block of the same command. `zero`: fields of the request that
+    stay 0. `only`: the values of a field that it sends. `echo`: fields of the response that are not
+    shown, because they repeat the request.
     """
 
     name: str
@@ -128,13 +128,16 @@ class Block:
 
     @property
     def file(self) -> str:
-        """Where it is in the repository: in the folder of its category."""
+        """Return its path in the repository: in the folder of its category."""
         folder, _ = CATEGORIES[self.commands[0].category]
         return f"plc/lib/command/{folder}/{self.name}.st"
 
     @property
     def requests(self) -> Mapping[str, Field]:
-        """Request fields by name, with the values that the block sends; alike in all commands."""
+        """Return request fields by name, with the values that the block sends.
+
+        All its commands have the same fields.
+        """
         every = {part.name: part for part in self.commands[0].request}
         for name, sent in self.only.items():
             every[name] = replace(every[name], values={k: every[name].values[k] for k in sent})
@@ -142,7 +145,7 @@ class Block:
 
     @property
     def responses(self) -> Mapping[str, Field]:
-        """Response fields by name."""
+        """Return response fields by name."""
         return {part.name: part for part in self.commands[0].response}
 
 
@@ -157,10 +160,10 @@ class Library:
 
 @lru_cache(maxsize=1)
 def library() -> Library:
-    """The tables, read and checked.
+    """Return the tables, read and checked.
 
     Raises:
-        InputError: something that is not known, or a field that no pin fills.
+        InputError: an unknown name, or a field that no pin fills.
     """
     path = spec.folder() / "blocks.toml"
     tables = load_toml(path)
@@ -234,7 +237,7 @@ def _when(entry: list[Any] | None) -> When | None:
 
 
 def _check(block: Block) -> None:
-    """Every field has a pin, every pin a field, and the commands differ in their code only."""
+    """Check that every field has a pin, every pin a field, and that only codes differ."""
     first = block.commands[0]
     for command in block.commands:
         same = (command.request, command.response, command.robot, command.product)
@@ -262,5 +265,5 @@ def _check(block: Block) -> None:
         raise InputError(f"no pin for {', '.join(sorted(missing))}")
 
 
-#: m+6 bit 0 of 0x506 means nothing (guide 4.7.4).
+# #: Fields without a meaning: m+6 bit 0 of 0x506 (guide 4.7.4).
 _NOT_SHOWN = {"flag_bit0"}

@@ -1,4 +1,4 @@
-"""FC_LibraryVersion: the version of pyproject.toml as a number, for programs and panels."""
+"""Generator of FC_LibraryVersion: the version of pyproject.toml as a number, for programs."""
 
 from __future__ import annotations
 
@@ -44,20 +44,20 @@ END_FUNCTION
 
 
 def version_files() -> dict[str, Callable[[], str]]:
-    """What writes the function, by its path in the repository."""
+    """Return the generator of the function, by its path in the repository."""
     return {"plc/lib/diagnosis/FC_LibraryVersion.st": _function}
 
 
 def version() -> str:
-    """The version that the next release has."""
+    """Return the version of the next release."""
     return str(load_toml(_PROJECT)["project"]["version"])
 
 
 def version_number(text: str) -> tuple[int, ...]:
-    """Major, minor and patch of a version.
+    """Return major, minor and patch of a version.
 
     Raises:
-        InputError: it has not these three numbers below 100.
+        InputError: it does not have these three numbers below 100.
     """
     parts = [int(one) for one in re.findall(r"\d+", text)]
     if text != ".".join(map(str, parts)) or len(parts) != _PARTS or max(parts) >= _BELOW:

@@ -1,1 +1,1 @@
-"""`make site`: the documentation as web pages, and the playground in them."""
+"""Generator of `make site`: the documentation as web pages, with the playground."""

@@ -1,4 +1,4 @@
-"""`make site`: out/site from the pages of the repository and the playground."""
+"""Command `make site`: write out/site from the pages of the repository and the playground."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from structured_text.errors import InputError
 _HERE = Path(__file__).resolve().parent
 _WORK = ROOT / "out/site-work"
 _SITE = ROOT / "out/site"
-#: Of the npm package, what a browser asks for.
+# #: The files of the npm package that a browser loads.
 _PYTHON = (
     "pyodide.mjs",
     "pyodide.asm.mjs",
@@ -29,7 +29,7 @@ _PYTHON = (
 
 
 def main() -> int:
-    """Build the site; 2 where something is missing, 1 where a link leads nowhere."""
+    """Build the site; return 2 if a tool is missing, 1 if a link is broken, else 0."""
     try:
         for name in ("node", "npm"):
             if shutil.which(name) is None:
@@ -52,7 +52,7 @@ def main() -> int:
 
 
 def _documentation() -> None:
-    """The pages, by zensical."""
+    """Build the pages with zensical."""
     work = _WORK / "pages"
     shutil.rmtree(work, ignore_errors=True)
     for path, content in staged():
@@ -70,7 +70,7 @@ def _documentation() -> None:
 
 
 def _playground(place: Path) -> None:
-    """The playground, with the Python that it runs."""
+    """Build the playground, with the Python that it runs."""
     work = _WORK / "python"
     work.mkdir(parents=True, exist_ok=True)
     for name in ("package.json", "package-lock.json", ".npmrc"):

@@ -1,4 +1,4 @@
-"""What the playground's Python reads: the harness as it is, lark, the library, the tables."""
+"""Bundle for the playground's Python: the unchanged harness, lark, the library, the tables."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ __all__ = ["bake", "bundle"]
 
 ROOT = Path(__file__).resolve().parents[3]
 _HERE = Path(__file__).resolve().parent
-#: The rooms that a cell is made of; no other room is needed by one of these.
+# #: The rooms that a cell needs; they do not import any other room.
 _ROOMS = {
     "rcx_harness": ("cell", "robot", "spec", "trace", "watch"),
     "structured_text": ("engines", "language", "output", "projects"),
 }
-#: Of lark, what nobody imports here.
+# #: Parts of lark that nothing here imports.
 _LEFT_OUT = ("__pyinstaller", "tools")
 _DATA = (".lark", ".py", ".st", ".toml", ".html", ".css", ".js")
 _FIRST_DAY = (1980, 1, 1, 0, 0, 0)
 
 
 def bundle() -> bytes:
-    """The files in their places, packed; the same files give the same bytes."""
+    """Return the packed files; the same files give the same bytes."""
     packed = io.BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED, compresslevel=9) as archive:
         for name, content in sorted(_files()):
@@ -58,9 +58,9 @@ def bake(archive: Path, pyodide: Path, job: Path) -> None:
     """Compile the modules of a bundle for the Python that runs them, and try a job there.
 
     Args:
-        archive: The bundle, which is written anew.
+        archive: The bundle, which is written again.
         pyodide: Folder of Pyodide.
-        job: A job of `drive.Runner`, which is compiled then, too.
+        job: A job of `drive.Runner`; its program is compiled, too.
 
     Raises:
         InputError: it does not work.

@@ -1,4 +1,4 @@
-"""What is wrong with a site: links that lead nowhere, and what is loaded from elsewhere."""
+"""Checks of a site: broken links, and resources that are loaded from other hosts."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from urllib.parse import unquote, urldefrag
 
 __all__ = ["problems"]
 
-#: Elements that load what they name; a link (`a`) only leads there.
+# #: Elements that load their target; a link (`a`) does not.
 _LOADING = {"audio", "embed", "iframe", "img", "link", "object", "script", "source", "video"}
-#: Links of the head that load nothing.
+# #: Links of the head that load nothing.
 _IDLE = {"canonical", "next", "prev", "alternate"}
 _FOREIGN = re.compile(r"(?:https?:)?//", re.IGNORECASE)
 _OF_STYLE = re.compile(r"@import|url\(\s*['\"]?(?:https?:)?//", re.IGNORECASE)
 
 
 class _Page(HTMLParser):
-    """The names in a page, and what it links to."""
+    """The names in a page, and its links."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -40,7 +40,7 @@ class _Page(HTMLParser):
 
 
 def problems(site: Path) -> list[str]:
-    """One line for each link of a page that leads to nothing of the site, or loads from elsewhere.
+    """Return a line for each broken link, and for each resource from another host.
 
     Links (`a`) may lead to other hosts; nothing may be loaded from there.
     """
@@ -74,7 +74,7 @@ def _of(site: Path, page: Path) -> Iterator[str]:
 
 
 def _is_place(anchor: str, page: Path) -> bool:
-    """Is it a place in a page, and not what the playground is given?"""
+    """Return whether an anchor is a place in a page, not an argument of the playground."""
     return bool(anchor) and page.suffix == ".html" and "=" not in anchor
 
 

@@ -1,7 +1,7 @@
-"""A run of the playground: the texts of a job become a cell, its run a page to look at.
+"""A run of the playground: the texts of a job become a cell, and its run becomes a page.
 
-The worker of the page calls `run`, in a browser as in any other Python. Of our own it imports
-nothing but the harness.
+The worker of the page calls `run`, in a browser as in any other Python. Of this repository the
+module imports only the harness.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from structured_text.output.units import format_us, parse_us
 
 __all__ = ["STIMULUS", "Runner"]
 
-#: What the stimulus is called in a message; its line n is the n-th moment.
+# #: Name of the stimulus in a message; its line n is the n-th moment.
 STIMULUS = "stimulus"
 _TOML_PLACE = re.compile(r"\(at line (\d+)")
 _SLICES = 50
 _KEEP = 400_000
 _MOST_RULES = 20
-#: The pins of blocks, too, where there are any; a program that is not called Main goes without.
+# #: Watched variables: with the pins of blocks, if there are any; none if the program is not Main.
 _WATCH = (("Main.*", "Main.*.*"), ("Main.*",), ())
 _POSITIONS = "mm"
 
 
 class Runner:
-    """Runs one job after the other; the last one's trace can be had.
+    """Runner of one job after the other; it also gives the trace of the last run.
 
     Args:
-        folder: Where the texts of a job become files; what was in it goes.
+        folder: Folder for the files of a job; its old contents are deleted.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -51,11 +51,11 @@ class Runner:
                 files; `stimulus`, a list of [time in us, the other keys of the moment as TOML];
                 `scan`, `rpi` and `for`, times as users write them; `size`, `m` and `n` as at
                 `Cell.build`, null for their defaults.
-            tell: Is called with the share of the run that is done.
+            tell: Called with the completed share of the run.
 
         Returns:
             JSON: `page`, HTML; `told`, one line; `broken`, lines of broken rules. Or `error` with
-            `message`, `hint`, and where it is: `file` and `line`, `moment` of the stimulus from 0.
+            `message`, `hint`, and its place: `file` and `line`, `moment` of the stimulus from 0.
         """
         try:
             return json.dumps(self._run(json.loads(job), tell))
@@ -65,7 +65,7 @@ class Runner:
             return json.dumps({"error": {"message": "the program is nested too deeply"}})
 
     def trace(self) -> str:
-        """The trace of the last run, as `rcx run --trace` writes it."""
+        """Return the trace of the last run, as `rcx run --trace` writes it."""
         return "\n".join(self._trace) + "\n"
 
     def _run(self, job: Mapping[str, Any], tell: Callable[[float], object]) -> dict[str, Any]:
@@ -87,7 +87,7 @@ class Runner:
         return {"page": page, "told": _told(cell, end_us), "broken": list(_broken(cell))}
 
     def _written(self, job: Mapping[str, Any]) -> tuple[list[Path], list[Path]]:
-        """The ST files and the robot files of a job, in an empty folder."""
+        """Write the files of a job to an empty folder; return the ST files and the robot files."""
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder.mkdir(parents=True)
         programs = [self._folder / name for name in sorted(job["files"])]
@@ -99,7 +99,7 @@ class Runner:
         return programs, robots
 
     def _moments(self, moments: Iterable[tuple[int, str]]) -> Path:
-        """The stimulus as a file whose line n is the n-th moment."""
+        """Write the stimulus to a file in which line n is the n-th moment; return its path."""
         file = self._folder / STIMULUS
         lines = [f'{{ time = "{t_us}us", {rest} }},' for t_us, rest in moments]
         file.write_text("at = [" + "\n".join([*lines, "]"]) + "\n", encoding="utf-8")
@@ -119,7 +119,7 @@ class Runner:
 
 
 def _built(programs: Sequence[Path], given: Mapping[str, Any]) -> Cell:
-    """A cell that watches as much as there is."""
+    """Return a cell that watches as many variables as exist."""
     *more, least = _WATCH
     for watch in more:
         try:

@@ -1,4 +1,4 @@
-"""The pages of the repository, so that they can become a site: every link leads to one of them."""
+"""Sources of the site: the pages of the repository, with all files that they link to."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from rcx_tools.site.programs import ROOT, block_jobs
 
 __all__ = ["START", "staged"]
 
-#: Where a reader begins; whatever these lead to is taken along.
+# #: Pages for the start of a reader; all linked files are included.
 START = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
 _LINK = re.compile(r"(\]\()([^()\s#:]+)((?:#[^()\s]*)?\))")
 _FENCE = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
 _ASSETS = (".csv", ".html", ".json", ".png", ".svg")
 _LANGUAGES = {".css": "css", ".js": "js", ".py": "python", ".toml": "toml"}
-#: A block's playground comes before this heading of its page.
+# #: Heading of a block's page before which its playground is inserted.
 _BEFORE = "\n### Timing\n"
 _TRY = """
 <details class="try"><summary>Run it here, and change it</summary>
@@ -28,9 +28,10 @@ _TRY = """
 
 
 def staged() -> Iterator[tuple[str, bytes]]:
-    """Every file of the site's sources: its path, which is that in the repository, and its content.
+    """Yield every file of the site's sources: its path in the repository, and its content.
 
-    Sources that are linked become pages, `FB_X.st` the page `FB_X.st.md`, and folders, too.
+    Linked source files become pages, too: `FB_X.st` becomes the page `FB_X.st.md`. Folders become
+    lists.
     """
     every = sorted((ROOT / "docs").rglob("*.md"))
     waiting = deque([*START, *(file.relative_to(ROOT).as_posix() for file in every)])
@@ -49,7 +50,7 @@ def staged() -> Iterator[tuple[str, bytes]]:
 
 
 def _place(path: str) -> str:
-    """Where the page of a file or folder stands among the sources of the site."""
+    """Return the path of the page of a file or folder among the sources of the site."""
     file = ROOT / path
     if path == "README.md":
         return "index.md"
@@ -90,7 +91,7 @@ def _source(path: str, text: str) -> str:
 
 
 def _listing(path: str, links: list[str]) -> str:
-    """A folder: its files, each with a link."""
+    """Return the page of a folder: its files, each with a link."""
     lines = [f"# {path}\n"]
     for file in sorted((ROOT / path).iterdir()):
         if file.is_file() and not file.name.startswith("."):

@@ -1,4 +1,4 @@
-"""The programs that the playground offers: every example, and that of every block's page."""
+"""Programs of the playground: every example, and the example of every block's page."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from structured_text.output.units import parse_us
 
 __all__ = ["FIRST", "ROOT", "bake_job", "block_jobs", "example_jobs", "programs_json"]
 
-#: What the playground shows at first; play.js names it, too.
+# #: The first program of the playground; play.js contains the name, too.
 FIRST = "04_scara"
-#: Where a configuration says no other one [us].
+# #: Scan time if a configuration does not set one [us].
 _SCAN_US = 10_000
-#: How long a block's example runs after its last event [us].
+# #: Run time of a block's example after its last event [us].
 _BLOCK_US = 1_000_000
 _TICK = re.compile(r"INTERVAL\s*:=\s*T(?:IME)?#(\w+)", re.IGNORECASE)
 _SCARA, _SCARA_US = ROOT / "plc/examples/04_pick_and_place/scara.toml", 4_000_000
@@ -28,20 +28,20 @@ _ROBOT = ROOT / "docs/reference/blocks/programs/robot.toml"
 
 
 def bake_job() -> str:
-    """What the playground runs at first, as its page asks for it."""
+    """Return the first job of the playground, as its page requests it."""
     job = example_jobs()[FIRST]
     times = {key: f"{job[key]}us" for key in ("scan", "for")}
     return json.dumps({**job, **times, "rpi": "10000us", "name": job["title"]})
 
 
 def programs_json() -> str:
-    """All of them as JSON: jobs for `drive.Runner`, times in microseconds."""
+    """Return all programs as JSON: jobs for `drive.Runner`, times in microseconds."""
     every = {"examples": example_jobs(), "blocks": block_jobs()}
     return json.dumps(every, ensure_ascii=False, separators=(",", ":"))
 
 
 def example_jobs() -> dict[str, dict[str, Any]]:
-    """The examples by name; before them the one that the playground shows at first."""
+    """Return the examples by name, preceded by the first program of the playground."""
     every = {name: _example(one) for name, one in examples().items()}
     arm = {"title": "Pick and place with a SCARA robot", "robots": [_text(_SCARA)]}
     return {FIRST: {**every["04_pick_and_place"], **arm, "for": _SCARA_US}, **every}
@@ -49,7 +49,7 @@ def example_jobs() -> dict[str, dict[str, Any]]:
 
 @cache
 def block_jobs() -> dict[str, dict[str, Any]]:
-    """The examples of the blocks' pages, by the name of the block."""
+    """Return the examples of the blocks' pages, by the name of the block."""
     found = {}
     for name, snippet in snippets().items():
         moments = _moments(Stimulus.load(snippet.stimulus_path).entries)
@@ -85,7 +85,7 @@ def _example(one: Example) -> dict[str, Any]:
 
 
 def _moments(entries: Iterable[Entry]) -> list[tuple[int, str]]:
-    """When, and what: the keys of an entry without its time."""
+    """Return (time, keys without the time) of each entry."""
     found = []
     for entry in sorted(entries, key=lambda one: one.t_us):
         rest = re.sub(r'^\{ time = "\w+"(?:, )?', "", entry_text(entry)).removesuffix(" }")
