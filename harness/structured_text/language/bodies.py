@@ -191,8 +191,8 @@ class _Statements:
     def _assign_part(self, to: s.Part, value: s.Expression, at: s.Position) -> t.Assign:
         """Assign the whole variable, with one part of it changed.
 
-        AND with a mask preserves the other bits, and OR adds the part, shifted to its place. For a single
-        bit, SEL selects between the two results, because no conversion from BOOL is needed then.
+        AND with a mask preserves the other bits, and OR adds the part, shifted to its place. For a
+        single bit, SEL selects between the two results, because no conversion from BOOL is needed then.
         """
         self._target(to.base)
         base, bits, first, kind = self._expressions.part(to)

@@ -511,7 +511,7 @@ class Expressions:
         return left / right if node.op == "/" else math.fmod(left, right)
 
     def _invoked(self, node: s.Invoke) -> t.Expression:
-        """Raise InputError for a callee of several words."""
+        """Raise InputError, because only functions can be called in an expression."""
         raise self.scope.error(
             "only functions can be called in an expression", node.at, "call the block before it"
         )

@@ -116,7 +116,7 @@ _SECOND_EDITION = {
 _CLOCK = "HOUR:ANY_INT MINUTE:ANY_INT SECOND:ANY_INT MILLISECOND:ANY_INT"
 _DAY = "YEAR:ANY_INT MONTH:ANY_INT DAY:ANY_INT"
 
-#: Functions of the third edition, and functions of the second with one type of moment in the name.
+#: Functions of the third edition, and functions of the second that are named after their types.
 _MORE = {
     "ATAN2": Signature((("Y", "T"), ("X", "T")), ANY_REAL, "T"),
     "CONCAT_DATE_TOD": _pins("IN1:DATE IN2:TOD", "DT"),
