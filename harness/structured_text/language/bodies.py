@@ -192,7 +192,7 @@ class _Statements:
         """Assign the whole variable, with one part of it changed.
 
         AND with a mask preserves the other bits, and OR adds the part, shifted to its place. For a
-        single bit, SEL selects between the two results, because no conversion from BOOL is needed then.
+        single bit, SEL selects between both results, so that no conversion from BOOL is needed.
         """
         self._target(to.base)
         base, bits, first, kind = self._expressions.part(to)
