@@ -512,5 +512,7 @@ def _path(variable: t.Variable) -> list[object]:
     return [*_path(variable.base), step if known else None]
 
 
+# Two variables overlap if one path is the beginning of the other: a whole contains its parts. An
+# index that is known only at run time (None) may be any element, so it matches every index.
 def _overlap(first: list[object], second: list[object]) -> bool:
     return all(a is None or b is None or a == b for a, b in zip(first, second, strict=False))

@@ -201,6 +201,10 @@ class Statements(Transformer[Token, Any]):
     def named_output(self, name: Token, _to: Token, value: Any) -> s.Argument | None:
         return None if value is None else s.Argument(name_of(name), value, True, position_of(name))
 
+    # The grammar gives all operators of an expression as one flat list. This method builds the tree
+    # by operator precedence. `waiting` has the operators whose right operand is not complete. An
+    # operator completes every waiting operator of the same or a higher precedence, which also makes
+    # operators of the same precedence left-associative.
     def expression(self, first: s.Expression, *rest: Any) -> s.Expression:
         operands: list[s.Expression] = [first]
         waiting: list[Token] = []

@@ -178,6 +178,10 @@ class Registry:
         too_deep: list[Declared] = []
         result: list[Declared] = list(self.interfaces.values())
 
+        # Depth-first search. `done` is False for a declaration while its dependencies are visited,
+        # and True afterwards. To meet one that is False means that it uses itself. `levels` is the
+        # length of the longest chain of dependencies, which the limit applies to, and the length
+        # of `path` bounds the recursion.
         def visit(declared: Declared, path: tuple[str, ...]) -> None:
             key = declared.node.name.key
             if len(path) > MOST_LEVELS:
