@@ -179,7 +179,7 @@ _PATTERN = re.compile(
 #: Longest name, and how much of a longer name a message shows [characters].
 _LONGEST_NAME, _SHOWN = 1_000, 40
 _LITERALS = ("TYPED", "INTEGER", "REALNUM", "STRING", "DIRECT", "PART")
-#: Text behind the first name of a CASE label: members after dots, white space and comments, and then
+#: Text behind the first name of a CASE label: members after dots, white space, comments, and then
 #: `:` (but not `:=`), `,` or `..`.
 _LABEL_FOLLOWS = re.compile(
     r"(?:\s*\.\s*\w+)*(?:\s|\(\*[^*]*(?:\*(?!\))[^*]*)*\*\))*(?::(?!=)|,|\.\.)"
