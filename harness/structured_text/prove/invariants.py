@@ -192,7 +192,7 @@ def _look(machine: Machine, memory: Mapping[Path, Any]) -> Look:
 
 
 def constants(project: Project, files: Container[str]) -> set[int]:
-    """Return the integers in the code of some files, with bounds of arrays, and each number minus 1."""
+    """Return the integers in the code and array bounds of some files, and each of them minus 1."""
     found = {0, 1}
     for pou in project.pous.values():
         if pou.file not in files:

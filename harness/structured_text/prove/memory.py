@@ -120,7 +120,7 @@ class Memory:
         return f"{name}!{self._fresh}"
 
     def create(self, path: Path, kind: Type, initial: Any = None) -> None:
-        """Create a variable with its initial value; a block gets the initial values of its variables."""
+        """Create a variable with its initial value; a block gets those of its variables."""
         if isinstance(kind, BlockType):
             if kind.name in BLOCKS:
                 for leaf in self.leaves(kind):

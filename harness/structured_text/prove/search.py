@@ -114,7 +114,7 @@ class Search:
         self.machine.restore(memory)
 
     def find(self, broken: Bool, limit_s: float) -> Run | None:
-        """Return a run in which `broken` holds after the last scan, or None if no run exists.
+        """Return a run in which `broken` holds in the scans unrolled so far, or None.
 
         Raises:
             SearchEndedError: not decided in so many seconds.
