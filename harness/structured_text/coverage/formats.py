@@ -19,7 +19,7 @@ def _counting(items: Sequence[Item]) -> list[Item]:
 
 
 def _lines(result: FileResult) -> dict[int, int]:
-    """Return how often each line with statements was executed: the lowest count of its statements."""
+    """Return how often each line was executed: the lowest count of its statements."""
     lines: dict[int, int] = {}
     for item in _counting(result.statements):
         lines[item.line] = min(item.hits, lines.get(item.line, item.hits))

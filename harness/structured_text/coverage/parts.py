@@ -1,4 +1,4 @@
-"""The counts of several processes, combined; each process makes a part with all that a report needs."""
+"""The counts of several processes, combined; a part is what one process has counted."""
 
 from __future__ import annotations
 

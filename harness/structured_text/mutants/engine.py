@@ -1,8 +1,9 @@
 """The built-in engine with exchangeable POUs: compile a program once, then insert a mutant.
 
-Compiling takes much longer than most tests. Therefore a worker process compiles each program once,
-and each of its child processes replaces only the code of the mutated POU. `Workshop.install`
-replaces how this process loads and compiles programs; the parent process never inserts a mutant.
+Compiling each program again for each mutant would take long. Therefore a process compiles each
+program once, and each of its child processes replaces only the code of the mutated POU.
+`Workshop.install` replaces how this process loads and compiles programs; only the child processes
+insert mutants.
 """
 
 from __future__ import annotations
@@ -201,7 +202,7 @@ class Workshop:
         return found.checked.project
 
     def _fits(self, compiled: _Compiled) -> bool:
-        """Return whether a program compiled earlier can take the mutant, or does not contain its POU."""
+        """Return whether a program compiled earlier can take the mutant, or lacks its POU."""
         if self._changed is None or compiled.swapped:
             return True
         return self._changed.body is not None or not self._has(compiled)
@@ -250,7 +251,11 @@ class Workshop:
         exec(compile(more, f"<{pou.name}, changed>", "exec"), compiled.module.names)
 
     def program(self, project: Project) -> BuiltinProgram:
-        """Return a program of a project, compiled by this workshop or, if it is unknown, by the engine."""
+        """Return a program of a project.
+
+        A project that `load` of this workshop returned is compiled already; any other is compiled
+        by the engine.
+        """
         found = self._by_project.get(id(project))
         if found is None:
             return BuiltinProgram.build(project)

@@ -105,7 +105,7 @@ class Mutants:
         yield from self._of(file, list)
 
     def sample(self, file: Path, most: int, seed: int) -> list[Mutant]:
-        """Return at most `most` mutants of one file, drawn in rounds with one mutant per operator."""
+        """Return at most `most` mutants of one file, drawn in rounds of one per operator."""
         chance = Random(f"{seed}:{file.name}")
 
         def drawn(found: Iterable[Change]) -> list[Change]:
@@ -266,7 +266,7 @@ def mutant_of(
     edits: tuple[Edit, ...],
     body: tuple[s.Statement, ...] | None = None,
 ) -> Mutant:
-    """Return the mutant that some edits make from the text of a file; the rest is as in `Mutant`."""
+    """Return the mutant that edits make from the text of a file; other fields as in `Mutant`."""
     start = min(edit.span.start for edit in edits)
     end = max(edit.span.end for edit in edits)
     lines = whole_lines(text, Span(start, end))

@@ -96,7 +96,10 @@ class Tests:
         return digest.hexdigest()[:16]
 
     def _common(self) -> str:
-        """Return a hash of the files that all tests may use, without test files and mutated files."""
+        """Return a hash of the files that all tests may use.
+
+        Test files and mutated files are not among them.
+        """
         if "" not in self._states:
             tests = {self.root / node.partition("::")[0] for node in self.ran}
             digest = hashlib.sha256()

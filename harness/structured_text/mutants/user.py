@@ -112,7 +112,7 @@ class UserMutants:
     def judged(
         self, tests: Tests, judging: Judging, farm: Farm, reasons: Reasons
     ) -> dict[str, Any]:
-        """Run the mutants; return the figures of `report.figures` and the mutants that were not run."""
+        """Run the mutants, and return the figures of `report.figures`, with more about the run."""
         tasks, unreached = self.tasks(tests)
 
         def run(todo: Iterable[Task]) -> Iterator[Outcome]:
