@@ -163,7 +163,10 @@ def _by_name(tool: Tool, file: Path, one: s.Declaration, functions: set[str]) ->
 def _not_carried(
     tool: Tool, sources: SourceFiles, users: Sequence[Path], program: Sequence[Path]
 ) -> Iterator[Refusal]:
-    """Yield the user's declarations that the export does not support, except for the lists' findings."""
+    """Yield the user's declarations that the export does not support.
+
+    Findings that the lists already report are omitted.
+    """
     from structured_text.export.targets import export
 
     if sources.folder is None:
