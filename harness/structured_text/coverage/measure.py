@@ -289,7 +289,7 @@ def _judge(code: Postfix, size: int, outcomes: dict[int, bool], number: int) -> 
     decides: set[tuple[bool, bool]] = set()
     for vector, result in seen.items():
         # Skipped conditions may have any value, so the outcome of the inverted vector may be
-        # unknown; # an unknown outcome counts as another one.
+        # unknown; an unknown outcome counts as another one.
         if outcome(code, vector ^ bit, vector >> size) is not result:
             decides.add((bool(vector & bit), result))
     masking = any((not value, not result) in decides for value, result in decides)

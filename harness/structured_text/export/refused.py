@@ -28,7 +28,7 @@ __all__ = ["CONSTRUCTS_FILE", "Refusal", "Tool", "refused", "tools"]
 CONSTRUCTS_FILE = Path(__file__).parent / "constructs.toml"
 
 _ON_LIST = " is not on the list for "
-#: Details that a statement about their construct does not cover: a tool that accepts `//` may #:
+#: Details that a statement about their construct does not cover: a tool that accepts `//` may
 #: refuse this one.
 _SAID_APART = ("/* */",)
 

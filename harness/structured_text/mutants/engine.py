@@ -238,6 +238,11 @@ class Workshop:
         return compiled
 
     def _swap(self, compiled: _Compiled) -> None:
+        """Insert the current mutant into a compiled program, once.
+
+        Only the body of the changed POU is checked and compiled again. Executing its code in the
+        module's names replaces the old function, so that all callers use the new one.
+        """
         if self._changed is None or compiled.swapped:
             return
         compiled.swapped = True
@@ -269,6 +274,7 @@ class _Builder:
         self._workshop = workshop
 
     def build(self, project: Project) -> BuiltinProgram:
+        """Return a program of the workshop."""
         return self._workshop.program(project)
 
 

@@ -125,6 +125,11 @@ class Mutants:
     def _of_pou(
         self, file: Path, key: str, body: Body, found: Sequence[Change]
     ) -> Iterator[Mutant]:
+        """Yield the mutants of a POU.
+
+        A change is compared by its compiled code. If the code equals that of the original or of an
+        earlier change, no test could tell them apart.
+        """
         text, pou = body.source.text, body.scope.pou.name
         path = _named(file, self._root)
         seen = {"", self._initial(key, text, file)}

@@ -160,6 +160,10 @@ def _time_out(place: Place, body: Body) -> Iterator[Change]:
 
 
 def _dropped(place: Place, body: Body) -> Iterator[Change]:
+    """Yield the removal of a statement.
+
+    The only statement of a branch stays in an `IF FALSE`, because a branch must not be empty.
+    """
     node = place.node
     if isinstance(node, s.Assign):
         reset = body.source.of(node.value) in _NOTHING

@@ -28,7 +28,7 @@ from structured_text.output.system import COPIES
 __all__ = ["Judge", "Run"]
 
 _PYTEST = ("pytest", "py.test")
-#: Time limit of a run: this multiple of the time of its tests, plus this many seconds. Few runs #:
+#: Time limit of a run: this multiple of the time of its tests, plus this many seconds. Few runs
 #: reach it, because tests wait in virtual time and the engine ends an endless loop.
 _SLOWER, _BESIDES_S = 10.0, 60.0
 #: Interval of the check whether a process that should connect has ended [s].

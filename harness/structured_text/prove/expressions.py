@@ -277,7 +277,7 @@ class Expressions:
         arguments = [self.exact(item) for item in node.arguments]
         types = [item.type for item in node.arguments]
         # The engine does not report a REAL that does not fit the target type, so these conversions
-        # are # always translated, with an obligation.
+        # are always translated, with an obligation.
         cut = name == "TRUNC" or (
             "_TO_" in name and _name(types[0]) in ANY_REAL and _name(kind) != "STRING"
         )

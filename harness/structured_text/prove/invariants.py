@@ -44,6 +44,8 @@ class Candidate:
 
 @dataclass(frozen=True)
 class _Variable:
+    """A variable of the user's own code, with its place, type and initial value."""
+
     path: Path
     type: Type
     initial: Any

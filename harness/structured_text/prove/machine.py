@@ -36,7 +36,7 @@ _BOOL = ELEMENTARY["BOOL"]
 
 #: Highest number of rounds to which a loop is unrolled; a longer loop is refused.
 _ROUNDS = 4096
-#: Number of rounds after which the solver checks only every 16th time whether another round is #:
+#: Number of rounds after which the solver checks only every 16th time whether another round is
 #: possible. A superfluous round changes nothing, because its condition cannot hold.
 _ASKED = 16
 
@@ -401,7 +401,7 @@ class Machine(Memory):
         bodies = [body for _, body in node.branches]
         # All conditions are evaluated on the memory before the branches, because a condition in #
         # Structured Text has no side effects. Their obligations apply only if no earlier branch was
-        # # taken.
+        # taken.
         for ask, body in zip(tests, bodies, strict=True):
             with self.under(none):
                 test = ask()

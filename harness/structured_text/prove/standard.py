@@ -55,6 +55,7 @@ class _Instance:
 
     @property
     def now(self) -> Value:
+        """Return the PLC's time in nanoseconds."""
         return self._machine.now
 
     def __getitem__(self, slot: str) -> Value:
@@ -69,12 +70,15 @@ class _Instance:
             self._machine[path] = values.choose(when, value, before, self._types[slot])
 
     def kind(self, slot: str) -> Type:
+        """Return the type of a slot."""
         return self._types[slot]
 
     def is_phase(self, phase: int) -> Bool:
+        """Return whether a timer is in a phase: 0 idle, 1 running, 2 ended."""
         return values.compare("=", self["phase"], phase, _PHASE)
 
     def elapsed(self) -> Value:
+        """Return the time since the timer was started."""
         return values.combine("-", self.now, self["start"], _TIME)
 
 

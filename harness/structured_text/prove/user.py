@@ -231,6 +231,11 @@ class _Work:
         self._searches: dict[int, Search] = {}
 
     def results(self) -> list[Result]:
+        """Return the results of all properties, after all methods have been tried.
+
+        Programs of several intervals are only searched, because induction considers every scan
+        alike.
+        """
         inner = [self._inner(self.bench.library.reference)] if self.bench.library.reference else []
         for key in self.watch.always:
             self.open[key] = self._named(key)

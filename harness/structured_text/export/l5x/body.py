@@ -86,13 +86,12 @@ def translated(part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images
 class _Writer:
     """A writer of one POU in the Structured Text of Logix.
 
-    An Add-On Instruction has no initial values that are set at each call. Therefore a function
-    clears
-    its variables at the beginning of its logic, and a block sets them in its Prescan routine. A
-    structure, array or STRING is passed by reference; for each such pin of an instance the caller
-    has
-    a companion tag. Logix has no RETURN inside an instruction, so the code after it moves into an
-    ELSE.
+    A function sets its variables at the beginning of its logic, because a Logix tag keeps its value
+    between calls. A block sets them in its Prescan routine. A structure, array or STRING is passed
+    by
+    reference; for each such pin of an instance the caller has a companion tag. RETURN is not
+    written:
+    the code after an IF with RETURN moves into its ELSE.
     """
 
     def __init__(self, part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> None:
@@ -104,6 +103,7 @@ class _Writer:
         self._aoi = Aoi(check_name(pou.name), part.header)
 
     def aoi(self) -> Aoi:
+        """Return the translated POU; an error gets the position of the current statement."""
         try:
             return self._aoi_of_pou()
         except NotCarriedError as error:
@@ -256,7 +256,10 @@ class _Writer:
             raise NotCarriedError(f"{symbol.name} has an initial value that is no single number")
 
     def _begun(self, symbol: t.Symbol) -> Iterator[str]:
-        """Yield lines that set a variable to its initial value; for a structure or array, each part."""
+        """Yield lines that set a variable to its initial value.
+
+        For a structure or array, a line sets each part that is not zero.
+        """
         if is_zero(symbol.initial) or not isinstance(symbol.type, StructType | ArrayType):
             yield self._initial(symbol)
             return

@@ -1,8 +1,9 @@
-"""Expressions in the Structured Text of Logix, which has few functions and computes in DINT.
+"""Expressions in the Structured Text of Logix, which cannot call user functions.
 
-An operation that an expression cannot contain is done in statements before the one that uses it
-(`before`), with its result in a temporary tag. No expression of the library has a side effect.
-Therefore neither this order nor the evaluation of both sides of AND and OR can change a result.
+Logix computes whole numbers in DINT. An operation that an expression cannot contain is done in
+statements before the one that uses it (`before`), with its result in a temporary tag. No expression
+of the library has a side effect. Therefore neither this order nor the evaluation of both sides of
+AND and OR can change a result.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ class Expressions:
         return self._kept("STRING", text) if isinstance(node, t.Constant) else text
 
     def kept(self, node: t.Expression) -> str:
-        """Return an operand that may be used twice; a complex value is stored in a temporary tag."""
+        """Return an operand that may be used twice; a complex value gets a temporary tag."""
         text = self.text(node)
         return (
             text
@@ -297,7 +298,11 @@ class Expressions:
         return result
 
     def _guarded(self, conditions: list[str], call: str, otherwise: str) -> None:
-        """Add an instruction under conditions, because Logix refuses arguments that the standard allows."""
+        """Add an instruction that runs only under conditions.
+
+        Logix refuses some arguments that the standard allows; for these, `otherwise` sets the
+        result.
+        """
         if not conditions:
             self.before.append(call)
             return

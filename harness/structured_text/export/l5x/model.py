@@ -44,8 +44,8 @@ __all__ = [
     "value_text",
 ]
 
-#: Types of process images with the type of their elements, SINT or INT. The scanner fills and #:
-#: sends them, so the elements keep their width.
+#: Types of process images with the type of their elements, SINT or INT. The scanner fills and sends
+#: them, so the elements keep their width.
 Images: TypeAlias = Mapping[str, str]
 
 #: The parameter with the result of a function.

@@ -105,7 +105,7 @@ def aoi_element(aoi: Aoi, blocks: Mapping[str, Aoi], *, target: bool = False) ->
     """
     inside = "\n".join(_inside(aoi, blocks))
     # Studio 5000 replaces an instruction of the project only if its edit time differs, so the time
-    # # is derived from the contents.
+    # is derived from the contents.
     edited = _EPOCH + timedelta(milliseconds=zlib.crc32(inside.encode()))
     use = {"Use": "Target"} if target else {}
     head = _opened(
