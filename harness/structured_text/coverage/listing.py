@@ -69,9 +69,9 @@ class Listing:
         name: Its name.
         line: The line where it begins.
         statements: Its statements in source order.
-        branches: Its branches in source order, without those that the source excludes: no label
-            fits in a CASE that has all members of an enumeration, and a loop without a round whose
-            constants ensure one.
+        branches: Its branches in source order, without those that the source excludes. These are
+            "no label fits" of a CASE with labels for all members of an enumeration, and "no round"
+            of a loop if constants ensure a round.
         decisions: Its decisions in the order of the engine.
     """
 

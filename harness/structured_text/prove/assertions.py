@@ -16,8 +16,8 @@ from structured_text.language.source import Extract, origin, source_text
 
 __all__ = ["STOPS", "VARIABLE", "Assertion", "Copies", "with_assertions"]
 
-#: The kind of obligation that a broken assertion is. No other statement shifts by a literal below
-#: 0, so file and line identify the assertion.
+#: The kind of a broken assertion's obligation. No other statement shifts by a literal below 0; file
+#: and line distinguish an assertion from a shift by a variable.
 STOPS = "shift"
 _COMMENT = re.compile(
     r"\(\*\s*prove\s*:(?P<block>.*?)\*\)|//\s*prove\s*:(?P<line>[^\n]*)", re.S | re.I

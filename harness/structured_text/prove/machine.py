@@ -399,7 +399,7 @@ class Machine(Memory):
         branches: list[tuple[Bool, Callable[[], None]]] = []
         none: Bool = True
         bodies = [body for _, body in node.branches]
-        # All conditions are evaluated on the memory before the branches, because a condition in #
+        # All conditions are evaluated on the memory before the branches, because a condition in
         # Structured Text has no side effects. Their obligations apply only if no earlier branch was
         # taken.
         for ask, body in zip(tests, bodies, strict=True):

@@ -24,7 +24,7 @@ __all__ = ["Alternatives", "Leaf", "Memory", "Path", "leaves"]
 
 #: Names and positions, from the outermost variable inwards.
 Path = tuple[Any, ...]
-#: The places that an access may refer to, each with its condition; exactly one condition holds.
+#: The places that an access may refer to, each with its condition; one of the conditions holds.
 Alternatives = list[tuple[Bool, Path]]
 #: Arrays of scalars with more elements than this are stored as one array term.
 _LONG = 64

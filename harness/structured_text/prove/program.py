@@ -105,7 +105,7 @@ class ProgramMachine(Machine):
     def _keep_contract(self, instance: Path) -> None:
         """Assume the contract of a block's outputs.
 
-        At most one of Done, Busy and Error is TRUE, and ErrorID is not 0 exactly if Error is TRUE.
+        At most one of Done, Busy and Error is TRUE. Error is TRUE if and only if ErrorID is not 0.
         """
         pins = [(*instance, name) for name in ("DONE", "BUSY", "ERROR")]
         flags = [self[pin] for pin in pins if pin in self and z3.is_bool(self[pin])]

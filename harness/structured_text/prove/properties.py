@@ -54,8 +54,8 @@ class Library:
 
     Attributes:
         areas: Blocks that begin (`read`) and end (`write`) the scan of their user, by upper-case
-            name. Each must be called exactly once in a scan, and every busy block must be called in
-            a scan that ends.
+            name. Each may be called only once in a scan, and every busy block must be called in a
+            scan that ends.
         reference: The name of a structure that only the library may write; empty if there is none.
         milliseconds: The name of a function that counts the milliseconds of a duration in a long
             loop.
