@@ -1,12 +1,12 @@
-"""Structured Text on a PC: reads, runs, measures, proves, debugs and exports any program.
+"""Structured Text on a PC: read, run, measure, prove, debug and export any program.
 
-What surrounds a program (a process image, a machine, a stimulus) is given by whoever uses this
-package; it imports nothing of them.
+The user of this package supplies the surroundings of a program (a process image, a machine, a
+stimulus). The package imports nothing from them.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # nothing is imported here that not every part needs
+TYPE_CHECKING = False  # a constant, so that `typing` need not be imported here
 if TYPE_CHECKING:
     from typing import Any
 
@@ -25,7 +25,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use: one part of the package does not load all others."""
+    """Import a public name on first use, so that one part does not load all others."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

@@ -1,4 +1,4 @@
-"""What a user is told: errors, with where and what to do, and rules that were broken."""
+"""Errors and violated rules that are reported to the user."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-try:  # names given by whoever ships this package
+try:  # the distribution that ships this package may define the names
     from structured_text_names import COMMAND, DISTRIBUTION
 except ModuleNotFoundError:
     COMMAND, DISTRIBUTION = "st", "structured-text"
@@ -31,28 +31,28 @@ __all__ = [
 ]
 
 BLOCKS = f"{COMMAND.upper()}_"
-"""The beginning of the names of blocks that are added to a program."""
+"""Prefix for the names of blocks that this package adds to a program."""
 VARIABLES = COMMAND.capitalize()
-"""The beginning of the names of variables that are added to a program."""
+"""Prefix for the names of variables that this package adds to a program."""
 
-#: Names are all shown up to this length [characters].
+#: A list of names is shown in full up to this length [characters].
 _LISTED = 200
-#: All control characters but tab and end of line.
+#: All control characters except tab and line feed.
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 def legible(text: str) -> str:
     r"""Return a message with its control characters written as `\x1b`.
 
-    Names of files, variables and keys in it may come from a project of somebody else's: an escape
-    sequence would clear the screen of the reader, or show lines that nobody has written.
+    Names of files, variables and keys in the message may come from a third-party project. An escape
+    sequence in them could clear the reader's screen or show lines that nobody has written.
     """
     return _CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 
 
 @dataclass(frozen=True)
 class Violation:
-    """A broken rule: when [us], which, by its name, and one clear sentence."""
+    """A violation of a rule: its time [us], the name of the rule and one clear sentence."""
 
     t_us: int
     rule: str
@@ -60,17 +60,17 @@ class Violation:
 
 
 class InputError(Exception):
-    """Bad input of the user's: reported in one message, never as a traceback.
+    """Bad input by the user. It is reported in one message, never as a traceback.
 
     Args:
         message: What is wrong, one sentence without a full stop.
-        file: The file it is in, if there is one.
+        file: The file with the mistake, if there is one.
         line: Line in that file, from 1.
         column: Column in that line, from 1.
         hint: What to do about it, one sentence without a full stop.
 
     Attributes:
-        exit_code: Of the command that ends with it.
+        exit_code: Exit code of the command that ends with this error.
     """
 
     exit_code = 2
@@ -92,27 +92,30 @@ class InputError(Exception):
         super().__init__(str(self))
 
     def __str__(self) -> str:
-        """`file:line:column: message (hint)`, as compilers print it."""
+        """Return `file:line:column: message; hint`, as compilers print it."""
         where = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
         text = f"{where}: {self.message}" if where else self.message
         return legible(f"{text}; {self.hint}" if self.hint else text)
 
 
 class OutputError(OSError):
-    """Standard output cannot be written; any other OSError is about something else."""
+    """Standard output cannot be written. Any other OSError has another cause."""
 
 
 class UnreadError(OutputError):
-    """Nobody reads standard output any more; without a number, by which click would end with 1."""
+    """The reader of standard output has closed it.
+
+    The error has no errno, because click would then end with exit code 1.
+    """
 
 
 def did_you_mean(names: Sequence[str]) -> str:
-    """A hint that names what was perhaps meant; empty without any."""
+    """Return a hint that suggests the given names, or an empty string without names."""
     return f"did you mean {' or '.join(names)}" if names else ""
 
 
 def near(name: str, known: Iterable[str], every: str = "there are") -> str:
-    """Return the hint on a name that is not known: what is near, else all there are."""
+    """Return the hint for an unknown name: similar names, or all known names."""
     names = list(known)
     if meant := get_close_matches(name, names):
         return did_you_mean(meant)
@@ -124,7 +127,7 @@ def near(name: str, known: Iterable[str], every: str = "there are") -> str:
 
 
 def refused(error: OSError) -> InputError:
-    """Return the message for something that the system has refused, with the file if it has one."""
+    """Return the message for a failed system call, with its file if there is one."""
     reason = error.strerror or str(error) or type(error).__name__
     if error.filename is not None:
         return InputError(f"cannot be accessed: {reason}", file=os.fsdecode(error.filename))

@@ -88,7 +88,9 @@ def _header(file: Path) -> Header:
     if section:
         purpose = purpose.replace(section[0], "", 1)
     tests = re.findall(r"tests/[\w/]+\.py", comment)
-    return Header(file, name, purpose, section[1] if section else "", tuple(tests))
+    named = section or re.search(r"\(((?:guide|chapter) [\d.]+)\)", purpose)
+    purpose = re.sub(r" \(no section: [^)]*\)", "", purpose)
+    return Header(file, name, purpose, named[1] if named else "", tuple(tests))
 
 
 def _link(path: str | Path) -> str:
@@ -102,18 +104,57 @@ def _page(title: str, source: str, body: Iterator[str]) -> str:
 
 
 def _blocks() -> Iterator[str]:
-    yield "A block's page has its pins, an example with its timing chart, its errors and its"
-    yield "neighbours; its source is one file, whose head is the interface. The dedicated bits,"
-    yield "codes and errors on one sheet for the panel: [panel.html](panel.html)."
+    yield "The page of a block shows its pins, an example with its timing chart, its errors and"
+    yield "its neighbours. Its source is one file, and the head of the file is the interface."
+    yield "The dedicated bits, codes and errors fit on one sheet for the panel:"
+    yield "[panel.html](panel.html). Blocks that only other blocks call:"
+    yield "[internal-blocks.md](internal-blocks.md).\n"
+    yield "In the column *Manual*, `chapter` is a chapter of the YAMAHA network board EtherNet/IP"
+    yield "user's manual for RCX340 and RCX320, Ver. 1.31, and `guide` is a section of the remote"
+    yield "command guide in the same document. `-` means that the block is this library's own.\n"
+    yield "## I want to ...\n\n| Task | Blocks |\n|---|---|"
+    for task, names in _tasks().items():
+        yield f"| {task} | {', '.join(map(_page_of, names))} |"
+    yield from _table(internal=False)
+
+
+def _tasks() -> dict[str, list[str]]:
+    """Return the blocks for each task of a user."""
+    tasks: dict[str, list[str]] = load_toml(ROOT / "docs/reference/blocks/tasks.toml")
+    return tasks
+
+
+def _internal_blocks() -> Iterator[str]:
+    yield "Programs do not call these blocks, functions and types. They are the parts of the blocks"
+    yield "in [blocks.md](blocks.md)."
+    yield from _table(internal=True)
+
+
+def _is_internal(head: Header) -> bool:
+    return head.folder == "core" or head.name.startswith(("FB_Rcx", "FC_Rcx"))
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _table(*, internal: bool) -> Iterator[str]:
     columns = ("Block", "Source", "What it does", "Manual", "Tests", "Chart")
-    folders = sorted({head.folder for head in headers()}, key=_place)
+    shown = [head for head in headers() if _is_internal(head) == internal]
+    folders = sorted({head.folder for head in shown}, key=_place)
     for folder in folders:
         yield f"\n## {folder}\n\n| {' | '.join(columns)} |\n|{'---|' * len(columns)}"
-        for head in headers():
+        for head in shown:
             if head.folder == folder:
                 tests = ", ".join(_link(test) for test in head.tests)
                 source = f"[ST](../../{head.file.relative_to(ROOT).as_posix()})"
-                cells = (_page_of(head.name), source, head.purpose, head.section, tests)
+                cells = (
+                    _page_of(head.name),
+                    source,
+                    _capital(head.purpose),
+                    head.section or "-",
+                    tests,
+                )
                 yield f"| {' | '.join((*cells, _charts(head.name)))} |"
 
 
@@ -261,6 +302,9 @@ def pages() -> dict[str, Callable[[], str]]:
         **signal_files(),
         **version_files(),
         "docs/reference/blocks.md": lambda: _page("Blocks", "the heads of plc/lib", _blocks()),
+        "docs/reference/internal-blocks.md": lambda: _page(
+            "Internal blocks", "the heads of plc/lib", _internal_blocks()
+        ),
         "docs/reference/cli.md": lambda: _page("Command line", _CLI, commands_index()),
         **{f"docs/reference/cli/{name}.md": partial(_command, name) for name in COMMANDS},
         "docs/reference/commands.md": lambda: _page(

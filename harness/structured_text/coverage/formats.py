@@ -1,4 +1,4 @@
-"""The results for other people's tools: lcov tracefile, Cobertura XML."""
+"""The results for other tools: lcov tracefile and Cobertura XML."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _counting(items: Sequence[Item]) -> list[Item]:
 
 
 def _lines(result: FileResult) -> dict[int, int]:
-    """How often the lines with statements were executed: their least statement."""
+    """Return how often each line was executed: the lowest count of its statements."""
     lines: dict[int, int] = {}
     for item in _counting(result.statements):
         lines[item.line] = min(item.hits, lines.get(item.line, item.hits))
@@ -29,15 +29,15 @@ def _lines(result: FileResult) -> dict[int, int]:
 def tracefile(
     results: Sequence[FileResult], folder: Path | None = None, *, mcdc: bool = False
 ) -> str:
-    """The tracefile of lcov; what is justified in place is left out of it.
+    """Return the tracefile of lcov, without items that are justified in the source.
 
-    Readers want lines with statements: a block stands at its first one, a branch at that of its
-    IF, CASE or loop.
+    Readers expect lines with statements. Therefore a block has the line of its first statement, and
+    a branch has that of its IF, CASE or loop.
 
     Args:
         results: All files.
-        folder: What their paths start from, where they are to be absolute.
-        mcdc: With the conditions, which lcov knows from version 2.2 on and other readers refuse.
+        folder: The folder of their paths, if these should be absolute.
+        mcdc: Include the conditions, which lcov reads from version 2.2 on and other readers refuse.
     """
     lines = []
     for result in results:
@@ -75,7 +75,7 @@ def _records(result: FileResult, *, mcdc: bool) -> Iterator[str]:
 
 
 def _conditions(result: FileResult) -> Iterator[str]:
-    """MC/DC: those of one line are a group; each is to decide as TRUE and as FALSE."""
+    """Yield the MC/DC records: the conditions of a line form a group, each with TRUE and FALSE."""
     lines: dict[int, list[DecisionResult]] = {}
     for decision in result.decisions:
         lines.setdefault(decision.at, []).append(decision)
@@ -94,17 +94,17 @@ def _conditions(result: FileResult) -> Iterator[str]:
 
 
 def cobertura(results: Sequence[FileResult], home: Path) -> bytes:
-    """The XML of Cobertura, as its DTD (coverage-04) wants it; it has no place for MC/DC.
+    """Return the XML of Cobertura according to its DTD (coverage-04), which has no place for MC/DC.
 
     Args:
         results: All files.
-        home: What their paths start from.
+        home: The folder of their paths.
     """
     lines, branches = _shares(results)
     root = ET.Element("coverage", _rates(results))
     for name, share in (("lines", lines), ("branches", branches)):
         root.attrib |= {f"{name}-covered": str(share.covered), f"{name}-valid": str(share.total)}
-    # No time of day: the same results give the same file.
+    # A constant instead of the time, so that the same results give the same file.
     root.attrib |= {"complexity": "0", "version": DISTRIBUTION, "timestamp": "0"}
     ET.SubElement(ET.SubElement(root, "sources"), "source").text = str(real(home))
     packages = ET.SubElement(root, "packages")
@@ -125,7 +125,7 @@ def cobertura(results: Sequence[FileResult], home: Path) -> bytes:
 
 
 def _shares(results: Sequence[FileResult]) -> tuple[Share, Share]:
-    """Lines and branches that were executed."""
+    """Return the shares of executed lines and branches."""
     lines = [hits for result in results for hits in _lines(result).values()]
     return Share(sum(map(bool, lines)), len(lines)), totals(results)["branches"]
 

@@ -14,16 +14,16 @@ from structured_text.errors import COMMAND
 __all__ = ["pages"]
 
 _COLUMNS = ("Statements", "Branches", "Conditions", "MC/DC", "Unique-cause")
-#: A decision with more vectors shows its first ones only.
+#: Highest number of vectors that a decision shows.
 _MOST_VECTORS = 64
 
 
 def pages(results: Sequence[FileResult], title: str) -> dict[str, str]:
-    """index.html and a page per file, by their names; each needs nothing but itself.
+    """Return index.html and a page per file, by name; each page is self-contained.
 
     Args:
         results: All files.
-        title: What to call them.
+        title: The title of the sources.
     """
     names = _names(results)
     found = {"index.html": _page(f"Coverage of {title}", "", _overview(results, names))}
@@ -34,7 +34,7 @@ def pages(results: Sequence[FileResult], title: str) -> dict[str, str]:
 
 
 def _names(results: Sequence[FileResult]) -> dict[str, str]:
-    """The name of the page of each file."""
+    """Return the name of the page of each file."""
     names: dict[str, str] = {}
     taken = {"index.html"}
     for result in results:

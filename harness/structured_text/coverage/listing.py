@@ -1,4 +1,4 @@
-"""What there is to cover in a POU, with the lines of its file and as text."""
+"""The items to cover in a POU, with the lines of its file and as text."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ class Point(NamedTuple):
 
 
 class Branch(NamedTuple):
-    """One way out of an IF, CASE, WHILE or FOR.
+    """A branch of an IF, CASE, WHILE or FOR.
 
-    `fork` numbers these, `at` is where that one begins; `line` is where the way begins, or ends
-    where it has no statements.
+    `fork` is the number of that statement, and `at` its line. `line` is where the branch begins, or
+    the end of the statement if the branch is empty.
     """
 
     line: int
@@ -52,7 +52,7 @@ class Branch(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """A decision: its line, that of its statement, and how its conditions are joined."""
+    """A decision: its line, that of its statement, its conditions and the code that joins them."""
 
     line: int
     at: int
@@ -63,16 +63,16 @@ class Listed(NamedTuple):
 
 @dataclass
 class Listing:
-    """Everything that counts in one POU.
+    """All items to cover in one POU.
 
     Attributes:
         name: Its name.
-        line: Where it begins.
-        statements: In the order of the source.
-        branches: In the order of the source, those left out that the source itself excludes: a
-            CASE of an enumeration whose members are all labels, and a loop that has a round by
-            the constants that it begins with.
-        decisions: In the order of the engine.
+        line: The line where it begins.
+        statements: Its statements in source order.
+        branches: Its branches in source order, without those that the source excludes. These are
+            "no label fits" of a CASE with labels for all members of an enumeration, and "no round"
+            of a loop if constants ensure a round.
+        decisions: Its decisions in the order of the engine.
     """
 
     name: str
@@ -84,7 +84,7 @@ class Listing:
 
 @dataclass
 class _Words:
-    """Lines of the words of one IF, CASE or WHILE."""
+    """The lines of the keywords of one IF, CASE or loop."""
 
     branches: list[int]
     otherwise: int = 0
@@ -92,15 +92,16 @@ class _Words:
 
 
 class Text:
-    """The text of a file, or of those parts of a project file that were taken from it.
+    """The text of a file, or of the parts that were extracted from a project file.
 
     Args:
         file: The file.
-        sources: What was taken from it; a file of Structured Text is its own source.
+        sources: The extracted parts; a file of Structured Text is its own source.
 
     Attributes:
-        lines: The text by the numbers of its lines.
-        reasons: Why a line is not reachable, by its number.
+        lines: The text by line number.
+        reasons: The reasons why lines are unreachable, by line number.
+        words: The keyword lines of each IF, CASE or loop, by the position of its first word.
 
     Raises:
         InputError: it cannot be read any more.
@@ -115,7 +116,9 @@ class Text:
             text = source_text(source)
             for number, shown in enumerate(text.splitlines(), 1):
                 at, _ = origin(source, number, 1)
-                if self.lines.setdefault(at, shown) != shown:  # taken apart, or put together
+                # Several parts are from one line, or a part was assembled: show the line of the
+                # file.
+                if self.lines.setdefault(at, shown) != shown:
                     self.lines[at] = own[at - 1] if at <= len(own) else shown
             for number, reason in _reasons(text).items():
                 self.reasons[origin(source, number, 1)[0]] = reason
@@ -123,14 +126,14 @@ class Text:
 
 
 def listing(pou: t.Pou, plan: Plan, text: Text) -> Listing:
-    """List what there is to cover in a POU."""
+    """Return the items to cover in a POU."""
     found = Listing(pou.name, pou.at.line)
     _Lister(found, plan, text.words).statements(pou.body)
     return found
 
 
 def _reasons(text: str) -> dict[int, str]:
-    """Reasons by the line they are for: their own, or the next one with code."""
+    """Return the reasons by the line they apply to: their own, or the next one with code."""
     found = {}
     for comment in _REASON.finditer(text):
         before = text[: comment.start()].rpartition("\n")[2].strip()
@@ -143,7 +146,7 @@ def _reasons(text: str) -> dict[int, str]:
 
 
 def _words(text: str, file: Path) -> dict[tuple[int, int], _Words]:
-    """Where the parts of each IF, CASE or loop are, by the position of its first word."""
+    """Return the keyword lines of each IF, CASE or loop, by the position of its first word."""
     found: dict[tuple[int, int], _Words] = {}
     open_: list[_Words] = []
     for token in tokens(text, file):
@@ -161,7 +164,7 @@ def _words(text: str, file: Path) -> dict[tuple[int, int], _Words]:
 
 
 class _Lister:
-    """Walks through a body in the order in which the plan numbers it."""
+    """A walk through a body in the order in which the plan numbers it."""
 
     def __init__(self, found: Listing, plan: Plan, words: dict[tuple[int, int], _Words]) -> None:
         self._found = found
@@ -174,7 +177,7 @@ class _Lister:
             found.decisions.append(Listed(line, line, expression_text(one.root), texts, one.code))
 
     def statements(self, body: tuple[t.Statement, ...]) -> None:
-        """List the statements of a body and what is in them."""
+        """List the statements of a body and the items inside them."""
         before: t.Statement | None = None
         for node in body:
             self._found.statements.append(Point(node.at.line, self._plan.run[id(node)]))
@@ -198,14 +201,17 @@ class _Lister:
         self._found.branches += [Branch(line, at, n, fork, text) for line, n, text in ways]
 
     def _words_of(self, node: t.If | t.Case) -> _Words:
-        """Where its parts are; all in one place of what is no IF in the source, as `S=`."""
+        """Return the keyword lines of a node.
+
+        A latch such as `S=` is not an IF in the source; all its lines are that of the statement.
+        """
         line = node.at.line
         return self._words.get((line, node.at.column)) or _Words([line], line, line)
 
     def _bodies(
         self, node: t.If | t.Case, bodies: Sequence[tuple[t.Statement, ...]]
     ) -> Iterator[int]:
-        """The counters of the bodies of a node."""
+        """Yield the counters of the bodies of a node."""
         blank = 0
         for body in bodies:
             yield self._plan.body(node, body, blank)
@@ -215,7 +221,7 @@ class _Lister:
         words = self._words_of(node)
         self._branches(node, self._ways_of_if(node, words))
         if (node.at.line, node.at.column) not in self._words:
-            return  # `S=` is one statement
+            return  # A latch `S=` is one statement.
         for line, (condition, body) in zip(words.branches, node.branches, strict=True):
             number = self._plan.number.get(id(condition))
             if number is not None:
@@ -264,7 +270,7 @@ class _Lister:
 
 
 def _counts(node: t.For) -> bool:
-    """Whether the constants of a FOR give it a round."""
+    """Return whether the constants of a FOR ensure at least one round."""
     start, end, step = node.start, node.end, node.step
     if not all(isinstance(one, t.Constant) for one in (start, end, step)):
         return False
@@ -276,7 +282,7 @@ def _counts(node: t.For) -> bool:
 
 
 def _begins(condition: t.Expression, before: t.Statement | None) -> bool:
-    """Whether the statement before a WHILE makes its condition TRUE, by constants alone."""
+    """Return whether the statement before a WHILE makes its condition TRUE, by constants alone."""
     if not isinstance(before, t.Assign) or not isinstance(condition, t.Binary):
         return False
     counter, start, end = before.target, before.value, condition.right

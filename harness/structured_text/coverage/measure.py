@@ -1,4 +1,4 @@
-"""From counts to results: what of each file was covered."""
+"""Results of coverage from counts, for each file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Share:
-    """So many of so many; what is justified is in neither number."""
+    """A number of covered items out of a total; justified items are in neither number."""
 
     covered: int = 0
     total: int = 0
@@ -39,27 +39,27 @@ class Share:
 
     @property
     def percent(self) -> float:
-        """Covered of all, 100 where there is nothing to cover."""
+        """Return the covered share in percent; 100 if there is nothing to cover."""
         return 100.0 * self.covered / self.total if self.total else 100.0
 
     @property
     def shown(self) -> str:
-        """`84.6 %`; 100 only where nothing is left."""
+        """Return `84.6 %`, rounded down, so that 100 means that everything is covered."""
         tenths = 1000 * self.covered // self.total if self.total else 1000
         return f"{tenths // 10}.{tenths % 10} %"
 
     @property
     def complete(self) -> bool:
-        """Whether nothing is left."""
+        """Return whether everything is covered."""
         return self.covered == self.total
 
 
 @dataclass(frozen=True)
 class Item:
-    """A statement or branch: how often it was executed, and why it need not be.
+    """A statement or branch: how often it was executed, and a reason if it cannot be.
 
-    `run` is its counter, `fork` the IF, CASE or loop of a branch by its number in the file, which
-    begins `at` a line.
+    `run` is its counter. `fork` is the number of the branch's IF, CASE or loop in the file, and
+    `at` the line where that begins.
     """
 
     line: int
@@ -73,13 +73,14 @@ class Item:
 
 @dataclass(frozen=True)
 class Judged:
-    """What is known about one condition of a decision.
+    """The facts about one condition of a decision.
 
     Attributes:
         values: The values it has had.
-        deciding: Those with which it has decided the outcome, of two with one outcome only one.
-        unique: It has decided as TRUE and as FALSE in two evaluations that differ in nothing
-            else; what one of them has skipped is no difference.
+        deciding: The values with which it has decided the outcome. If it has MC/DC, both; otherwise
+            at most one.
+        unique: It has decided as TRUE and as FALSE in two evaluations that differ in no other
+            condition. A condition that one of them skipped does not count as a difference.
     """
 
     values: frozenset[bool]
@@ -88,7 +89,7 @@ class Judged:
 
     @property
     def masking(self) -> bool:
-        """It has decided the outcome as TRUE and as FALSE."""
+        """Return whether it has decided the outcome as TRUE and as FALSE."""
         return len(self.deciding) == 2
 
 
@@ -120,14 +121,17 @@ class FileResult:
     """The results of one file.
 
     Attributes:
-        path: As it is shown, `folder/Block.st`.
+        path: The path as it is displayed, `folder/Block.st`.
         source: Its lines, by their numbers.
         pous: Name, line and number of calls of each function or block in it.
-        bodies: The lines of the statements of each of these, sorted.
+        bodies: The sorted lines of the statements of each of these.
+        statements: Its statements.
+        branches: Its branches.
+        decisions: Its decisions.
         stale: Lines with a reason although everything on them was executed.
-        changed: There are counts, but of another version of the file.
-        demands_mcdc: MC/DC is demanded of it.
-        runs: How many counters it has.
+        changed: The file has changed since, or counts of several versions exist.
+        demands_mcdc: MC/DC is required for it.
+        runs: The number of its counters.
     """
 
     path: str
@@ -144,32 +148,32 @@ class FileResult:
 
     @property
     def folder(self) -> str:
-        """The first part of its path."""
+        """Return the first part of its path."""
         return self.path.partition("/")[0]
 
     @property
     def statement_share(self) -> Share:
-        """Statements executed."""
+        """Return the share of executed statements."""
         return _share(self.statements)
 
     @property
     def branch_share(self) -> Share:
-        """Branches taken."""
+        """Return the share of branches taken."""
         return _share(self.branches)
 
     @property
     def condition_share(self) -> Share:
-        """Conditions that were both TRUE and FALSE."""
+        """Return the share of conditions that were both TRUE and FALSE."""
         return self._conditions(lambda one: len(one.judged.values) == 2)
 
     @property
     def mcdc_share(self) -> Share:
-        """Conditions with MC/DC."""
+        """Return the share of conditions with MC/DC."""
         return self._conditions(lambda one: one.judged.masking)
 
     @property
     def unique_share(self) -> Share:
-        """Conditions with unique-cause MC/DC."""
+        """Return the share of conditions with unique-cause MC/DC."""
         return self._conditions(lambda one: one.judged.unique)
 
     def _conditions(self, holds: Callable[[Condition], bool]) -> Share:
@@ -190,13 +194,14 @@ def measure(
     reasons: Mapping[tuple[str, str, str], str] | None = None,
     demanded: tuple[str, ...] = (),
 ) -> list[FileResult]:
-    """The results of each file that has code, in the order of their paths.
+    """Return the results of each file that has code, in the order of their paths.
 
     Args:
         merged: The counts.
-        home: The folder that paths are shown from, those of files elsewhere whole.
-        reasons: Why a condition has no MC/DC, by (POU, decision, condition).
-        demanded: Folders and files of which MC/DC is demanded, as their paths begin.
+        home: The folder to which displayed paths are relative. Files outside it have absolute
+            paths.
+        reasons: The reasons why a condition has no MC/DC, by (POU, decision, condition).
+        demanded: Beginnings of the paths for which MC/DC is required.
     """
     results = []
     for name in sorted({*merged.files, *merged.changed}):
@@ -227,7 +232,7 @@ def _fill(
     reasons: Mapping[tuple[str, str, str], str],
 ) -> None:
     found, counters = pou.listing, pou.counters
-    # Runs and forks are numbered in each POU, and here in the whole file.
+    # Counters and forks are numbered per POU; here they get numbers that are unique in the file.
     runs, forks = result.runs, 1 + max((one.fork for one in result.branches), default=-1)
     result.runs += len(counters)
     if not found.statements:
@@ -262,21 +267,29 @@ def judge(code: Postfix, size: int, vectors: Collection[int]) -> list[Judged]:
     """Judge the conditions of a decision.
 
     Args:
-        code: How they are joined.
-        size: How many there are.
-        vectors: All vectors in which it was evaluated; bit k is the condition k, and bit k above
-            those of all conditions says that it was skipped.
+        code: The decision as a postfix expression of its conditions.
+        size: The number of conditions.
+        vectors: All vectors in which it was evaluated. Bit k is the value of condition k; bit
+            `size` + k says that condition k was skipped.
     """
     outcomes = {vector: bool(outcome(code, vector, vector >> size)) for vector in vectors}
     return [_judge(code, size, outcomes, k) for k in range(size)]
 
 
 def _judge(code: Postfix, size: int, outcomes: dict[int, bool], number: int) -> Judged:
+    """Judge one condition of a decision.
+
+    The condition decides an evaluation if inverting it changes the outcome. It has masking MC/DC if
+    it decides one evaluation as TRUE and another as FALSE, with opposite outcomes. It has
+    unique-cause MC/DC if two such evaluations differ in no other condition. Evaluations that
+    skipped the condition do not count.
+    """
     bit, skips = 1 << number, 1 << number + size
     seen = {vector: result for vector, result in outcomes.items() if not vector & skips}
     decides: set[tuple[bool, bool]] = set()
     for vector, result in seen.items():
-        # What was skipped may be anything: the outcome is another, or may be.
+        # Skipped conditions may have any value, so the outcome of the inverted vector may be
+        # unknown; an unknown outcome counts as another one.
         if outcome(code, vector ^ bit, vector >> size) is not result:
             decides.add((bool(vector & bit), result))
     masking = any((not value, not result) in decides for value, result in decides)
@@ -295,7 +308,7 @@ def _judge(code: Postfix, size: int, outcomes: dict[int, bool], number: int) -> 
 
 
 def _differs(vector: int, result: bool, seen: dict[int, bool], bit: int, size: int) -> bool:
-    """Whether another evaluation differs in its outcome, and in one condition only."""
+    """Return whether another evaluation differs in its outcome, and in one condition only."""
     every = (1 << size) - 1
     return any(
         other != result and (vector ^ one) & every & ~((vector | one) >> size) == bit

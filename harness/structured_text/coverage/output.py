@@ -1,4 +1,7 @@
-"""The report: a table, pages, lcov, Cobertura; over those of an earlier run and nothing else."""
+"""The coverage report on the disk: pages, lcov and Cobertura, and a table as text.
+
+A new report replaces an earlier one, but never other files.
+"""
 
 from __future__ import annotations
 
@@ -18,27 +21,27 @@ from structured_text.output.paths import real
 
 __all__ = ["ENGINE", "Outcome", "check_fail_under", "check_folder", "conclude", "write_report"]
 
-#: Why another engine cannot be asked for.
+#: The reason why coverage refuses another engine, for messages.
 ENGINE = "coverage is counted by the built-in engine"
 
-#: Stands at the head of each file.
+#: Marks at the head of each file of a report; files without one are not overwritten.
 _MARKS = (f"{COMMAND} coverage".encode(), f"TN:{COMMAND}_coverage".encode())
 _HEAD = 200
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What to tell of a coverage, and whether it is what was asked for."""
+    """The text to print about a coverage, and whether it meets the requirements."""
 
     text: str
     passed: bool
 
 
 def check_fail_under(option: str, given: float | str) -> float:
-    """The percentage that is demanded.
+    """Return the required percentage.
 
     Raises:
-        InputError: it is none.
+        InputError: it is not a number from 0 to 100.
     """
     try:
         percent = float(given)
@@ -58,15 +61,15 @@ def conclude(
     lost: Sequence[str] = (),
     width: int = 100,
 ) -> Outcome:
-    """Write the report of what was counted.
+    """Write the report on the counts.
 
     Args:
-        merged: What was counted.
-        home: The folder that paths are shown from; its name is the report's.
-        folder: Where to.
-        fail_under: What statements and branches together must come to [%].
+        merged: The counts.
+        home: The folder to which displayed paths are relative; its name is the report's title.
+        folder: The folder for the report.
+        fail_under: The required percentage of statements and branches together [%].
         lost: Processes whose part is missing.
-        width: Of the table, in characters.
+        width: Width of the table, in characters.
 
     Raises:
         InputError: it cannot be written.
@@ -95,7 +98,7 @@ def check_folder(folder: Path) -> None:
     """Refuse a folder in which a report could not be written.
 
     Raises:
-        InputError: it is a file, or has an index.html and the like of another.
+        InputError: it is a file, or has an index.html or the like that is not a report's.
     """
     if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError("is no folder", file=folder, hint="name another for the coverage")
@@ -106,22 +109,22 @@ def check_folder(folder: Path) -> None:
 def write_report(
     results: Sequence[FileResult], folder: Path, title: str, home: Path, *, absolute: bool = False
 ) -> list[Path]:
-    """Write index.html, a page per file, coverage.lcov (mcdc.lcov: with MC/DC) and coverage.xml.
+    """Write index.html, a page per file, coverage.lcov, mcdc.lcov (with MC/DC) and coverage.xml.
 
     Pages of an earlier report that this one does not have are removed.
 
     Args:
         results: All files.
-        folder: Where to; it is made.
-        title: What to call the sources.
-        home: What the paths of the files start from.
-        absolute: Whether lcov is given whole paths.
+        folder: The folder for the report; it is created.
+        title: The title of the sources.
+        home: The folder to which the paths of the files are relative.
+        absolute: Whether lcov gets absolute paths.
 
     Returns:
         The first page, and the files for other tools.
 
     Raises:
-        InputError: a file is there that is no report's, or cannot be written.
+        InputError: a file exists that is not a report's, or cannot be written.
     """
     made: dict[Path, bytes | str] = {
         folder / name: text for name, text in pages(results, title).items()

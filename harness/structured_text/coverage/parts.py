@@ -1,4 +1,4 @@
-"""What processes have counted, put together: each gives a part, with all that a report needs."""
+"""The counts of several processes, combined; a part is what one process has counted."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from structured_text.language.compiling import deeply
 
 __all__ = ["CountedPou", "Merged", "Part", "Source", "merge", "part_of"]
 
-#: What a process has counted, as JSON.
+#: The counts of one process, as JSON.
 Part = Mapping[str, Any]
 
 
 def part_of(collector: Collector) -> Part:
-    """What a collector has counted, with the texts of the files that are as they were."""
+    """Return the counts of a collector, with the texts of the files that have not changed since."""
     made = deeply(lambda: _Part(collector.counted))
     return {
         "files": made.files,
@@ -31,6 +31,8 @@ def part_of(collector: Collector) -> Part:
 
 
 class _Part:
+    """A part under construction."""
+
     def __init__(self, counted: Iterable[Counted]) -> None:
         self.files: list[dict[str, Any]] = []
         self.pous: list[dict[str, Any]] = []
@@ -63,7 +65,7 @@ class _Part:
         )
 
     def _text(self, one: Counted) -> Text | None:
-        """The text of its file, if that is still what was compiled."""
+        """Return the text of a POU's file; None if the file has changed since it was compiled."""
         file = Path(one.file)
         try:
             if hashlib.sha256(file.read_bytes()).hexdigest() != one.hash:
@@ -79,7 +81,7 @@ class _Part:
 
 @dataclass
 class CountedPou:
-    """A POU with its counts: those of each run of statements, the vectors of each decision."""
+    """A POU with its counts: one per run of statements, and the vectors of each decision."""
 
     listing: Listing
     counters: list[int]
@@ -91,9 +93,9 @@ class Source:
     """A version of a file.
 
     Attributes:
-        lines: Its text, by the numbers of its lines.
-        reasons: Why a line is not reachable.
-        pous: By name and shape, as constants of other files may change that.
+        lines: Its text, by line number.
+        reasons: The reasons why lines are unreachable, by line number.
+        pous: Its POUs by name and shape, because constants of other files may change the shape.
     """
 
     lines: dict[int, str] = field(default_factory=dict)
@@ -105,9 +107,9 @@ class Merged:
     """The counts of all processes.
 
     Attributes:
-        files: The versions of each file, by its hash; more than one where it was changed.
-        changed: Files that were changed, or removed, after they were compiled.
-        elsewhere: Engines that ran programs, too, and cannot count.
+        files: The versions of each file by hash; a file that was changed has several.
+        changed: Files that were changed or removed after they were compiled.
+        elsewhere: Other engines that also ran programs but cannot count.
     """
 
     def __init__(self) -> None:
@@ -116,7 +118,7 @@ class Merged:
         self.elsewhere: set[str] = set()
 
     def add(self, part: Part) -> None:
-        """Add what one process has counted."""
+        """Add the part of one process."""
         self.changed.update(part["changed"])
         self.elsewhere.update(part["elsewhere"])
         for one in part["files"]:
@@ -148,7 +150,7 @@ class Merged:
 
 
 def merge(parts: Iterable[Part]) -> Merged:
-    """Put parts together."""
+    """Combine the parts of all processes."""
     merged = Merged()
     for part in parts:
         merged.add(part)

@@ -1,4 +1,4 @@
-"""What is not covered, and the results as a table."""
+"""The gaps in the coverage, and the results as a table."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Gap", "conditions", "gaps", "missing", "summary", "total", "totals"]
 
 @dataclass(frozen=True)
 class Gap:
-    """Something that is not covered; `reason` says why it need not be."""
+    """An item that is not covered; `reason` says why it need not be."""
 
     path: str
     line: int
@@ -30,7 +30,7 @@ class Gap:
 
 
 def totals(results: Sequence[FileResult]) -> dict[str, Share]:
-    """Shares of some files together."""
+    """Return the shares of several files together."""
     return {
         "statements": sum((one.statement_share for one in results), Share()),
         "branches": sum((one.branch_share for one in results), Share()),
@@ -41,10 +41,10 @@ def totals(results: Sequence[FileResult]) -> dict[str, Share]:
 
 
 def gaps(results: Sequence[FileResult], *, justified: bool = False) -> list[Gap]:
-    """What is not covered: that without a reason, or that with one.
+    """Return the items that are not covered: those without a reason, or those with one.
 
-    Statements in a branch that was not taken are named by the branch. A condition counts only
-    where MC/DC is demanded.
+    A statement in a branch that was not taken is represented by the branch. A condition counts only
+    if MC/DC is required for its file.
     """
     found = []
     for result in results:
@@ -78,7 +78,7 @@ def _gaps(result: FileResult) -> Iterator[Gap]:
 
 
 def conditions(result: FileResult) -> Iterator[Gap]:
-    """Conditions without MC/DC, and reasons for what has it."""
+    """Yield the conditions without MC/DC, and reasons for conditions that have it."""
     for decision in result.decisions:
         for one in decision.conditions:
             if not one.judged.masking:
@@ -91,9 +91,9 @@ def conditions(result: FileResult) -> Iterator[Gap]:
 
 
 def missing(result: FileResult) -> str:
-    """Lines with statements that were not executed, and those of branches not taken.
+    """Return the lines of statements that were not executed, and of branches not taken.
 
-    As in `12-14, 20; branches 17, 19`.
+    The form is `12-14, 20; branches 17, 19`.
     """
     if result.changed:
         return "changed since"
@@ -118,13 +118,13 @@ def _counts(item: Item) -> bool:
 
 
 def total(results: Sequence[FileResult]) -> Share:
-    """Statements and branches together."""
+    """Return the share of statements and branches together."""
     shares = totals(results)
     return shares["statements"] + shares["branches"]
 
 
 def summary(results: Sequence[FileResult], width: int) -> str:
-    """A table of all files with what is missing in each, as plain text."""
+    """Return a table of all files with the missing lines of each, as plain text."""
     table = Table(box=None, pad_edge=False)
     table.add_column("file", overflow="fold")
     for name in ("statements", "branches", "MC/DC"):

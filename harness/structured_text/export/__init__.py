@@ -1,4 +1,4 @@
-"""The library and a user's program in the file formats of PLC tools."""
+"""Export of the library and a user's program in the file formats of PLC tools."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["TARGETS", "Target", "export"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use: who asks what a tool refuses writes for none."""
+    """Import a name on first use, because `check --for` needs no exporter."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from structured_text.export import targets

@@ -1,4 +1,9 @@
-"""Statements in a tool's words: the source's own text, its comments and line breaks kept."""
+"""Statements with a tool's functions and pins; the source's comments and line breaks stay.
+
+The translation works on tokens, not on the syntax tree. The text between tokens is copied, so the
+output has the layout of the source. Only calls, names, paths and literals are rewritten; each tool
+overrides the methods for what it writes differently.
+"""
 
 from __future__ import annotations
 
@@ -27,12 +32,13 @@ _PASSED = ("VAR_INPUT", "VAR_IN_OUT")
 
 @dataclass(frozen=True)
 class Scope:
-    """What names mean to the statements of a POU, by upper-case name.
+    """The meaning of names in the statements of a POU, by upper-case name.
 
     Attributes:
         variables: Types of its variables.
         types: Types of the sources.
-        pins: What an instance of each block of the sources is given, in order; and a function.
+        pins: The inputs and VAR_IN_OUT of each block and function of the sources, in order.
+        functions: The functions of the sources.
     """
 
     variables: Mapping[str, s.TypeSpec]
@@ -42,7 +48,7 @@ class Scope:
 
     @staticmethod
     def of(part: Part, sources: Sources) -> Scope:
-        """That of a part."""
+        """Return the scope of a part."""
         return Scope(
             variables_of(part.node) if isinstance(part.node, s.Pou) else {},
             {
@@ -59,19 +65,22 @@ class Scope:
         )
 
     def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
-        """What a named type stands for."""
+        """Return the type that a named type stands for."""
         while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
             spec = self.types[spec.name.key].spec
         return spec
 
     def block(self, spec: s.TypeSpec | None) -> str:
-        """The upper-case name of a block type; else empty."""
+        """Return the upper-case name of a block type; "" for another type."""
         key = spec.name.key if isinstance(spec, s.NamedSpec) else ""
         return key if key in BLOCKS or key in self.pins else ""
 
 
 def variables_of(node: s.Pou) -> dict[str, s.TypeSpec]:
-    """The types of a POU's variables by upper-case name; a function's own name is one."""
+    """Return the types of a POU's variables by upper-case name.
+
+    A function's own name is one of them.
+    """
     found = {
         name.key: one.spec
         for section in node.sections
@@ -92,7 +101,7 @@ def _pins(node: s.Pou) -> tuple[str, ...]:
 
 
 class Body:
-    """Writes standard functions, and pins of standard blocks, as a tool's list has them."""
+    """A writer that translates standard functions and pins of standard blocks by a tool's list."""
 
     def __init__(self, text: str, scope: Scope, words: Words) -> None:
         self._text = text
@@ -101,28 +110,28 @@ class Body:
         self._words = words
 
     def all(self) -> str:
-        """The statements, with what stands before and after them."""
+        """Return the translated statements, with the text before and after them."""
         if not self._found:
             return self._text
         last = len(self._found)
         return f"{self._gap(0)}{self._run(0, last)}{self._text[self._end(last - 1) :]}"
 
-    # --- what a tool may do otherwise -----------------------------------------------------
+    # --- methods that a tool may override -------------------------------------------------
 
     def _plain(self, text: str) -> str:
-        """A variable's, pin's or field's name, or that of a function of the sources."""
+        """Return the name of a variable, pin, field or function of the sources in the tool."""
         return text
 
     def _word(self, at: int) -> str:
-        """A name that is no variable: a member of an enumeration, or a function."""
+        """Return a name that is not a variable: a member of an enumeration, or a function."""
         return str(self._found[at])
 
     def _own(self, at: int, given: list[tuple[str, int, int]], end: int) -> str:
-        """A call of a function of the sources."""
+        """Return a call of a function of the sources."""
         return self._listed(at, given, end, self._scope.pins[self._found[at].upper()], named=None)
 
     def _typed(self, text: str) -> str:
-        """A typed literal."""
+        """Return a typed literal."""
         return text
 
     # --- tokens ---------------------------------------------------------------------------
@@ -137,7 +146,7 @@ class Body:
         return str(self._found[at].type) if 0 <= at < len(self._found) else ""
 
     def _run(self, first: int, last: int) -> str:
-        """Tokens from `first` to before `last`, without what stands before the first one."""
+        """Return tokens from `first` to before `last`, without the text before the first one."""
         pieces, at = [], first
         while at < last:
             gap = self._gap(at) if at > first else ""
@@ -146,7 +155,7 @@ class Body:
         return "".join(pieces)
 
     def _piece(self, at: int) -> tuple[str, int]:
-        """A token's text, or that of a call or variable, and where the next piece begins."""
+        """Return the text of a token, call or variable, and the index of the token after it."""
         token, kind = self._found[at], self._kind(at)
         called = self._kind(at + 1) == "LPAR"
         if kind == "AMPERSAND":
@@ -162,7 +171,7 @@ class Body:
         return self._function(at) if called else (self._word(at), at + 1)
 
     def _path(self, at: int) -> tuple[str, int]:
-        """A variable with its fields and indices; a block's instance with its call."""
+        """Return a variable with its fields and indices, or a block's instance with its call."""
         pieces = [self._variable(at)]
         spec = self._scope.base(self._scope.variables[self._found[at].upper()])
         at += 1
@@ -188,12 +197,12 @@ class Body:
         return self._plain(str(self._found[at]))
 
     def _enclosed(self, at: int, end: int) -> str:
-        """What is in brackets, with them."""
+        """Return the text in brackets, with the brackets."""
         inside = f"{self._gap(at + 1)}{self._run(at + 1, end - 1)}{self._gap(end - 1)}"
         return f"{self._found[at]}{inside}{self._found[end - 1]}"
 
     def _pin(self, block: str, name: str) -> str:
-        """A field's name, or that of a standard block's pin."""
+        """Return the name of a field, or of a standard block's pin in the tool."""
         form = self._words.blocks.get(block)
         if form is None or block not in BLOCKS:
             return self._plain(name)
@@ -202,7 +211,7 @@ class Body:
         return name if found.upper() == name.upper() else found
 
     def _pins(self, at: int, end: int, block: str) -> str:
-        """The arguments of a block's call, each with its pin."""
+        """Return the arguments of a block's call, each with its pin."""
         pieces = []
         standard = BLOCKS.get(block)
         order = [one.name for one in standard.variables] if standard else self._scope.pins[block]
@@ -235,7 +244,7 @@ class Body:
         return f"{source}_TO_{target}({self._run(*value)})"
 
     def _standard(self, key: str, given: list[tuple[str, int, int]]) -> str:
-        """A standard function in the form of the list."""
+        """Return a standard function in the form of the list."""
         form = self._words.functions[key]
         ordered = sorted(given, key=lambda one: _rank(key, one[0])) if given[0][0] else given
         texts = []
@@ -246,7 +255,7 @@ class Body:
         return form.text(key, texts)
 
     def _argument(self, key: str, place: int, first: int, last: int) -> str:
-        """An argument of a standard function."""
+        """Return an argument of a standard function."""
         return self._run(first, last)
 
     def _listed(
@@ -259,15 +268,15 @@ class Body:
         named: bool | None,
         defaults: Mapping[str, str] | None = None,
     ) -> str:
-        """A call of a function of the sources.
+        """Return a call of a function of the sources.
 
         Args:
-            at: Where its name is.
+            at: Index of its name.
             given: Its arguments.
-            end: Behind it.
-            parameters: Its own, in order.
-            named: Whether arguments are named; None as the source has it.
-            defaults: What is written for those that are left out, by upper-case name.
+            end: Index of the token after it.
+            parameters: The function's parameters, in order.
+            named: Whether arguments are named; None: as in the source.
+            defaults: Values for omitted arguments, by upper-case name.
         """
         texts, keys = {}, [one.upper() for one in parameters]
         for place, (name, first, last) in enumerate(given):
@@ -291,11 +300,11 @@ class Body:
         return f"{self._word(at)}({inside})"
 
     def _begin(self, name: str, first: int) -> int:
-        """Where an argument begins."""
+        """Return the index where an argument begins."""
         return first - 2 if name else first
 
     def _arguments(self, first: int, end: int) -> list[tuple[str, int, int]]:
-        """Name in upper case or "", and first and behind the last token, of each argument."""
+        """Return the name of each argument in upper case or "", and its first and end token."""
         found, depth, begin = [], 0, first
         for at in range(first, end + 1):
             depth += _OPEN.get(self._kind(at), 0) if at < end else 0
@@ -308,7 +317,7 @@ class Body:
         return found
 
     def _closed(self, at: int) -> int:
-        """Behind the parenthesis or bracket that closes the one at a place."""
+        """Return the index after the parenthesis or bracket that closes the one at `at`."""
         depth = 0
         while True:
             depth += _OPEN.get(self._kind(at), 0)
@@ -325,7 +334,7 @@ class Body:
         return False
 
     def _type(self, at: int) -> s.TypeSpec | None:
-        """The type of a variable, a field or an element."""
+        """Return the type of a variable, a field or an element."""
         spec = self._scope.base(self._scope.variables.get(self._found[at].upper()))
         at += 1
         while self._kind(at) in ("DOT", "LSQB"):
@@ -347,7 +356,7 @@ class Body:
 
 
 def _rank(key: str, name: str) -> int:
-    """The place of a named argument of a standard function."""
+    """Return the position of a named argument of a standard function."""
     pins = [pin for pin, _ in FUNCTIONS[key].pins]
     if name in pins:
         return pins.index(name)

@@ -1,4 +1,4 @@
-"""Complete initial values of the sources: their parts, and their literals."""
+"""Initial values of the sources: the scalars inside them, and their literals."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
 
 
 def is_scalar(kind: Type) -> bool:
-    """It is elementary or an enumeration."""
+    """Return whether a type is elementary or an enumeration."""
     return not isinstance(kind, StructType | ArrayType | BlockType)
 
 
 def zero(kind: Type) -> Any:
-    """What a variable begins with where neither it nor its type says otherwise."""
+    """Return the value of a variable if neither it nor its type has an initial value."""
     if isinstance(kind, StructType):
         return {name: zero(field) for name, field in kind.fields}
     if isinstance(kind, ArrayType):
@@ -31,7 +31,7 @@ def zero(kind: Type) -> Any:
 
 
 def literal(value: Any, kind: ElementaryType) -> str:
-    """A value of an elementary type as Structured Text has it; bit patterns with their type."""
+    """Return a value of an elementary type as Structured Text; bit patterns with their type."""
     name = kind.name
     if name == "BOOL":
         return "TRUE" if value else "FALSE"
@@ -58,14 +58,14 @@ def literal(value: Any, kind: ElementaryType) -> str:
 def differing(
     path: str, value: Any, other: Any, kind: Type, field: Callable[[str], str]
 ) -> Iterator[tuple[str, Any, Type]]:
-    """Path, value and type of each scalar in a value that is not as in another one.
+    """Yield path, value and type of each scalar in a value that differs from another value.
 
     Args:
         path: The variable.
         value: Its complete initial value.
-        other: What it begins with anyway; None: each scalar is wanted.
+        other: The value it has without statements; None: yield each scalar.
         kind: Its type.
-        field: What a field is called in a path.
+        field: Returns the name of a field in a path.
     """
     if isinstance(kind, StructType):
         for name, inner in kind.fields:
@@ -82,7 +82,7 @@ def differing(
 
 
 def runs(values: list[str]) -> str:
-    """The elements of an array as `[1, 2(7), -3]`."""
+    """Return the elements of an array as `[1, 2(7), -3]`."""
     found = [(text, len(list(same))) for text, same in groupby(values)]
     return f"[{', '.join(text if count == 1 else f'{count}({text})' for text, count in found)}]"
 

@@ -1,4 +1,4 @@
-"""Keyence KV STUDIO (KV-X500, KV-8000): tables to paste, bodies in ST."""
+"""Export for Keyence KV STUDIO (KV-X500, KV-8000): tables to paste, bodies in ST."""
 
 from __future__ import annotations
 

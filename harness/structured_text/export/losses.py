@@ -1,4 +1,4 @@
-"""What a target does not carry of a declaration, in the words of a message."""
+"""Reports on declarations that a target does not support."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ _NAMED = 3
 def missing(
     part: Part, why: str, *, of: str = "", at: s.Position | None = None, replaced: bool = False
 ) -> Missing:
-    """That a part is not carried, or `of` it something that is declared at a place."""
+    """Return the report that a part is not supported, or an item `of` it declared at a place."""
     what = f"{part.kind} {part.name}"
     what = f"{of} of {what}" if of else what
     return Missing(what, why, part.file, (at or part.node.at).line, replaced)
 
 
 def lost_configuration(part: Part, todo: str, *, without_globals: bool = False) -> Missing:
-    """That a CONFIGURATION is not carried, with all that it declares.
+    """Return the report that a CONFIGURATION is not supported, with all that it declares.
 
     Args:
         part: The CONFIGURATION.
         todo: What to do instead.
-        without_globals: Its global variables are carried.
+        without_globals: Its global variables are supported.
     """
     node = part.node
     assert isinstance(node, s.Configuration)
@@ -46,7 +46,7 @@ def lost_configuration(part: Part, todo: str, *, without_globals: bool = False) 
 
 
 def reaching_out(node: s.Pou, tool: str) -> str:
-    """Why a POU with global or located variables cannot be had by itself; else empty."""
+    """Return why a POU with global or located variables cannot be exported by itself, or ""."""
     found = [
         name.text
         for section, one, name in sections(node)
@@ -58,13 +58,13 @@ def reaching_out(node: s.Pou, tool: str) -> str:
 
 
 def retain(part: Part) -> set[str]:
-    """Upper-case names of a POU's variables that keep their values when power is off."""
+    """Return the upper-case names of a POU's variables that keep their values without power."""
     assert isinstance(part.node, s.Pou)
     return {name.key for section, _, name in sections(part.node) if section.qualifier == "RETAIN"}
 
 
 def sections(node: s.Pou) -> Iterator[tuple[s.Section, s.VarDecl, s.Name]]:
-    """Each variable of a POU with its section and declaration."""
+    """Yield each variable of a POU with its section and declaration."""
     for section in node.sections:
         for one in section.variables:
             for name in one.names:

@@ -1,4 +1,4 @@
-"""Mitsubishi GX Works3 (MELSEC iQ-R, iQ-F): label tables as CSV, bodies in ST."""
+"""Export for Mitsubishi GX Works3 (MELSEC iQ-R, iQ-F): label tables as CSV, bodies in ST."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["MITSUBISHI", "to_mitsubishi"]
 _WORD = "Word [Unsigned]/Bit String [16-bit]"
 _DWORD = "Double Word [Unsigned]/Bit String [32-bit]"
 
-#: Devices and instructions: a label may not be called so.
+#: Names of devices and instructions, which GX Works3 refuses as labels.
 _DEVICES = (
     r"(?:[BWXY]|DX|DY|SB|SW)[0-9A-F]+"
     r"|(?:[MLFVDRTCZPINUJS]|SM|SD|ST|SS|LT|LC|LZ|LST|ZR|RD|FX|FY|FD|BL|TR)\d+"

@@ -1,4 +1,4 @@
-"""Omron Sysmac Studio (NJ, NX): tables to paste, bodies in ST."""
+"""Export for Omron Sysmac Studio (NJ, NX): tables to paste, bodies in ST."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from structured_text.export.parts import Sources
 
 __all__ = ["OMRON", "to_omron"]
 
-#: Instructions that are a word one would call a variable by (W501, 6-3-12: refused as names).
+#: Instructions with names that are likely for variables (W501, 6-3-12: refused as names).
 _INSTRUCTIONS = (
     *("SET", "RESET", "OUT", "END", "BREAK", "NEXT", "UP", "DOWN", "CMP", "TIMER", "INC", "DEC"),
     *("RAND", "FRACTION", "ROUND", "ROUNDUP", "BAND", "ZONE", "EXCHANGE", "CLEAR", "SWAP", "NEG"),

@@ -1,4 +1,9 @@
-"""What an export consists of, and how it comes onto the disk without harm to what is there."""
+"""The result of an export, and how it is written without damage to existing files.
+
+A folder of an export contains a record with a hash of each file. A later export reads it, so that
+it replaces only files that an export wrote and nobody changed. A single file has a mark at its head
+instead.
+"""
 
 from __future__ import annotations
 
@@ -17,14 +22,14 @@ __all__ = ["Missing", "Output", "Written", "write", "write_export"]
 
 @dataclass(frozen=True)
 class Missing:
-    """A declaration that a target does not carry, or not all of it.
+    """A declaration that a target does not support, or not completely.
 
     Attributes:
         what: Its kind and name.
         why: What is missing, or what to do instead.
-        file: Where it is declared.
+        file: The file that declares it.
         line: Line in that file.
-        replaced: It is the library's, and other blocks of the library stand for it.
+        replaced: It belongs to the library, and other blocks of the library replace it.
     """
 
     what: str
@@ -42,13 +47,14 @@ class Output:
     """The result of an exporter.
 
     Attributes:
-        files: Text by path: one with the path `""` for a single file, else below a folder.
-        missing: What the target does not carry.
-        newline: How the target's tools end a line.
-        inputs: What it was made from; never written over.
-        notes: What to know of it besides, one line each.
-        recorded: A folder of it gets a record, by which a later export knows its own files.
-        mark: Stands at the head of each of its files that has no record, by which it is known.
+        files: Text by path: the path `""` for a single file, else paths in a folder.
+        missing: Declarations that the target does not support.
+        newline: The line end of the target's tools.
+        inputs: The source files; they are never overwritten.
+        notes: Further notes, one line each.
+        recorded: Whether a folder of it gets a record, by which a later export recognizes its
+            files.
+        mark: The text at the head of each of its files without a record, by which it is recognized.
     """
 
     files: dict[str, str]
@@ -61,18 +67,18 @@ class Output:
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """What is missing and why, without the places."""
+        """Return what is missing and why, without the places."""
         return tuple(f"{one.what}: {one.why}" for one in self.missing)
 
 
 @dataclass(frozen=True)
 class Written:
-    """What writing an export has done.
+    """The result of writing an export.
 
     Attributes:
-        files: The files written, without the record of them.
+        files: The files written, without the record.
         removed: Files of an earlier export that this one no longer has.
-        kept: Those of them that have been changed since.
+        kept: Such files that were changed since and therefore not removed.
     """
 
     files: list[Path]
@@ -81,23 +87,24 @@ class Written:
 
 
 def write(output: Output, place: Path, *, force: bool = False) -> list[Path]:
-    """The files that `write_export` has written."""
+    """Write an export and return the files written."""
     return write_export(output, place, force=force).files
 
 
 def write_export(output: Output, place: Path, *, force: bool = False) -> Written:
-    """Write an export to a file, or to a folder that is made where it is missing.
+    """Write an export to a file, or to a folder that is created if it is missing.
 
     Args:
-        output: What to write.
-        place: The file; or the folder, where the export has several.
-        force: Write over an earlier export; a file without its mark, unless it is empty, stays.
-            In a folder with a record: take the place of the earlier export, of which what has been
-            changed since stays, or write beside files of others, of which none is written over.
+        output: The export.
+        place: The file, or the folder for an export of several files.
+        force: Overwrite an earlier export. A file without its mark is never overwritten, unless it
+            is empty. In a folder with a record, replace the earlier export except for files that
+            were changed since. In another folder, write beside the files of others, and overwrite
+            none of them.
 
     Raises:
-        InputError: a file is there already, is an input, has a file in place of its folder, or
-            cannot be written. What was there is as it was, then.
+        InputError: a file exists already, is an input, stands in place of a folder, or cannot be
+            written. In this case nothing has changed on the disk.
     """
     paths = {path: place / path if path else place for path in output.files}
     inputs = {real(file) for file in output.inputs}
@@ -124,7 +131,7 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
 
 
 def _write_folder(contents: Mapping[str, bytes], place: Path, *, force: bool) -> Written:
-    """Write the files of a folder with a record of them, and remove those of an earlier export."""
+    """Write a folder's files with a record of them, and remove files of an earlier export."""
     earlier = recorded(place)
     _check_folder(contents, place, earlier, force=force)
     files = {place / path: data for path, data in contents.items()}
@@ -146,10 +153,10 @@ def _write_folder(contents: Mapping[str, bytes], place: Path, *, force: bool) ->
 def _check_folder(
     contents: Mapping[str, bytes], place: Path, earlier: Mapping[str, str], *, force: bool
 ) -> None:
-    """Refuse to write over, or without being asked to beside, what is the user's.
+    """Refuse to overwrite the user's files, or to write beside them without `force`.
 
     Raises:
-        InputError: a file of the user's would be written over, or the folder is not empty.
+        InputError: a file of the user would be overwritten, or the folder is not empty.
     """
     if not force and earlier:
         raise InputError("has an earlier export", file=place, hint="--force takes its place")

@@ -34,21 +34,21 @@ _OPENING = ("TYPE", "FUNCTION", "FUNCTION_BLOCK", "PROGRAM", "CONFIGURATION")
 
 @dataclass(frozen=True)
 class Part:
-    """One type, function, block, program or configuration.
+    """A type, function, block, program or configuration.
 
     Attributes:
         kind: TYPE, FUNCTION, FUNCTION_BLOCK, PROGRAM or CONFIGURATION.
-        name: As it is declared.
-        file: Where it is declared.
-        folder: Folder below that of the library, or `program` for the user's own.
-        header: What the comment before it says, without the comment's marks.
-        head: Its text from the opening word to the last END_VAR; of a type or a configuration
-            all of it.
+        name: Its name as declared.
+        file: The file that declares it.
+        folder: Folder relative to that of the library, or `program` for the user's own files.
+        header: The text of the comment before it, without the comment's marks.
+        head: Its text from the opening word to the last END_VAR; for a type or a configuration, the
+            whole text.
         body: The text of its statements, with their comments.
-        line: Where the body begins in the file.
+        line: The line of the file where the body begins.
         node: Its syntax tree.
         notes: Comments of its variables, fields, enumeration members, tasks and instances by
-            upper-case name; under "" what belongs to none of them and is not in the header.
+            upper-case name; the key "" has the comments of none of them that are not in the header.
     """
 
     kind: str
@@ -64,7 +64,7 @@ class Part:
 
     @property
     def text(self) -> str:
-        """All of it as Structured Text, header included."""
+        """Return the whole part as Structured Text, including the header."""
         header = f"{comment(self.header)}\n" if self.header else ""
         if self.kind in ("TYPE", "CONFIGURATION"):
             return f"{header}{self.head}\n"
@@ -74,13 +74,13 @@ class Part:
 
 @dataclass(frozen=True)
 class Sources:
-    """What is exported: checked, and each part after those it needs.
+    """The checked sources of an export, each part after those it needs.
 
     Attributes:
         parts: The declarations.
-        project: What they mean.
-        renaming: What names of the library have become.
-        names: What the library says of itself.
+        project: The checked project.
+        renaming: The new names of the library.
+        names: Names and texts about the library.
     """
 
     parts: tuple[Part, ...]
@@ -90,14 +90,14 @@ class Sources:
 
     @property
     def notice(self) -> str:
-        """The head of what is exported; the licence asks for it."""
+        """Return the text for the head of an export; the licence requires it."""
         version_ = f"Version {release()}."
         licence = f"SPDX-License-Identifier: {self.names.licence}"
         owner = f"Copyright (c) {self.names.copyright}"
         return "\n".join([self.names.about, version_, "", licence, owner, MARK])
 
     def of(self, *kinds: str) -> list[Part]:
-        """The parts of some kinds, in dependency order."""
+        """Return the parts of some kinds, in dependency order."""
         return [part for part in self.parts if part.kind in kinds]
 
 
@@ -114,13 +114,13 @@ def sources_of(
     Args:
         lib: Folder of the library.
         program: The user's files or folders.
-        only_needed: Leave out what the program does not need.
-        prefix: What the names of the library get; None to leave them.
-        names: What the library says of itself.
+        only_needed: Omit the parts of the library that the program does not need.
+        prefix: Prefix for the names of the library; None leaves them unchanged.
+        names: Names and texts about the library.
 
     Raises:
-        InputError: a file that is missing or wrong, a prefix that cannot be, or a construct
-            beyond the portable subset, which no target carries.
+        InputError: a file is missing or wrong, the prefix is not allowed, or a construct is beyond
+            the portable subset, which no target supports.
     """
     if only_needed and not program:
         raise InputError("--needed asks what a program needs", hint="name it with --program")
@@ -145,13 +145,13 @@ def sources_of(
 
 
 def plain(text: str) -> str:
-    """What a comment says: without its marks and the stars at the beginnings of its lines."""
+    """Return the text of a comment, without its marks and the stars at the beginnings of lines."""
     lines = [re.sub(r"^\s*\*(?= |$)", "", line).strip() for line in text.strip().splitlines()]
     return "\n".join(lines).strip()
 
 
 def comment(text: str) -> str:
-    """A comment that says that."""
+    """Return a comment with this text."""
     if "\n" not in text:
         return f"(* {text} *)"
     lines = "\n".join(f" * {line}".rstrip() for line in text.splitlines())
@@ -182,21 +182,21 @@ def _folder(file: Path, files: SourceFiles) -> str:
 
 @dataclass(frozen=True)
 class _Source:
-    """A file's text with its tokens; `gap(k)` is what stands before token k."""
+    """A file's text with its tokens; `gap(k)` is the text before token k."""
 
     text: str
     tokens: list[Token]
 
     def start(self, index: int) -> int:
-        """Where a token begins."""
+        """Return the offset where a token begins."""
         return self.tokens[index].start_pos or 0
 
     def end(self, index: int) -> int:
-        """Where a token ends; before the first one, the beginning of the text."""
+        """Return the offset where a token ends; 0 before the first token."""
         return self.start(index) + len(self.tokens[index]) if index >= 0 else 0
 
     def gap(self, index: int) -> str:
-        """The blanks and comments before a token."""
+        """Return the blanks and comments before a token."""
         return self.text[self.end(index - 1) : self.start(index)]
 
 
@@ -232,7 +232,7 @@ def _said(gap: str) -> str:
 
 
 def _split(source: _Source, first: int, last: int, kind: str) -> tuple[str, str, int]:
-    """Head, body, and the line in which the body begins."""
+    """Return the head, the body, and the line in which the body begins."""
     if kind == "CONFIGURATION":
         return source.text[source.start(first) : source.end(last)], "", 1
     ends = [at for at in range(first, last) if source.tokens[at].type == "END_VAR"]
@@ -257,7 +257,7 @@ def _types(
     folder: str,
     nodes: Iterator[Declaration],
 ) -> Iterator[Part]:
-    """The types between TYPE and END_TYPE, each in a block of its own."""
+    """Yield the types between TYPE and END_TYPE, each in a block of its own."""
     begin, depth = first + 1, 0
     for index in range(first + 1, last):
         word = source.tokens[index].type
@@ -282,12 +282,12 @@ def _types(
 
 
 def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
-    """The comments in a gap between types: of the one behind it, or of the one before it.
+    """Yield the comments in a gap between types that belong to one of the two types.
 
     Args:
-        gap: What stands between.
-        own: Leave out what stands on the line of the type before.
-        last: Take what stands on lines of its own.
+        gap: The text between the types.
+        own: Omit comments on the line of the type before.
+        last: Include comments on lines of their own.
     """
     for found in _COMMENT.finditer(gap):
         on_line = "\n" not in gap[: found.start()]
@@ -296,10 +296,10 @@ def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
 
 
 def _notes(source: _Source, first: int, last: int, node: Declaration) -> dict[str, str]:
-    """The comments of what a declaration declares.
+    """Return the comments of the names that a declaration declares.
 
-    A comment belongs to the name before it on its line; on a line of its own to the next one,
-    or, where none comes any more, to the last one.
+    A comment belongs to the name before it on its line. A comment on a line of its own belongs to
+    the next name, or to the last name if no other follows.
     """
     places = {name.at: name.key for name in _names(node)}
     notes: dict[str, list[str]] = {}
@@ -331,7 +331,7 @@ def _notes(source: _Source, first: int, last: int, node: Declaration) -> dict[st
 
 
 def _more(source: _Source, index: int, last: int) -> bool:
-    """Whether another section of variables comes."""
+    """Return whether another section of variables follows."""
     return any(source.tokens[at].type == "END_VAR" for at in range(index + 1, last))
 
 

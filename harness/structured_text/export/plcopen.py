@@ -1,4 +1,4 @@
-"""PLCopen TC6 XML 2.01, for Beremiz, CODESYS, Machine Expert and others."""
+"""Export as PLCopen TC6 XML 2.01, for Beremiz, CODESYS, Machine Expert and others."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "to_plco
 NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
 
-#: Sections of variables and their elements.
+#: The XML element of each section of variables.
 SECTIONS = {
     "VAR": "localVars",
     "VAR_TEMP": "tempVars",
@@ -31,7 +31,7 @@ SECTIONS = {
     "VAR_GLOBAL": "globalVars",
 }
 
-#: `pouType` of the kinds of POU.
+#: The `pouType` of each kind of POU.
 POU_KINDS = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
 
 _PLAIN = (
@@ -39,7 +39,7 @@ _PLAIN = (
     *("UDINT", "ULINT", "REAL", "LREAL", "TIME", "DATE", "DT", "TOD"),
 )
 
-#: Elementary types and their elements.
+#: The XML element of each elementary type.
 ELEMENTARY = {
     **{name: name for name in _PLAIN},
     "DATE_AND_TIME": "DT",
@@ -48,18 +48,18 @@ ELEMENTARY = {
 }
 
 _PRODUCT = f"{COMMAND} export"
-#: The schema asks for a date. A constant: the same sources give the same file.
+#: The schema requires a date. It is constant, so that the same sources give the same file.
 _DATE = "2026-01-01T00:00:00"
 
 _QUALIFIERS = {"CONSTANT": "constant", "RETAIN": "retain", "NON_RETAIN": "nonretain"}
 
 
 def to_plcopen(sources: Sources) -> Output:
-    """One project with all types, POUs and configurations.
+    """Write one project with all types, POUs and configurations.
 
-    The interfaces are elements, with the comments as documentation; bodies are the source's own
-    text, with the arguments of standard functions by position, for tools name them otherwise.
-    The comments of an enumeration's members, for which the schema has no place, stand in the
+    Interfaces are elements, with the comments as documentation. Bodies are the source's own text.
+    The arguments of standard functions are passed by position, because tools differ in their names.
+    The schema has no place for the comments of an enumeration's members, so they are in the
     documentation of the type.
     """
     root = ET.Element("project", xmlns=NAMESPACE)
@@ -98,7 +98,7 @@ def _headers(root: ET.Element, names: Names) -> None:
 
 
 def _said(part: Part) -> str:
-    """What is said of a declaration as a whole."""
+    """Return the comments on a declaration as a whole."""
     return "\n".join(filter(None, [part.header, part.notes.get("")]))
 
 

@@ -1,4 +1,4 @@
-"""`--prefix`: the names of the library with a prefix, for projects that have such names already."""
+"""The option `--prefix`: a prefix for the library's names, for projects that use these names."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from structured_text.projects.sources import SourceFiles, st_files
 __all__ = ["Renaming", "renaming"]
 
 _LEGAL = re.compile(r"[A-Z](_?[A-Z0-9])*_?", re.IGNORECASE | re.ASCII)
-#: A word of a comment, unless it is part of a path.
+#: A word of a comment that is not part of a path.
 _WORD = re.compile(r"(?<![\w/.-])[A-Za-z]\w*(?![\w/]|\.\w)")
 
 
 @dataclass(frozen=True)
 class Renaming:
-    """What becomes of the names of the library.
+    """The new names of the library.
 
     Attributes:
-        prefixes: What stands before a name, by the names that get it, as they are declared.
+        prefixes: The prefix of each name that gets one, by the name as declared.
         texts: The sources with the new names, by their files; lines stay where they are.
     """
 
@@ -38,18 +38,19 @@ class Renaming:
     texts: Mapping[Path, str] = field(default_factory=dict)
 
     def said(self, text: str) -> str:
-        """Words for people, with the new names in them."""
+        """Return a text for people with the new names in it."""
         return _said(text, self.prefixes)
 
 
 def renaming(files: SourceFiles, prefix: str) -> Renaming:
-    """Give the library's names a prefix, in the library and where the user's program means them.
+    """Give the library's names a prefix, in the library and where the user's program uses them.
 
-    A name that the user declares is the user's own in all of the user's files. A name that begins
-    with the prefix already stays; where the prefix makes one that stays, it stands twice.
+    A name that the user declares is the user's own in all of the user's files. A name that already
+    begins with the prefix stays. If the prefix would turn another name into such a name, it is
+    written twice.
 
     Raises:
-        InputError: what cannot begin a name, or makes a name that is there already.
+        InputError: a name cannot begin with the prefix, or a new name is already in use.
     """
     if not _LEGAL.fullmatch(prefix):
         raise InputError(
@@ -57,7 +58,8 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
             hint=f"a letter, then letters, digits and single underscores, such as {BLOCKS}",
         )
     users, library = files.users
-    whole = dict.fromkeys([*library, *_unneeded(files)])  # comments name blocks of all of it
+    # Comments mention blocks of the whole library.
+    whole = dict.fromkeys([*library, *_unneeded(files)])
     known = frozenset(name.text for file in whole for name in _declared(parse(file)))
     staying = {name.upper() for name in known if name.upper().startswith(prefix.upper())}
     prefixes = {
@@ -80,7 +82,7 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
 
 
 def _unneeded(files: SourceFiles) -> Iterator[Path]:
-    """Files of the library that are not exported."""
+    """Yield files of the library that are not exported."""
     taken = {real(file) for file in files.all}
     there = [] if files.folder is None else st_files(files.folder)
     return (file for file in there if real(file) not in taken)
@@ -88,12 +90,12 @@ def _unneeded(files: SourceFiles) -> Iterator[Path]:
 
 @dataclass(frozen=True)
 class _Names:
-    """What the names in a file mean.
+    """The meaning of the names in a file.
 
     Attributes:
-        known: Names of the library, as they are declared.
-        prefixes: What some of them get.
-        hidden: Names of variables, which are not the library's, in upper case.
+        known: Names of the library, as declared.
+        prefixes: The prefix of each name that gets one.
+        hidden: Upper-case names of variables, which hide names of the library.
     """
 
     known: frozenset[str]
@@ -102,21 +104,21 @@ class _Names:
 
     @cached_property
     def keys(self) -> Mapping[str, str]:
-        """The prefixes by upper-case names."""
+        """Return the prefixes by upper-case name."""
         return {name.upper(): begin for name, begin in self.prefixes.items()}
 
     @cached_property
     def known_keys(self) -> frozenset[str]:
-        """All names of the library, in upper case."""
+        """Return all names of the library, in upper case."""
         return frozenset(map(str.upper, self.known))
 
     def of(self, word: str) -> str:
-        """A name as it is exported."""
+        """Return a name as it is exported."""
         return self.keys.get(word.upper(), "") + word
 
 
 def _declared(source: s.Source) -> Iterator[s.Name]:
-    """Names of types and POUs, and the members of enumerations."""
+    """Yield the names of types and POUs, and the members of enumerations."""
     for node in source.declarations:
         if not isinstance(node, s.Configuration):
             yield node.name
@@ -135,7 +137,11 @@ def _variables(sections: Iterable[s.Section]) -> Iterator[s.Name]:
 
 
 def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
-    """Whether a new name is used for something else."""
+    """Refuse a new name that is already in use.
+
+    Raises:
+        InputError: the name is in use.
+    """
     for file in files:
         for token in tokens(source_text(file), file):
             words = token.split("#") if token.type == "TYPED" else [token]
@@ -151,7 +157,7 @@ def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
 
 
 def _renamed(file: Path, names: _Names) -> str:
-    """The text of a file with the new names; a literal `TYPE#MEMBER` has two of them."""
+    """Return the text of a file with the new names; a literal `TYPE#MEMBER` has two of them."""
     text = source_text(file)
     source = parse(file)
     places = {name.at for name in _declared(source) if name.key in names.keys}
@@ -169,12 +175,12 @@ def _renamed(file: Path, names: _Names) -> str:
 
 
 def _said(text: str, prefixes: Mapping[str, str]) -> str:
-    """Comments with the new names; a name is what is spelt as it is declared."""
+    """Return comments with the new names; only words with the declared spelling are names."""
     return _WORD.sub(lambda found: prefixes.get(found[0], "") + found[0], text)
 
 
 def _uses(declaration: s.TypeDecl | s.Pou | s.Configuration, names: _Names) -> Iterator[s.Position]:
-    """Where a declaration names types, POUs and members of the library."""
+    """Yield the positions where a declaration names types, POUs and members of the library."""
     hidden = names.hidden
     if isinstance(declaration, s.Pou):
         hidden |= frozenset(name.key for name in _variables(declaration.sections))
@@ -193,7 +199,7 @@ def _uses(declaration: s.TypeDecl | s.Pou | s.Configuration, names: _Names) -> I
 
 
 def _named(node: Any) -> Iterable[s.Name]:
-    """The types and POUs that a piece of syntax names besides its parts."""
+    """Return the types and POUs that a node of syntax names besides its parts."""
     if isinstance(node, s.NamedSpec):
         return (node.name,)
     if isinstance(node, s.Call):

@@ -1,8 +1,9 @@
-"""What a tool refuses of a program as it is written: `check --for`.
+"""The constructs that a tool refuses in a program as written: `check --for`.
 
-Three things are put together: which constructs beyond the portable subset the tool takes
-(`constructs.toml`), which functions, blocks and operators it has (`words`), and what an export for
-it does not carry. A construct of which no source says that it is taken may be refused.
+Three sources are combined: the constructs beyond the portable subset that the tool accepts
+(`constructs.toml`), the functions, blocks and operators that it has (`words`), and the declarations
+that an export for it does not support. A construct may be refused if no document says that it is
+accepted.
 """
 
 from __future__ import annotations
@@ -23,27 +24,28 @@ from structured_text.projects.sources import SourceFiles
 
 __all__ = ["CONSTRUCTS_FILE", "Refusal", "Tool", "refused", "tools"]
 
-#: Which tool takes which construct.
+#: The table of the constructs that each tool accepts.
 CONSTRUCTS_FILE = Path(__file__).parent / "constructs.toml"
 
 _ON_LIST = " is not on the list for "
-#: Details that a word on their construct does not cover: who takes `//` may not take this.
+#: Details that a statement about their construct does not cover: a tool that accepts `//` may
+#: refuse this one.
 _SAID_APART = ("/* */",)
 
 
 @dataclass(frozen=True)
 class Tool:
-    """A tool that a program may be meant for.
+    """A tool for which a program may be intended.
 
     Attributes:
-        title: What it is called.
+        title: The name of the tool.
         export: The target of the export for it.
         words: Its list of functions and blocks, in the folder `words`.
-        takes: Constructs that it takes, with what says so.
-        refuses: Constructs that it refuses, likewise.
-        own: Endings of its own files, in lower case: it refuses nothing of them.
-        instead: What to do there instead of a construct, where that is something of its own.
-        note: How it differs where the export writes the same another way; or empty.
+        takes: Constructs that it accepts, with the source.
+        refuses: Constructs that it refuses, with the source.
+        own: Endings of its own files, in lower case; constructs in these files are not checked.
+        instead: What to write instead of a construct, if that differs from the general advice.
+        note: How it differs, if the export writes the same another way; or empty.
     """
 
     title: str
@@ -56,7 +58,7 @@ class Tool:
     note: str = ""
 
     def verdict(self, use: Use) -> bool | None:
-        """Does it take a construct? None where no source says so or denies it."""
+        """Return whether the tool accepts a construct; None if no source says so."""
         if str(use) in self.takes:
             return True
         if use.construct in self.refuses:
@@ -67,7 +69,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class Refusal:
-    """What a tool refuses, or may refuse where `certain` is False."""
+    """A construct that a tool refuses, or may refuse if `certain` is False."""
 
     file: Path
     at: s.Position
@@ -81,7 +83,7 @@ class Refusal:
 
 @cache
 def tools() -> Mapping[str, Tool]:
-    """The tools by the names that the command line knows them by."""
+    """Return the tools by their names on the command line."""
     content = load_toml(CONSTRUCTS_FILE)
     sources: Mapping[str, str] = content.pop("sources")
 
@@ -106,17 +108,17 @@ def tools() -> Mapping[str, Tool]:
 def refused(
     tool: Tool, sources: SourceFiles, project: Project, program: Sequence[Path] | None
 ) -> list[Refusal]:
-    """All that a tool refuses of the user's files, in the order of files and lines.
+    """Return all that a tool refuses in the user's files, in the order of files and lines.
 
     Args:
         tool: The tool.
         sources: The files, free of errors.
-        project: What they mean.
-        program: What the export would be given; None where it cannot be asked: then what only
-            the export itself knows is not among them.
+        project: The checked project.
+        program: The files for the export. If it is None, the export is not run, and what only the
+            export detects is missing from the result.
 
     Raises:
-        InputError: the export cannot be made.
+        InputError: the export fails.
     """
     users = [file for file in sources.users[0] if file.suffix.lower() not in tool.own]
     found = [_refusal(tool, use) for use in project.uses if use.file in users]
@@ -148,11 +150,12 @@ def _is_function(one: s.Declaration) -> bool:
 
 
 def _by_name(tool: Tool, file: Path, one: s.Declaration, functions: set[str]) -> Iterator[Refusal]:
-    """Functions, blocks and operators that the tool has not, and names that may be its words."""
+    """Yield functions, blocks and operators that the tool lacks, and names that may be reserved."""
     if isinstance(one, s.Pou | s.TypeDecl):
         for at, why in words(tool.words).lacking(one, functions):
             yield Refusal(file, at, why, certain=False)
-    if tool.words != "iec" or tool.export != "st":  # matiec has the words of the second edition
+    # matiec reserves only the words of the second edition.
+    if tool.words != "iec" or tool.export != "st":
         for at, why in reserved_names(one):
             yield Refusal(file, at, why, certain=False)
 
@@ -160,7 +163,10 @@ def _by_name(tool: Tool, file: Path, one: s.Declaration, functions: set[str]) ->
 def _not_carried(
     tool: Tool, sources: SourceFiles, users: Sequence[Path], program: Sequence[Path]
 ) -> Iterator[Refusal]:
-    """What the export does not carry of the user's files, without what the lists have told."""
+    """Yield the user's declarations that the export does not support.
+
+    Findings that the lists already report are omitted.
+    """
     from structured_text.export.targets import export
 
     if sources.folder is None:

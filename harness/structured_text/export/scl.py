@@ -1,4 +1,4 @@
-"""Siemens SCL: one external source file for TIA Portal."""
+"""Export for Siemens SCL: one external source file for TIA Portal."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from structured_text.language.values import array_length
 
 __all__ = ["Names", "quoted", "scl_body", "to_scl"]
 
-#: Words of SCL that are names in IEC 61131-3.
+#: Reserved words of SCL that are allowed as names in IEC 61131-3.
 _RESERVED = frozenset(
     (
         *("AUTHOR", "BEGIN", "BLOCK", "BLOCK_DB", "BLOCK_FB", "BLOCK_FC", "CHAR", "CONTINUE"),
@@ -35,12 +35,12 @@ _RESERVED = frozenset(
 
 @dataclass(frozen=True)
 class Names:
-    """What the names of the sources mean, in upper case.
+    """The meaning of the sources' names, in upper case.
 
     Attributes:
-        members: Members of enumerations: `#Name`, as variables are.
-        defaults: Functions of the sources, `"Name"`, with what stands for each parameter that is
-            left out, by upper-case name.
+        members: Members of enumerations; they are written `#Name`, like variables.
+        defaults: Functions of the sources, written `"Name"`, with the values of omitted arguments,
+            by upper-case name.
     """
 
     members: Collection[str]
@@ -48,20 +48,22 @@ class Names:
 
 
 def scl_body(text: str, scope: Scope, names: Names) -> str:
-    """Rewrite statements; comments and line breaks stay.
+    """Return statements rewritten for SCL; comments and line breaks stay.
 
-    `Name` becomes `#Name`, a function `"Name"`; arguments of functions and blocks are named, and
-    left-out arguments of functions, for which SCL has no defaults, are written out.
+    `Name` becomes `#Name`, a function becomes `"Name"`. Arguments of functions and blocks get
+    names. Omitted arguments of functions are written out, because SCL has no defaults for them.
     """
     return _Body(text, scope, names).all()
 
 
 def quoted(name: str) -> str:
-    """A name, in quotes if it is a word of SCL."""
+    """Return a name, in quotes if it is a reserved word of SCL."""
     return f'"{name}"' if name.upper() in _RESERVED else name
 
 
 class _Body(Body):
+    """A writer of statements in SCL."""
+
     def __init__(self, text: str, scope: Scope, names: Names) -> None:
         super().__init__(text, scope, words("scl"))
         self._names = names
@@ -87,7 +89,7 @@ class _Body(Body):
 _ZEROS = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0", "TIME": "T#0s", "STRING": "''"}
 _ORDER = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR", "VAR_TEMP")
 
-#: The flip-flops, which SCL has not: the statements of IEC 61131-3, tables 34.1 and 34.2.
+#: The flip-flops, which SCL lacks: the statements of IEC 61131-3, tables 34.1 and 34.2.
 _FLIP_FLOPS = {
     "SR": ("S1", "R", "#S1 OR (NOT #R AND #Q1)"),
     "RS": ("S", "R1", "NOT #R1 AND (#S OR #Q1)"),
@@ -98,10 +100,10 @@ _CONFIGURATION = "set the cycle of the OB that calls the program"
 
 
 def to_scl(sources: Sources) -> Output:
-    """Write structures, functions and blocks; what SCL has no word for is written another way.
+    """Write structures, functions and blocks as one SCL source; replace what SCL lacks.
 
-    Enumerations become INT, their members local constants of each block that uses them; named
-    arrays are written out where they are used; programs become function blocks.
+    Enumerations become INT, and their members become local constants of each block that uses them.
+    Named arrays are written out where they are used. Programs become function blocks.
     """
     writer = _Writer(sources)
     texts, notes = [f"{_lines(sources.notice)}{writer.enumerations()}"], []
@@ -132,7 +134,10 @@ def to_scl(sources: Sources) -> Output:
 
 
 def _in_declaration(kind: Type) -> bool:
-    """Whether a declaration has a place for its initial value: not for structures in it."""
+    """Return whether a declaration can contain the initial value of a type.
+
+    It cannot if the value contains structures.
+    """
     row = isinstance(kind, ArrayType) and len(kind.bounds) == 1 and is_scalar(kind.element)
     return is_scalar(kind) or row
 
@@ -146,7 +151,7 @@ def _note(text: str) -> str:
 
 
 class _Writer:
-    """Knows the types and functions of the sources."""
+    """A writer of SCL that knows the types and functions of the sources."""
 
     def __init__(self, sources: Sources) -> None:
         self._sources = sources
@@ -185,7 +190,7 @@ class _Writer:
         }
 
     def enumerations(self) -> str:
-        """All enumerations as comments, for those who call the blocks."""
+        """Return all enumerations as comments, for the users of the blocks."""
         text = ["", "Enumerations are INT here; their members are constants of the blocks:"]
         for part, spec in self._enums:
             members = (f"{value} {name.text}" for value, name in enumerate(spec.members))
@@ -193,7 +198,7 @@ class _Writer:
         return _lines("\n".join(text)) if self._enums else ""
 
     def flip_flops(self, parts: Iterable[Part]) -> Iterator[str]:
-        """The flip-flops that the parts use, as function blocks."""
+        """Yield the flip-flops that the parts use, as function blocks."""
         used = {key for part in parts for key in blocks_of(part)}
         for key, (first, second, value) in _FLIP_FLOPS.items():
             if key in used:
@@ -210,13 +215,14 @@ class _Writer:
                 )
 
     def structure(self, part: Part, spec: s.StructSpec) -> Iterator[str]:
-        """A PLC data type."""
+        """Yield the lines of a PLC data type."""
         yield f'TYPE "{part.name}"\nVERSION : 0.1\n{_lines(part.header)}   STRUCT'
         kind, values = self._project.types[part.name.upper()], self._project.initial
         assert isinstance(kind, StructType)
         assert isinstance(part.node, s.TypeDecl)
         for field in spec.fields:
-            if part.node.initial is not None:  # of the whole structure: it may say otherwise
+            # The initial value of the whole structure overrides those of its fields.
+            if part.node.initial is not None:
                 field = replace(field, initial=None)
             for name in field.names:
                 inner, value = dict(kind.fields)[name.text], values[part.name.upper()][name.text]
@@ -224,7 +230,7 @@ class _Writer:
         yield "   END_STRUCT;\n\nEND_TYPE"
 
     def pou(self, part: Part, node: s.Pou) -> Iterator[str]:
-        """A function or function block."""
+        """Yield the lines of a function or function block."""
         kind = "FUNCTION_BLOCK" if node.kind == "PROGRAM" else node.kind
         result = f" : {self._spec(node.result)}" if node.result is not None else ""
         yield f'{kind} "{part.name}"{result}'
@@ -245,11 +251,11 @@ class _Writer:
         yield "\n".join(["BEGIN", *self._cleared(node), body, f"END_{kind}"])
 
     def _section(self, section: s.Section, node: s.Pou) -> str:
-        """A function's variables are temporary."""
+        """Return the kind of a section; the variables of a function are temporary."""
         return "VAR_TEMP" if node.kind == "FUNCTION" and section.kind == "VAR" else section.kind
 
     def _declared(self, section: s.Section, word: str, part: Part, node: s.Pou) -> Iterator[str]:
-        """A section without the constants that are single values; they come last."""
+        """Yield a section without its single-value constants, which follow after all sections."""
         lines = []
         for one in section.variables:
             for name in one.names:
@@ -271,7 +277,7 @@ class _Writer:
         return f"      {quoted(name.text)} : {self._spec(one.spec)}{value};{note}"
 
     def _initial(self, one: s.VarDecl, kind: Type, value: Any) -> str:
-        """What a declaration begins with; empty where it says nothing, or has no place for it."""
+        """Return the initial value in a declaration; empty if there is none or no place for it."""
         if isinstance(kind, BlockType) or not _in_declaration(kind):
             return ""
         if one.initial is None and value == self._implicit(kind):
@@ -281,7 +287,10 @@ class _Writer:
         return self._literal(value, kind) if one.initial is None else self._value(one.initial)
 
     def _implicit(self, kind: Type) -> Any:
-        """What a variable of a type begins with: the fields of a PLC data type have values."""
+        """Return the value that a variable of a type has without an initial value.
+
+        The fields of a PLC data type can have values of their own.
+        """
         if isinstance(kind, StructType):
             values = self._project.initial[kind.name.upper()]
             return {
@@ -328,7 +337,7 @@ class _Writer:
         return f'"{standard.name}"' if spec.name.key in _FLIP_FLOPS else standard.name
 
     def _constants(self, part: Part, node: s.Pou, body: str) -> Iterator[str]:
-        """The block's own constants and the members of enumerations that it uses."""
+        """Yield the block's own constants and the members of enumerations that it uses."""
         for _, one, name in sections(node):
             symbol = self.starts.symbol(node, name)
             if symbol.constant and is_scalar(symbol.type):
@@ -345,13 +354,16 @@ class _Writer:
         return list(self._members).index(key)
 
     def _cleared(self, node: s.Pou) -> Iterator[str]:
-        """Temporary variables begin with their initial values at each call; in SCL, with none."""
+        """Yield statements that set a function's result and variables to their initial values.
+
+        In SCL, temporary variables have no initial value.
+        """
         if node.result is not None:
             yield f"  #{node.name.text} := {self._zero(node.result)};"
         yield from self.starts.statements(node, self._start)
 
     def _start(self, one: s.VarDecl, symbol: Symbol) -> str:
-        """What a scalar begins with."""
+        """Return the initial value of a scalar."""
         if one.initial is not None:
             return self._value(one.initial)
         if symbol.initial == zero(symbol.type):
@@ -362,7 +374,7 @@ class _Writer:
         return _ZEROS.get(self._spec(spec).upper(), "0")
 
     def _defaults(self, node: s.Pou) -> Mapping[str, str]:
-        """What stands for each argument of a function that is left out."""
+        """Return the values of a function's omitted arguments."""
         return {
             name.key: self._start(one, self.starts.symbol(node, name))
             for section, one, name in sections(node)

@@ -1,4 +1,4 @@
-"""A single file of Structured Text, each declaration after those it needs."""
+"""Export as a single file of Structured Text, each declaration after those it needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""What variables begin with, where a tool's declarations have no place for it: statements."""
+"""Statements for initial values that a tool's declarations cannot contain.
+
+Initial values of structures and arrays often have no place in a tool's table of variables. They are
+set by statements at the beginning of the body. A flag ensures that a block does so in its first
+call only. Values that survive a power loss need a flag that survives it, too.
+"""
 
 from __future__ import annotations
 
@@ -18,29 +23,29 @@ from structured_text.language.types import BlockType, Type
 
 __all__ = ["Starts", "each_call"]
 
-#: As many values are set by statements; a table of more is not carried.
+#: Highest number of values that statements set; a larger table is not exported.
 _MOST = 1024
-#: Set once the statements have been executed; the second one keeps its value as the variables do.
+#: Flags that are TRUE after the statements have run; the second is for retained variables.
 _FLAGS = (f"{VARIABLES}Started", f"{VARIABLES}StartedKept")
 
 
 def each_call(node: s.Pou, section: s.Section) -> bool:
-    """Whether a variable begins anew at each call."""
+    """Return whether a variable gets its initial value at each call."""
     return section.kind == "VAR_TEMP" or (node.kind == "FUNCTION" and section.kind == "VAR")
 
 
 @dataclass(frozen=True)
 class Starts:
-    """Sets what declarations do not, in a tool's words.
+    """The writer of statements that set initial values, in a tool's words.
 
     Attributes:
-        project: What the sources mean.
-        variable: What a variable is called in statements.
-        field: What a field is called there.
-        literal: A scalar's value there.
-        implicit: What a variable of a type begins with if its declaration says nothing.
-        declared: Whether a declaration has a place for the initial value of a type.
-        kept: Whether a variable keeps its value when power is off.
+        project: The checked project.
+        variable: Returns the name of a variable in statements.
+        field: Returns the name of a field in statements.
+        literal: Returns the text of a scalar in statements.
+        implicit: Returns the value that a variable of a type has without an initial value.
+        declared: Returns whether a declaration can contain the initial value of a type.
+        kept: Returns whether a variable keeps its value when power is off.
     """
 
     project: Project
@@ -52,19 +57,19 @@ class Starts:
     kept: Callable[[s.Section, Symbol], bool]
 
     def symbol(self, node: s.Pou, name: s.Name) -> Symbol:
-        """What is known of a POU's variable."""
+        """Return the symbol of a POU's variable."""
         return self.project.pous[node.name.key].symbols[name.key]
 
     def flags(self, node: s.Pou) -> dict[str, bool]:
-        """Names of the BOOLs that a block needs for this, and whether they keep their values."""
+        """Return the names of the BOOL flags that a block needs, and whether they are retained."""
         return {flag: kept for flag, (kept, _) in self._once(node).items()}
 
     def statements(self, node: s.Pou, scalar: Callable[[s.VarDecl, Symbol], str]) -> Iterator[str]:
-        """What stands before a POU's own statements.
+        """Yield the statements that set initial values, for the beginning of a POU's body.
 
         Args:
             node: The POU.
-            scalar: What a scalar begins with.
+            scalar: Returns the text of a scalar's initial value.
         """
         for section, one, name in sections(node):
             symbol = self.symbol(node, name)
@@ -81,7 +86,7 @@ class Starts:
             yield "  END_IF;"
 
     def lost(self, part: Part, node: s.Pou) -> Iterator[Missing]:
-        """The variables of a POU whose initial values or RETAIN are not carried."""
+        """Yield the variables of a POU whose initial values or RETAIN are not exported."""
         for section, _, name in sections(node):
             symbol = self.symbol(node, name)
             of, kind = f"{section.kind} {name.text}", symbol.type
@@ -105,7 +110,7 @@ class Starts:
                 yield missing(part, why, of=of, at=name.at)
 
     def _once(self, node: s.Pou) -> dict[str, tuple[bool, list[str]]]:
-        """What is set in a block's first call, by the flag that says so."""
+        """Return the statements of a block's first call, by the flag that guards them."""
         taken = {name.key for _, _, name in sections(node)}
         found = {}
         for wanted, flag in enumerate(_FLAGS):
@@ -123,7 +128,10 @@ class Starts:
         return found
 
     def _values(self, symbol: Symbol, other: Any, *, cut: bool = True) -> list[str]:
-        """What sets a structure or an array, where it does not begin so anyway."""
+        """Return the statements that set a structure or array, for values that differ from `other`.
+
+        If there are too many and `cut` is True, the result is empty.
+        """
         name = self.variable(symbol.name)
         leaves = differing(name, symbol.initial, other, symbol.type, self.field)
         found = [f"{path} := {self.literal(value, kind)};" for path, value, kind in leaves]

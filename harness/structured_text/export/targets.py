@@ -1,4 +1,4 @@
-"""The formats there are, by the names that the command line knows them by."""
+"""The export formats, by their names on the command line."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ __all__ = ["TARGETS", "Target", "export"]
 
 @dataclass(frozen=True)
 class Target:
-    """A format.
+    """An export format.
 
     Attributes:
-        about: What it is, in a line.
-        ending: Of the name of what is written; a folder ends in `/`.
-        write: Makes it from the sources.
+        about: A description in one line.
+        ending: End of the name of the output; `/` stands for a folder.
+        write: The function that creates the output from the sources.
     """
 
     about: str
@@ -79,18 +79,18 @@ def export(
     prefix: str | None = None,
     names: Names | None = None,
 ) -> Output:
-    """Write the library, and a user's files with it, in a target's format.
+    """Return the library, and a user's files with it, in a target's format.
 
     Args:
         target: A key of `TARGETS`.
         lib: Folder of the library.
         program: The user's files or folders.
-        only_needed: Leave out what the program does not need.
-        prefix: What the names of the library get; None to leave them.
-        names: What the library says of itself.
+        only_needed: Omit the parts of the library that the program does not need.
+        prefix: Prefix for the names of the library; None leaves them unchanged.
+        names: Names and texts about the library.
 
     Raises:
-        InputError: no such target, or a mistake in the sources.
+        InputError: the target does not exist, or the sources have a mistake.
     """
     found = TARGETS.get(target)
     if found is None:

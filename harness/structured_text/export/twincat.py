@@ -1,4 +1,4 @@
-"""TwinCAT 3: a `.TcPOU` or `.TcDUT` for each declaration, and what the `.plcproj` needs."""
+"""Export for TwinCAT 3: a `.TcPOU` or `.TcDUT` per declaration, and parts of a `.plcproj`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.language.lexer import tokens
 
 __all__ = ["to_twincat"]
 
-#: Of the identifiers of all objects; with the name of the object it gives the same one each time.
+#: Name space of the objects' identifiers. With the name of an object it always gives the same one.
 _SPACE = UUID("5b0f6a2e-7c0d-5f0e-9d0e-52435833f0b1")
 
 _OBJECT = """\
@@ -72,13 +72,13 @@ _FOLDER = '    <Folder Include="{}" />'
 
 
 def to_twincat(sources: Sources) -> Output:
-    """A folder of objects, and a project with the item groups that name them.
+    """Write a folder of objects, and a project with the item groups that list them.
 
-    Of a CONFIGURATION the global variables are carried. In TwinCAT, tasks are objects of the
-    project that call programs by their type's name.
+    Only the global variables of a CONFIGURATION are exported. In TwinCAT, tasks are objects of the
+    project that call programs by the names of their types.
     """
     files, lost = {}, list[Missing]()
-    root = sources.names.project  # folder of the objects, in the project and on the disk
+    root = sources.names.project  # Folder of the objects, in the project and on the disk.
     barred = unwritten(sources.parts, words("twincat"))
     for part in sources.parts:
         if part.kind == "CONFIGURATION":
@@ -104,7 +104,7 @@ def to_twincat(sources: Sources) -> Output:
 
 
 def _globals(part: Part) -> str:
-    """The global variables of a CONFIGURATION as a list of them; empty where there are none."""
+    """Return a CONFIGURATION's global variables as a list of TwinCAT; empty if it has none."""
     assert isinstance(part.node, s.Configuration)
     if not part.node.globals:
         return ""
@@ -122,7 +122,7 @@ def _globals(part: Part) -> str:
 
 
 def _retained(text: str, part: Part) -> str:
-    """A head without NON_RETAIN, which TwinCAT has no word for: it is what is not RETAIN."""
+    """Return a head without NON_RETAIN, which TwinCAT lacks; variables are so by default."""
     for one in reversed([one for one in tokens(text, part.file) if one.type == "NON_RETAIN"]):
         at = one.start_pos or 0
         text = f"{text[:at].rstrip(' ')}{text[at + len(one) :]}"
@@ -153,7 +153,7 @@ def _identifier(part: Part) -> UUID:
 
 
 def _data(text: str) -> str:
-    """A text inside CDATA, which cannot hold its own end."""
+    """Return a text for use inside CDATA; the end mark of CDATA is split."""
     return text.replace("]]>", "]]]]><![CDATA[>")
 
 

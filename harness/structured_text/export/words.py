@@ -1,6 +1,6 @@
-"""What a tool's Structured Text has: its functions, blocks and operators, each with its source.
+"""The Structured Text of a tool: its functions, blocks and operators, each with a source.
 
-The lists are in `words/*.toml`. What is not on a tool's list is not written for it.
+The lists are in `words/*.toml`. An export does not use anything that is not on a tool's list.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["FOLDER", "Form", "Words", "blocks_of", "mentioned", "unwritten", "words"]
 
-#: Where the lists are.
+#: The folder of the lists.
 FOLDER = Path(__file__).parent / "words"
 
-#: Stands in the lists for what the names of blocks begin with that an export adds.
+#: Placeholder in the lists for the prefix of the names of blocks that an export adds.
 _ADDED = "{added}"
 _CALL = re.compile(r"(\w+)\((.*)\)")
 _COMPARED = ("=", "<>", "<", ">", "<=", ">=")
@@ -53,12 +53,12 @@ _OTHERWISE = {
 
 @dataclass(frozen=True)
 class Form:
-    """How a function or block is written.
+    """The form of a function or block in a tool.
 
     Attributes:
-        name: Its name; of an operator, its sign.
-        parameters: Names in the tool; those that are written end in `:=`, `...` goes on.
-        source: What says so.
+        name: Its name; for an operator, its sign.
+        parameters: Names in the tool. A name that is written ends in `:=`; `...` stands for more.
+        source: The document that says so.
     """
 
     name: str
@@ -67,11 +67,14 @@ class Form:
 
     @property
     def is_operator(self) -> bool:
-        """It stands between its operands."""
+        """Return whether it is written between its operands."""
         return not self.parameters
 
     def text(self, key: str, arguments: list[str]) -> str:
-        """A call of the standard function `key`."""
+        """Return a call of the standard function `key`.
+
+        If the tool's function takes fewer arguments, calls are nested.
+        """
         if self.is_operator:
             return self._operation([f"({one.strip()})" for one in arguments])
         listed = len(self.parameters)
@@ -84,7 +87,7 @@ class Form:
         return f"{self.name}({','.join(kept)})"
 
     def _named(self, at: int) -> str:
-        """What stands before an argument: nothing, or its name."""
+        """Return the name before an argument, or "" if the tool writes none."""
         last = len(self.parameters) - (self.parameters[-1] == "...")
         parameter = self.parameters[min(at, last - 1)]
         if not parameter.endswith(":="):
@@ -102,7 +105,7 @@ class Form:
         return operands[0] if len(operands) == 1 else f"({f' {self.name} '.join(operands)})"
 
     def takes(self, key: str, count: int) -> bool:
-        """Whether so many arguments can be written."""
+        """Return whether a call with so many arguments can be written."""
         if self.is_operator or key in _CHAINED or "..." in self.parameters:
             return True
         return count <= len(self.parameters)
@@ -110,18 +113,18 @@ class Form:
 
 @dataclass(frozen=True)
 class Words:
-    """A tool's list.
+    """The list of a tool.
 
     Attributes:
-        tool: What it is the list of.
+        tool: The name of the tool.
         functions: Standard functions by their names in IEC 61131-3.
-        blocks: Standard blocks likewise, the pins in the standard's order.
-        conversions: Types among which each conversion `X_TO_Y` is there.
+        blocks: Standard blocks by their names in IEC 61131-3, with pins in the standard's order.
+        conversions: Types among which each conversion `X_TO_Y` exists.
         operators: Signs and words of expressions.
         statements: Words that statements begin with.
-        instructions: Of Logix: what statements call.
-        instead: Of Logix: what is none of them, and what to write.
-        sources: Every entry of the file with what says so.
+        instructions: The instructions that statements of Logix call.
+        instead: For Logix, what to write instead of something that it does not have.
+        sources: The source of every entry of the file.
     """
 
     tool: str
@@ -135,7 +138,7 @@ class Words:
     sources: Mapping[str, str]
 
     def lacks(self, part: Part, functions: Collection[str]) -> Missing | None:
-        """What of a part is not on the list, where, and what to write instead.
+        """Return the first item in a part that is not on the list, with its replacement, or None.
 
         Args:
             part: A declaration.
@@ -149,9 +152,10 @@ class Words:
     def lacking(
         self, node: s.Pou | s.TypeDecl, functions: Collection[str]
     ) -> Iterator[tuple[s.Position, str]]:
-        """All that a declaration uses and the list does not have: where, and what to write.
+        """Yield the place of each item that is not on the list, and what to write instead.
 
-        What came with the third edition is passed over: it is a construct of its own.
+        Items that came with the third edition are skipped, because they are constructs of their
+        own.
 
         Args:
             node: The declaration.
@@ -193,7 +197,7 @@ class Words:
 
 @cache
 def words(name: str) -> Words:
-    """The list of a file in `FOLDER`."""
+    """Return the list of a file in `FOLDER`."""
     content = load_toml(FOLDER / f"{name}.toml")
     origins: dict[str, str] = content["sources"]
     said: dict[str, str] = {}
@@ -228,12 +232,14 @@ def words(name: str) -> Words:
 def unwritten(
     parts: Collection[Part], list_of: Words, barred: Mapping[str, str] | None = None
 ) -> dict[str, Missing]:
-    """Parts that are not written, by upper-case name: what the list lacks, or what they need.
+    """Return the parts that cannot be written, by upper-case name, with the reason.
+
+    A part cannot be written if it uses something that is not on the list, or needs such a part.
 
     Args:
         parts: All parts, each after those it needs.
         list_of: The tool's list.
-        barred: Other reasons, by upper-case name; an empty one is none.
+        barred: Other reasons, by upper-case name; an empty text means no reason.
     """
     functions = {part.name.upper() for part in parts if part.kind == "FUNCTION"}
     names = {part.name.upper(): part.name for part in parts}
@@ -252,13 +258,13 @@ def unwritten(
 
 
 def blocks_of(part: Part) -> set[str]:
-    """The standard blocks that a part has instances of."""
+    """Return the standard blocks of which a part has instances."""
     used = () if isinstance(part.node, s.Configuration) else _used(part.node, ())
     return {name for what, name, _ in used if what == "block"}
 
 
 def mentioned(part: Part) -> Iterator[str]:
-    """All names in a part, in upper case."""
+    """Yield all names in a part, in upper case."""
     every = nodes(part.node, names=True)
     return (node.key for node in every if isinstance(node, s.Name))
 
@@ -266,7 +272,10 @@ def mentioned(part: Part) -> Iterator[str]:
 def _used(
     node: s.Pou | s.TypeDecl, functions: Collection[str]
 ) -> Iterator[tuple[str, str, s.Position]]:
-    """Kind and name of each standard thing that is used; a function with how many arguments."""
+    """Yield kind, name and place of each standard item used.
+
+    The name of a function is followed by `/` and its number of arguments.
+    """
     for one in nodes(node):
         if isinstance(one, s.Call) and one.function.key not in functions:
             key = one.function.key

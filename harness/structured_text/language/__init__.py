@@ -1,4 +1,5 @@
-"""The front end of both engines: parses Structured Text, checks it, names what is wrong.
+"""The front end of both engines: parses Structured Text, checks it and reports mistakes.
 
-`load` does that; who runs what was checked before needs only `project`, `tree`, `paths`, `values`.
+`load` is the entry point. Code that runs a project which is already checked needs only
+`project`, `tree`, `paths` and `values`.
 """

@@ -1,4 +1,4 @@
-"""Checks the statements of POUs and gives them their checked form."""
+"""Checks the statements of POUs and builds their checked form."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from structured_text.language.widening import widens
 
 __all__ = ["check_body", "check_start", "root_of"]
 
-#: Statements, and among them loops, that may lie inside each other: Python has its own limits.
+#: Deepest nesting of statements and of loops. Python limits the depth of generated code.
 _MOST_NESTED, _MOST_LOOPS = 64, 16
 
 
@@ -44,7 +44,7 @@ def check_body(
     Args:
         scope: The POU and its surroundings.
         body: Its statements as parsed.
-        report: Takes each error; checking goes on with the next statement.
+        report: Receives each error. Checking continues with the next statement.
     """
     statements = _Statements(scope, report)
     scope.pou.body = statements.block(body)
@@ -58,15 +58,16 @@ def check_body(
 def check_start(
     scope: Scope, sections: Iterable[s.Section], report: Callable[[InputError], None]
 ) -> None:
-    """Check the initial values that are known only while the program runs.
+    """Check the initial values that are known only at run time.
 
-    These are of pointers, references and interfaces, and the arguments of blocks. Those of a
-    function or method go before its body; a block gets the method `START` for them.
+    These are initial values of pointers, references and interfaces, calculated values, and the
+    arguments of blocks. For a function or method they are put before its body. A block gets the
+    method `START` for them.
 
     Args:
         scope: The POU and its surroundings.
         sections: Its declarations.
-        report: Takes each error.
+        report: Receives each error.
     """
     pou, statements = scope.pou, _Statements(scope, report)
     start = statements.block(starting(sections, scope))
@@ -82,7 +83,7 @@ def check_start(
 
 
 class _Statements:
-    """The statements of one POU; `assigned` collects the variables that are written."""
+    """The statements of one POU; `assigned` collects the written variables."""
 
     def __init__(self, scope: Scope, report: Callable[[InputError], None]) -> None:
         self._scope = scope
@@ -90,12 +91,12 @@ class _Statements:
         self._expressions = Expressions(scope)
         self._calls = _BlockCalls(self._expressions)
         self._loops = self._depth = 0
-        # Made here, and known by their identity as long as this lives.
+        # Nodes made here. `Expressions` caches results by `id`, so these nodes must stay alive.
         self._made: list[s.Expression] = []
         self.assigned: set[t.Symbol] = set()
 
     def block(self, statements: Iterable[s.Statement | Start]) -> tuple[t.Statement, ...]:
-        """Check a list of statements; those with an error are reported and left out."""
+        """Check a list of statements; report those with an error and leave them out."""
         result: list[t.Statement] = []
         self._depth += 1
         for statement in statements:
@@ -118,7 +119,7 @@ class _Statements:
         raise self._scope.error(message, node.at, hint)
 
     def _lowered(self, node: s.Statement | Start) -> Iterable[t.Statement]:
-        """A statement as one or several of the checked ones."""
+        """Return a statement as one or several checked statements."""
         if isinstance(node, s.AssignChain):
             return self._chain(node)
         if isinstance(node, s.CallStatement):
@@ -188,7 +189,11 @@ class _Statements:
         return target
 
     def _assign_part(self, to: s.Part, value: s.Expression, at: s.Position) -> t.Assign:
-        """The whole variable anew, with one part of it changed."""
+        """Assign the whole variable, with one part of it changed.
+
+        AND with a mask preserves the other bits, and OR adds the part, shifted to its place. For a
+        single bit, SEL selects between both results, so that no conversion from BOOL is needed.
+        """
         self._target(to.base)
         base, bits, first, kind = self._expressions.part(to)
         whole = bits.type
@@ -211,13 +216,16 @@ class _Statements:
         return t.Assign(base, changed, at)
 
     def _chain(self, node: s.AssignChain) -> list[t.Statement]:
-        """The last target takes the value, each other one that of the target behind it."""
+        """Return assignments from right to left.
+
+        The last target gets the value, and every other target gets the value of the next one.
+        """
         values = (*node.targets[1:], node.value)
         pairs = zip(node.targets, values, strict=True)
         return [self._assign(target, value, node.at) for target, value in reversed(list(pairs))]
 
     def _bind(self, node: s.Latch) -> t.Assign:
-        """`target REF= value;`: what a reference refers to from now on."""
+        """Return the assignment of a reference for `target REF= value;`."""
         target = self._expressions.place(node.target)
         if not isinstance(target.type, ReferenceType) or place_of(target) is None:
             raise self._scope.error(
@@ -232,7 +240,10 @@ class _Statements:
         return t.If(((self._condition(node.value), (then,)),), (), node.at)
 
     def _call(self, node: s.CallStatement) -> list[t.Statement]:
-        """A call of a block or of a function; outputs that go to bits are assigned behind it."""
+        """Return a call of a block, method or function.
+
+        Outputs that go to a bit or to a wider type are assigned in statements behind the call.
+        """
         callee = self._expressions.methods.bare(node.callee)
         if isinstance(callee, s.This) and callee.above:
             return [self._calls.base(node)]
@@ -265,7 +276,7 @@ class _Statements:
         return [found_call, *behind]
 
     def _is_later(self, callee: s.Variable, argument: s.Argument) -> bool:
-        """Whether an output goes to a bit or a wider type, so that an assignment does it."""
+        """Return whether an output goes to a bit or a wider type."""
         value = argument.value
         if isinstance(value, s.Part) or not isinstance(value, PLACES):
             return isinstance(value, s.Part)
@@ -338,7 +349,7 @@ class _Statements:
 
 
 class _BlockCalls:
-    """The block calls and assignment targets of one POU; shares its expressions."""
+    """The block calls of one POU; `_Statements` uses it with its own expressions."""
 
     def __init__(self, expressions: Expressions) -> None:
         self._expressions = expressions
@@ -348,7 +359,7 @@ class _BlockCalls:
         """Type a call of a block instance.
 
         Raises:
-            InputError: no block instance, arguments that do not fit, or a VAR_IN_OUT left out.
+            InputError: not a block instance, arguments that do not fit, or a missing VAR_IN_OUT.
         """
         instance = self._instance(node)
         declarations = self._scope.declarations
@@ -374,7 +385,10 @@ class _BlockCalls:
         return t.CallBlock(instance, block, tuple(inputs), tuple(in_outs), tuple(outputs), node.at)
 
     def base(self, node: s.CallStatement) -> t.CallBase:
-        """`SUPER^()`; the VAR_IN_OUT of the block are those of what it extends."""
+        """Type `SUPER^()`.
+
+        The base gets the VAR_IN_OUT of the derived block. In a method they are not known.
+        """
         if self._scope.pou.owner is not None:
             pins = self._scope.pou.owner.section("VAR_IN_OUT")
             if pins:
@@ -438,7 +452,10 @@ class _BlockCalls:
     def _check_aliases(
         self, in_outs: list[tuple[str, t.Variable]], block: BlockType, node: s.CallStatement
     ) -> None:
-        """One variable under two names behaves differently on each PLC, so it is refused."""
+        """Refuse a call that passes one variable under two names.
+
+        Such a call behaves differently on each PLC.
+        """
         reached = self._scope.declarations.externals(block)
         for position, (name, variable) in enumerate(in_outs):
             root = _path(variable)[0]
@@ -475,25 +492,27 @@ class _BlockCalls:
 
 
 def root_of(variable: t.Variable) -> t.Symbol | None:
-    """The declared variable that something is part of; None behind a pointer or a call."""
+    """Return the declared variable that an access begins with; None behind a pointer or call."""
     while isinstance(variable, (t.Member, t.Index)):
         variable = variable.base
     return variable.symbol if isinstance(variable, t.Use) else None
 
 
 def _path(variable: t.Variable) -> list[object]:
-    """The symbol, then each member name or constant index; None for an index unknown yet."""
+    """Return the symbol, then each member name or index; None for an index that is not constant."""
     if isinstance(variable, t.Use):
         return [variable.symbol]
     if isinstance(variable, t.Member):
         return [*_path(variable.base), variable.name]
     if not isinstance(variable, t.Index):
-        return [object()]  # What a pointer leads to is not known before.
+        return [object()]  # The target of a pointer is known only at run time.
     indices = variable.indices
     known = all(isinstance(index, t.Constant) for index in indices)
     step = tuple(index.value for index in indices if isinstance(index, t.Constant))
     return [*_path(variable.base), step if known else None]
 
 
+# Two variables overlap if one path is the beginning of the other: a whole contains its parts. An
+# index that is known only at run time (None) may be any element, so it matches every index.
 def _overlap(first: list[object], second: list[object]) -> bool:
     return all(a is None or b is None or a == b for a, b in zip(first, second, strict=False))

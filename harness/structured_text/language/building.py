@@ -1,4 +1,4 @@
-"""From tokens to syntax: the rules of grammar.lark for statements and expressions."""
+"""The grammar rules of statements and expressions: they turn tokens into syntax nodes."""
 
 # ruff: noqa: D102 (each method is the rule of its name in grammar.lark)
 
@@ -16,7 +16,7 @@ from structured_text.language.constructs import Use
 __all__ = ["Statements", "name_of", "nodes_of", "position_of"]
 
 _OPERATORS = {"&": "AND"}
-#: The operators from the weakest to the strongest; those of a line go from left to right.
+#: The operators by precedence, the weakest first. Those of a line are left-associative.
 _RANKS = (
     ("OR", "OR_ELSE"),
     ("XOR",),
@@ -31,22 +31,22 @@ _RANK = {name: rank for rank, names in enumerate(_RANKS) for name in names}
 
 
 def position_of(token: Token) -> s.Position:
-    """Where a token stands."""
+    """Return the position of a token."""
     return s.Position(token.line or 1, token.column or 1)
 
 
 def name_of(token: Token) -> s.Name:
-    """A token as a name."""
+    """Return a token as a name."""
     return s.Name(str(token), position_of(token))
 
 
 def nodes_of(children: Any, kind: Any) -> tuple[Any, ...]:
-    """The children that are of a syntax class, without tokens and absent options."""
+    """Return the children of a syntax class, without tokens and absent options."""
     return tuple(child for child in children if isinstance(child, kind))
 
 
 def _join(operands: list[s.Expression], op: Token) -> None:
-    """Make one of the last two operands."""
+    """Replace the last two operands by their operation."""
     right, left = operands.pop(), operands.pop()
     word = op.upper()
     operands.append(s.Binary(_OPERATORS.get(word, word), left, right, position_of(op)))
@@ -54,12 +54,12 @@ def _join(operands: list[s.Expression], op: Token) -> None:
 
 @v_args(inline=True)
 class Statements(Transformer[Token, Any]):
-    """Turns the children of each rule into a node of `syntax`: one method per rule.
+    """A lark transformer: each method turns the children of its rule into a syntax node.
 
     Attributes:
-        uses: What is beyond the portable subset.
+        uses: Constructs beyond the portable subset.
         errors: Mistakes that the grammar does not find.
-        file: That is read.
+        file: The file that is parsed.
     """
 
     def __init__(self) -> None:
@@ -201,6 +201,10 @@ class Statements(Transformer[Token, Any]):
     def named_output(self, name: Token, _to: Token, value: Any) -> s.Argument | None:
         return None if value is None else s.Argument(name_of(name), value, True, position_of(name))
 
+    # The grammar gives all operators of an expression as one flat list. This method builds the tree
+    # by operator precedence. `waiting` has the operators whose right operand is not complete. An
+    # operator completes every waiting operator of the same or a higher precedence, which also makes
+    # operators of the same precedence left-associative.
     def expression(self, first: s.Expression, *rest: Any) -> s.Expression:
         operands: list[s.Expression] = [first]
         waiting: list[Token] = []

@@ -1,11 +1,12 @@
-"""What is kept of earlier compilations: in this process, and in a folder of the user.
+"""The caches for results of compilation: in this process, and in a folder of the user.
 
-The folder is that of the distribution in the system's folder for that, `~/.cache` on Linux, or in
-`XDG_CACHE_HOME`; `RCX_CACHE=off` does without it. Entries are written under another name and
-renamed, so that several processes may work at once.
+The folder is that of the distribution in the system's cache folder, `~/.cache` on Linux, or in
+`XDG_CACHE_HOME`. `RCX_CACHE=off` switches it off. Entries are written under a temporary name and
+renamed, so that several processes may work at the same time.
 
-What is in an entry is executed. So each is signed with a key that lies in another folder of the
-user, and one that somebody else has put there, or that is damaged, is made anew.
+Loading an entry can execute code, because entries are pickled. Each entry is therefore signed with
+a key in another folder of the user. An entry with a wrong signature was written by another user or
+is damaged; it is ignored and made again.
 """
 
 from __future__ import annotations
@@ -42,23 +43,23 @@ __all__ = [
 ]
 __all__ += ["put", "remembered", "sources_key"]
 
-#: Entries of one kind in the folder, and in this process.
+#: Most entries of one kind in the folder, and in this process.
 IN_FOLDER, IN_PROCESS = 256, 48
 
 _KEY_SIZE = _SIGNATURE_SIZE = 32
 
 _T = TypeVar("_T")
 _State = tuple[int, int, int, int, int]
-#: The digest of each file that was read, and the state in which it was read.
+#: The digest of each file that was read, and the state of the file at that time.
 _digests: dict[str, tuple[_State, bytes]] = {}
-#: A file that changed more recently may change again without a trace.
+#: A file that changed more recently [ns] may change again without a different time stamp.
 SETTLED_NS = 2_000_000_000
 memory: dict[str, OrderedDict[str, Any]] = {}
-"""What this process remembers of each kind, the latest used last."""
+"""The results cached in this process by kind, the latest used last."""
 
 
 def folder() -> Path | None:
-    """Where entries are kept; None where nothing can or shall be."""
+    """Return the cache folder; None if it is switched off or cannot be created."""
     if os.environ.get("RCX_CACHE", "").lower() == "off":
         return None
     try:
@@ -70,7 +71,7 @@ def folder() -> Path | None:
 
 
 def put(entry: Path, content: bytes) -> None:
-    """Write an entry, and remove the oldest of its kind, which is its suffix.
+    """Write an entry, and remove the oldest entries of its kind, which is its suffix.
 
     Raises:
         OSError: it cannot be written.
@@ -82,11 +83,11 @@ def put(entry: Path, content: bytes) -> None:
 
 
 def content(entry: Path) -> bytes:
-    """Return what `put` has written.
+    """Return the content of an entry that `put` has written.
 
     Raises:
-        OSError: There is no such entry.
-        ValueError: Somebody else has written it, or it is damaged.
+        OSError: there is no such entry.
+        ValueError: another user has written it, or it is damaged.
     """
     found = entry.read_bytes()
     signature, rest = found[:_SIGNATURE_SIZE], found[_SIGNATURE_SIZE:]
@@ -98,13 +99,13 @@ def content(entry: Path) -> bytes:
 
 
 def _signature(entry: Path, content: bytes) -> bytes:
-    """Return the signature of an entry, which is of this name and no other."""
+    """Return the signature of an entry. It includes the name, so entries cannot be swapped."""
     return hmac.digest(_key(), entry.name.encode() + b"\0" + content, "sha256")
 
 
 @lru_cache(maxsize=1)
 def _key() -> bytes:
-    """Return the key of this user; where it cannot be saved, one of this process."""
+    """Return the key of this user; if it cannot be saved, a key for this process."""
     try:
         place = settings_root() / DISTRIBUTION / "cache.key"
         with suppress(FileNotFoundError):
@@ -112,26 +113,26 @@ def _key() -> bytes:
                 return found
         place.parent.mkdir(parents=True, exist_ok=True)
         _replace(place, os.urandom(_KEY_SIZE))
-        return place.read_bytes()  # perhaps that of a process that was later
+        return place.read_bytes()  # another process may have replaced it
     except (OSError, RuntimeError):
         return os.urandom(_KEY_SIZE)
 
 
 def _replace(file: Path, content: bytes) -> None:
-    """Write a file that only this user can read, at once and as a whole."""
+    """Write a file atomically; only this user can read it."""
     with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as written:
         written.write(content)
     try:
         os.replace(written.name, file)
-    except OSError:  # on Windows, while another process reads that one
+    except OSError:  # on Windows, while another process reads the file
         os.unlink(written.name)
         raise
 
 
 def sources_key(paths: Sequence[Path]) -> str:
-    """A name for these files with their contents, as this engine understands them.
+    """Return a key for these files, their contents and the version of this engine.
 
-    Empty where one cannot be read: whoever needs it says so.
+    The key is empty if a file cannot be read. The caller then reports the error.
     """
     digest = hashlib.sha256(_engine().encode())
     try:
@@ -145,13 +146,13 @@ def sources_key(paths: Sequence[Path]) -> str:
 
 
 def _digest(path: Path) -> bytes:
-    """Return the SHA-256 of a file; it is read again only if its times, size or number changed.
+    """Return the SHA-256 of a file; read it again only if its times, size or inode changed.
 
-    As git does, it does not trust a file that changed just now: a second change within the
-    resolution of the file system's clock would leave all of these as they are.
+    As in git, a file that changed very recently is not trusted: a second change within the
+    resolution of the file system's clock would leave all of these values unchanged.
 
     Raises:
-        InputError: The file cannot be read.
+        InputError: the file cannot be read.
     """
     name = os.fspath(path)
     state = file_state(name)
@@ -167,7 +168,7 @@ def _digest(path: Path) -> bytes:
 
 
 def file_state(name: str) -> _State | None:
-    """Return what changes when a file is written; None if there is no such file."""
+    """Return values that change when a file is written; None if there is no such file."""
     try:
         found = os.stat(name)
     except (OSError, ValueError):
@@ -176,25 +177,25 @@ def file_state(name: str) -> _State | None:
 
 
 def is_lasting(paths: Sequence[Path]) -> bool:
-    """Are these files to be there tomorrow? What is made of temporary ones is not kept."""
+    """Return whether no file is temporary. Results of temporary files are not saved."""
     temporary = tempfile.gettempdir()
     return not any(_is_in(folder, temporary) for folder in {path.parent for path in paths})
 
 
 @lru_cache(maxsize=1024)
 def _is_in(folder: Path, other: str) -> bool:
-    """Return whether a folder is another one, or below it, links followed."""
+    """Return whether a folder is another one or below it, after following links."""
     found, wanted = real(folder), real(other)
     return wanted in (found, *found.parents)
 
 
 def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:
-    """What `make` gave for this key before in this process, or gives now.
+    """Return the result of `make` for this key, cached in this process.
 
     Args:
-        kind: What it is.
-        key: What it was made of; empty for what cannot be remembered.
-        make: Makes it; nothing may change it afterwards.
+        kind: Kind of the result.
+        key: Key of its inputs; empty if the result must not be cached.
+        make: Makes the result, which must not be changed afterwards.
     """
     if not key:
         return make()
@@ -210,28 +211,28 @@ def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:
 
 
 def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
-    """What `make` gave for this key before, in any process, or gives now; it must be picklable."""
+    """Return the result of `make` for this key, cached in the folder; it must be picklable."""
     place = folder() if key else None
     if place is None:
         return make()
     entry = place / f"{key}.{kind}"
-    with suppress(Exception):  # not there, or not whole: it is made anew
+    with suppress(Exception):  # missing or damaged: make it again
         found: _T = pickle.loads(content(entry))
         return found
     made = make()
-    with suppress(OSError, RecursionError):  # a full disk; more depth than pickle can write
+    with suppress(OSError, RecursionError):  # full disk, or too deep for pickle
         put(entry, pickle.dumps(made, protocol=5))
     return made
 
 
 def made_of(kind: str, key: str, files: Sequence[Path], make: Callable[[], _T]) -> _T:
-    """What was made of these files before, in this process or an earlier one; else it is made.
+    """Return the result of `make`, cached in this process and in the folder.
 
     Args:
-        kind: What it is.
-        key: Of the files, and of what else decides.
-        files: They; what is made of temporary ones is forgotten with the process.
-        make: Makes it; picklable, and nothing may change it afterwards.
+        kind: Kind of the result.
+        key: Key of the files and of all other inputs.
+        files: The files. Results of temporary files are cached in this process only.
+        make: Makes the result, which must be picklable and must not be changed afterwards.
     """
     lasting = key if is_lasting(files) else ""
     return remembered(kind, key, lambda: kept(kind, lasting, make))
@@ -239,7 +240,7 @@ def made_of(kind: str, key: str, files: Sequence[Path], make: Callable[[], _T]) 
 
 @lru_cache(maxsize=1)
 def _engine() -> str:
-    """A name for the engine's own code: another one understands sources differently."""
+    """Return a hash of the engine's code, since another version may read sources differently."""
     digest = hashlib.sha256(sys.version.encode())
     package = Path(__file__).parents[1]
     rooms = [package / name for name in ("language", "projects", "engines")]

@@ -1,4 +1,4 @@
-"""Which argument of a call is meant for which pin, of functions and of blocks."""
+"""The assignment of arguments to pins in calls of functions and blocks."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ __all__ = ["block_arguments", "function_arguments", "pin_of", "standard_argument
 def function_arguments(
     node: s.Call, pou: t.Pou, scope: Scope
 ) -> tuple[dict[str, s.Argument], dict[str, s.Argument]]:
-    """The arguments of a function of the sources by the name of their pin.
+    """Return the arguments of a function of the sources by the name of their pin.
 
     Returns:
-        Those of its VAR_INPUT and VAR_IN_OUT by upper-case name, and where outputs are sent to by
-        their name as declared.
+        The arguments of VAR_INPUT and VAR_IN_OUT by upper-case name, and the targets of outputs by
+        declared name.
 
     Raises:
         InputError: arguments that do not fit.
@@ -72,7 +72,7 @@ def function_arguments(
 def standard_arguments(
     node: s.Call, signature: Signature, scope: Scope
 ) -> list[tuple[s.Argument, tuple[str, str]]]:
-    """The arguments in the order of the pins, each with its (name, type).
+    """Return the arguments in the order of the pins, each with its (name, type).
 
     Raises:
         InputError: arguments that do not fit.
@@ -108,7 +108,7 @@ def standard_arguments(
     return [(given[name], (name, kind)) for name, kind in pins]
 
 
-#: What CODESYS and TwinCAT call the pins of the functions of texts.
+#: Names of the pins of text functions in CODESYS and TwinCAT.
 _PIN_NAMES = {
     "STR": "IN",
     "SIZE": "L",
@@ -120,7 +120,7 @@ _PIN_NAMES = {
 
 
 def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> dict[str, s.Argument]:
-    """The input and in-out arguments by upper-case pin name.
+    """Return the input and in-out arguments by upper-case pin name.
 
     Raises:
         InputError: arguments that do not fit.
@@ -161,7 +161,10 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
 
 
 def _are_named(node: s.Call | s.CallStatement, scope: Scope) -> bool:
-    """Whether arguments are named; one without a name is for the pin at its own place."""
+    """Return whether an argument is named.
+
+    An argument without a name belongs to the pin at its own place.
+    """
     named = [argument.name is not None for argument in node.arguments]
     if any(named) and not all(named):
         scope.note("named and positional arguments together", node.at)
@@ -180,6 +183,6 @@ def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) 
 
 
 def pin_of(block: BlockType, name: str) -> Variable | None:
-    """The variable of a block by its name, without case."""
+    """Return the variable of a block by its name, without case; None without it."""
     key = pin_name(block, name)
     return next((pin for pin in block.variables if pin.name.upper() == key), None)

@@ -1,4 +1,4 @@
-"""Checked projects, from the cache where the same files were right before."""
+"""Loading of checked projects; the result is cached while the files do not change."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ __all__ = ["analysed", "load"]
 
 
 def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
-    """What the sources mean, or everything that is wrong with them, as `language.load.analyse`."""
+    """Return the checked project, or None with all errors, as `language.load.analyse` does."""
     key = cache.sources_key(paths)
     lasting = key if cache.is_lasting(paths) else ""
     errors: list[InputError] = []
 
     def made() -> Project:
-        from structured_text.language.load import analyse  # a tenth of a start
+        from structured_text.language.load import analyse  # its import is a tenth of the start-up
 
         project, found = analyse(paths)
         errors.extend(found)
@@ -38,10 +38,10 @@ def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
 
 
 def load(paths: Sequence[Path]) -> Project:
-    """A checked project that has a program to run.
+    """Return a checked project that has a program to run.
 
     Raises:
-        InputError: the first mistake, with file, line and what to do.
+        InputError: the first mistake, with file, line and hint.
     """
     project, errors = analysed(paths)
     if project is None:

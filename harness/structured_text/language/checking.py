@@ -1,4 +1,8 @@
-"""What the parts of the checker of expressions ask of the whole."""
+"""Protocols of the expression checker that its parts use.
+
+They avoid import cycles: `functions`, `methods`, `operators` and `references` need the checker that
+contains them.
+"""
 
 from __future__ import annotations
 
@@ -13,39 +17,39 @@ __all__ = ["Checking"]
 
 
 class Operating(Protocol):
-    """What others than the operators ask of `operators.Operators`."""
+    """The part of `operators.Operators` that other modules use."""
 
     def number(self, kind: Type) -> Type:
-        """The type in which a value is calculated with."""
+        """Return the numeric type in which a value is calculated with."""
 
     def common(self, one: Type, other: Type, op: str = "") -> Type:
-        """The type that two operands are brought to."""
+        """Return the type that both operands are converted to."""
 
     def binary(
         self, op: str, left: s.Expression, right: s.Expression, want: Type | None, at: s.Position
     ) -> t.Expression:
-        """An operator with two operands."""
+        """Type an operator with two operands."""
 
 
 class Referring(Protocol):
-    """What others than the references ask of `references.References`."""
+    """The part of `references.References` that other modules use."""
 
     def followed(self, found: t.Variable) -> t.Variable:
-        """What a reference refers to; any other variable as it is."""
+        """Return the target of a reference; any other variable as it is."""
 
     def compared(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression | None:
-        """The comparison of two places; None where they are none."""
+        """Type the comparison of pointers or interfaces; None if neither side is one."""
 
     def moved(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression:
-        """A pointer so many bytes further on."""
+        """Type a pointer that is moved by some bytes."""
 
 
 class Checking(Protocol):
-    """`expressions.Expressions`, as `functions`, `methods`, `operators` and `references` see it.
+    """The part of `expressions.Expressions` that its parts use.
 
     Attributes:
         scope: The names of the POU.
@@ -55,38 +59,38 @@ class Checking(Protocol):
 
     @property
     def operators(self) -> Operating:
-        """The operators."""
+        """Return the operators."""
 
     @property
     def references(self) -> Referring:
-        """The references."""
+        """Return the references."""
 
     def variable(self, node: s.Variable) -> t.Variable:
-        """A variable, member or element; of a reference what it refers to."""
+        """Type a variable, member or element; a reference becomes its target."""
 
     def place(self, node: s.Variable) -> t.Variable:
-        """The same; of a reference the reference itself."""
+        """Type a variable, member or element; a reference stays the reference itself."""
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
-        """What a member, element or method is of."""
+        """Type the base of a member, element or method."""
 
     def is_variable(self, node: s.Name) -> bool:
-        """Is it declared as one?"""
+        """Return whether a bare name is a variable or a property."""
 
     def writable(self, node: s.Variable) -> t.Variable:
-        """A variable that may be written."""
+        """Type a variable that is written."""
 
     def infer(self, node: s.Expression) -> Type | None:
-        """The type by itself; None of untyped numbers."""
+        """Return the type of an expression by itself; None for untyped numbers."""
 
     def check(self, node: s.Expression, want: Type | None) -> t.Expression:
-        """The expression in the type that is asked for."""
+        """Type an expression in the required type."""
 
     def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
-        """The expression in another type, by the function that converts it."""
+        """Return the expression converted to another type."""
 
     def is_real(self, node: s.Expression) -> bool:
-        """Is it a number with a point?"""
+        """Return whether an expression is an untyped number with decimals."""
 
     def fold(self, node: s.Expression) -> t.Constant | None:
-        """Its value, where it is constant."""
+        """Return the value of an expression if it is constant, else None."""

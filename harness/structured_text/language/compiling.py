@@ -1,4 +1,4 @@
-"""What compiling asks of Python: room for deep recursion, and no search for cycles meanwhile."""
+"""Settings of Python while it compiles: a larger stack, and no garbage collection."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from typing import TypeVar
 
 __all__ = ["MOST_OPERATORS", "deeply", "uncollected"]
 
-#: Operators, brackets and calls of one expression that may lie inside each other; those of a sum
-#: of so many terms do.
+#: Deepest nesting of operators, brackets and calls in an expression. A sum of n terms is n deep.
 MOST_OPERATORS = 10_000
 
 _STACK, _FRAMES = 256 << 20, 100_000
@@ -21,10 +20,10 @@ _T = TypeVar("_T")
 
 
 def deeply(work: Callable[[], _T]) -> _T:
-    """What `work` gives; where Python's usual stack is too small, it is done again on a large one.
+    """Return the result of `work`; repeat it on a large stack if the usual one is too small.
 
     Raises:
-        RecursionError: that was too small, too.
+        RecursionError: the large stack was too small, too.
     """
     try:
         return work()
@@ -55,9 +54,10 @@ def deeply(work: Callable[[], _T]) -> _T:
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Pause Python's search for unreachable cycles: a tree that is being built has none.
+    """Pause Python's search for unreachable cycles.
 
-    Without this, a seventh of the time that a library takes to compile goes into that search.
+    A tree under construction has none. Without the pause, the search takes a seventh of the time
+    that a library needs to compile.
     """
     running = gc.isenabled()
     gc.disable()

@@ -1,4 +1,8 @@
-"""Literals and constant expressions of the source, as values of a given type."""
+"""Literals and constant expressions of the source, as values of a given type.
+
+An untyped literal has no type of its own. It is first read as LINT or LREAL, and `adapt` then gives
+it the type that its place requires. A typed constant must widen to that type.
+"""
 
 from __future__ import annotations
 
@@ -35,19 +39,19 @@ from structured_text.language.widening import converted, widening
 
 __all__ = ["adapt", "constant", "evaluate", "literal", "member"]
 
-#: Characters of a literal that is no text; the longest LREAL and LWORD need far fewer.
+#: Longest literal that is not a text [characters]. The longest LREAL and LWORD need far fewer.
 _LONGEST = 200
 _THIRD = "a type of the third edition"
 _CONVERTED = "an implicit conversion"
-#: What may stand before a `#` besides the names of types.
+#: Prefixes before a `#` that are not names of types.
 _SHORT = ("T", "D", "LT", "LD")
 
-#: Finds the constant that a name or a path stands for; None where it is none.
+#: A function that returns the constant of a name or path, or None if it is not a constant.
 Lookup = Callable[[s.Expression], Constant | None]
 
 
 def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constant:
-    """Value of one literal; untyped numbers are given as LINT or LREAL and not `typed`.
+    """Return the value of a literal; untyped numbers are LINT or LREAL and not `typed`.
 
     Args:
         node: The literal.
@@ -91,10 +95,10 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
 
 
 def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
-    """A member of an enumeration by its name.
+    """Return a member of an enumeration by its name.
 
     Raises:
-        InputError: it has no such member.
+        InputError: there is no such member.
     """
     try:
         return Constant(kind.value_of(name.key), kind, True)
@@ -105,11 +109,11 @@ def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
 
 
 def adapt(found: Constant, kind: Type, at: s.Position, where: Declared) -> Constant:
-    """Bring a constant to the type that its place asks for.
+    """Convert a constant to the type that its place requires.
 
-    An untyped integer fits every integer and bit string type that holds it (BOOL for 0 and 1),
-    an untyped real fits REAL and LREAL; what has a type must widen to it. Noted as not portable
-    are integers where a REAL is expected, and constants of another type.
+    An untyped integer fits every integer and bit string type that holds it (BOOL for 0 and 1). An
+    untyped real fits REAL and LREAL. A typed constant must widen to the type. Integers where a REAL
+    is expected, and constants of another type, are noted as not portable.
 
     Raises:
         InputError: another type, or out of its range.
@@ -137,7 +141,7 @@ def adapt(found: Constant, kind: Type, at: s.Position, where: Declared) -> Const
 
 
 def _retyped(found: Constant, kind: Type, at: s.Position, where: Declared) -> Constant:
-    """A constant that has a type, in the type that is asked for."""
+    """Return a typed constant in the required type."""
     if found.type == kind:
         return found
     have = found.type
@@ -158,7 +162,7 @@ def _retyped(found: Constant, kind: Type, at: s.Position, where: Declared) -> Co
 
 
 def _is_character(have: ElementaryType, kind: ElementaryType) -> bool:
-    """A text of one character where one character is expected."""
+    """Return whether a text of one character stands for a character."""
     return (have.name, kind.name) in (("STRING", "CHAR"), ("WSTRING", "WCHAR"))
 
 
@@ -186,11 +190,11 @@ def constant(
     lookup: Lookup,
     detail: str = "",
 ) -> Constant:
-    """Value of an initial value or CASE label, brought to a type.
+    """Return the value of an initial value or CASE label in the required type.
 
     Args:
-        node: What the source says.
-        kind: The type that its place asks for.
+        node: The expression.
+        kind: The type that its place requires.
         types: Types of the project by upper-case name.
         where: Its declaration, for messages.
         lookup: Finds named constants.
@@ -215,7 +219,7 @@ def _is_negative(node: s.Init) -> bool:
 
 
 def _converted(found: Constant, kind: Type, at: s.Position, where: Declared) -> Constant:
-    """A calculated or named constant: a number fits where its value does."""
+    """Return a calculated or named constant; a number fits if its value does."""
     value = found.value
     if found.type == kind:
         return found
@@ -235,7 +239,7 @@ _NAMED, _MEMBER = "a constant instead of a literal", "a member of an enumeration
 
 
 class NotConstantError(InputError):
-    """An expression is not constant, where only that is possible."""
+    """An expression is not constant at a place that requires a constant."""
 
 
 _ARITHMETIC: dict[str, Callable[[float, float], float]] = {
@@ -263,14 +267,14 @@ _MOST_BITS = 256
 def evaluate(
     node: s.Init, types: dict[str, Type], where: Declared, lookup: Lookup, detail: str = ""
 ) -> Constant:
-    """Value of a constant expression: literals, named constants and operators.
+    """Return the value of a constant expression: literals, named constants and operators.
 
     Args:
-        node: What the source says.
+        node: The expression.
         types: Types of the project by upper-case name.
         where: Its declaration, for messages.
         lookup: Finds named constants.
-        detail: What a named constant is here, for the note of it.
+        detail: The role of a named constant here, for the note on portability.
 
     Raises:
         InputError: not constant.

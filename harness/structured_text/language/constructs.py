@@ -1,7 +1,7 @@
 """Constructs beyond the portable subset: their names, and what to write instead of them.
 
-The built-in engine runs them all. What has a construct is not portable; a tool that knows only the
-portable subset refuses it by this name.
+The built-in engine runs all of them. A tool that knows only the portable subset refuses a program
+with such a construct and names it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from structured_text.language.syntax import Position
 
 __all__ = ["CONSTRUCTS", "TRANSLATED", "Use", "refuse"]
 
-#: What each is called, and what is written instead where it has to be portable.
+#: The name of each construct, and what to write instead of it in a portable program.
 CONSTRUCTS = {
     "a comment with // or /* */": "write (* ... *)",
     "a comment inside a comment": "end the outer one first",
@@ -117,14 +117,14 @@ CONSTRUCTS = {
     "another name of a pin": "use the name of the second edition",
 }
 
-#: What to do where a detail asks for something else than its construct.
+#: What to write instead if a detail of a construct needs other advice.
 _DETAILS = {
     "a constant instead of a literal (a member of an enumeration)": (
         "declare what it is compared with, or assigned to, as that enumeration"
     ),
 }
 
-#: Those of which nothing is left in the checked tree, or nothing that `prove` does not know.
+#: Constructs that leave nothing in the checked tree that `prove` does not support.
 TRANSLATED = frozenset(
     [
         "a comment with // or /* */",
@@ -160,7 +160,7 @@ TRANSLATED = frozenset(
         "a CASE of bit strings",
         "a written VAR_INPUT",
         "a variable of a block that is no pin",
-        # Types, conversions and functions that it does not know it refuses by itself.
+        # `prove` itself refuses the types, conversions and functions that it does not support.
         "a type of the third edition",
         "a standard function beyond the second edition",
         "a standard function of dates or BCD",
@@ -179,7 +179,7 @@ TRANSLATED = frozenset(
 
 @dataclass(frozen=True)
 class Use:
-    """A construct where it is used; `detail` says what it is there."""
+    """A construct at one place of the sources; `detail` describes the occurrence."""
 
     construct: str
     file: Path
@@ -191,20 +191,20 @@ class Use:
 
     @property
     def instead(self) -> str:
-        """What to write instead."""
+        """Return what to write instead."""
         return _DETAILS.get(str(self), CONSTRUCTS[self.construct])
 
 
 def refuse(uses: Iterable[Use], tool: str, carried: Collection[str] = ()) -> None:
-    """Refuse a program with constructs that a tool does not know.
+    """Raise an error if a program has constructs that a tool does not support.
 
     Args:
         uses: The constructs of the program.
-        tool: What refuses them.
-        carried: Those that it does know.
+        tool: Name of the tool, for the message.
+        carried: Names of the constructs that the tool supports.
 
     Raises:
-        InputError: there is one; the first is named.
+        InputError: the program has an unsupported construct; the first is named.
     """
     left = [one for one in uses if one.construct not in carried]
     if left:

@@ -1,4 +1,7 @@
-"""Declares the variables of POUs, and the global ones."""
+"""The declarations of a project: variables of POUs and global variables.
+
+`load` fills `Declarations`; the checker of a POU then looks up names in a `Scope`.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ from structured_text.language.values import describe
 
 __all__ = ["Declarations", "Scope"]
 
-#: Sections that are portable in each kind of POU, and those that it may have besides.
+#: Portable sections of each kind of POU. `_ALSO` has those that are accepted but not portable.
 _SECTIONS = {
     "FUNCTION": ("VAR", "VAR_INPUT"),
     "FUNCTION_BLOCK": (
@@ -52,7 +55,7 @@ _ALSO = {
 }
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+(?:\.\d+)*)", re.IGNORECASE)
 _ADDRESS_BITS = {"": 1, "X": 1, "B": 8, "W": 16, "D": 32, "L": 64}
-#: What tells the globals of a list from those of another with the same name.
+#: Joint between the name of a list and of a global, if two lists have the same variable.
 _JOINT = "__"
 
 
@@ -61,37 +64,37 @@ class Declarations(Types):
 
     Args:
         registry: All names.
-        report: Takes each error; the declaration it is in is then incomplete.
+        report: Receives each error. The declaration with the error is then incomplete.
     """
 
     def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
         super().__init__(registry, report)
         self.broken: set[str] = set()
-        """Upper-case names of variables whose declaration has an error."""
+        """Upper-case names of variables with an error in their declaration."""
         self.qualified: set[str] = set()
-        """Keys of globals that have to be named with their list."""
+        """Keys of globals that must be written with the name of their list."""
         self.programs: set[str] = set()
-        """Keys of those globals that are programs, called by their names."""
+        """Keys of globals that are programs called by their names."""
         self.called: set[str] = set()
-        """Those of them that are called, and not only looked at."""
+        """Those of `programs` that are called, not only read."""
         self._addresses: dict[str, Type] = {}
         self._external: list[tuple[s.VarDecl, Type, Declared]] = []
         self.inheritance = Inheritance(self, report)
         self.objects = self.inheritance.objects
 
     def is_known(self, key: str) -> bool:
-        """Whether the sources declare a type, POU or interface of this upper-case name."""
+        """Return whether the sources declare a type, POU or interface of this name."""
         registry = self.registry
         return key in registry.types or key in registry.pous or key in registry.interfaces
 
     def where(self, key: str) -> Declared:
-        """The declaration of a POU."""
+        """Return the declaration of a POU."""
         return self.registry.pous[key]
 
     # --- variables ---
 
     def externals(self, block: BlockType) -> frozenset[str]:
-        """Upper-case names of the global variables a block or the blocks inside it use."""
+        """Return upper-case names of the globals that a block and its blocks use."""
         names = set()
         for variable in block.variables:
             if variable.section == "VAR_EXTERNAL":
@@ -101,7 +104,7 @@ class Declarations(Types):
         return frozenset(names)
 
     def add_pou(self, node: s.Pou, where: Declared) -> None:
-        """Resolve the interface and the variables of a POU; its body stays empty."""
+        """Resolve the interface and the variables of a POU. Its body stays empty."""
         symbols: dict[str, Symbol] = {}
         self.local = symbols
         self.sections = [(section, where) for section in node.sections]
@@ -163,7 +166,7 @@ class Declarations(Types):
             where.note("a block in a function", where.node.name.at)
 
     def add_globals(self) -> None:
-        """Declare the global variables, of the CONFIGURATION and of lists; then VAR_EXTERNAL."""
+        """Declare the globals of the CONFIGURATION and of lists, then VAR_EXTERNAL."""
         configuration = self.registry.configuration
         if configuration is not None and isinstance(configuration.node, s.Configuration):
             for section in configuration.node.globals:
@@ -193,7 +196,7 @@ class Declarations(Types):
                 self._report(error)
 
     def global_symbol(self, key: str, local: str = "") -> Symbol | None:
-        """What a POU sees of a global variable, as if VAR_EXTERNAL had declared it."""
+        """Return the symbol of a global in a POU, as if declared in VAR_EXTERNAL."""
         found = self.globals.get(key)
         if found is None:
             return None
@@ -210,7 +213,7 @@ class Declarations(Types):
     def add_section(
         self, section: s.Section, kind: str, symbols: dict[str, Symbol], where: Declared
     ) -> None:
-        """Add the variables of a section to `symbols`, reporting what is wrong with them."""
+        """Add the variables of a section to `symbols`, and report errors in them."""
         if section.kind not in _SECTIONS[kind]:
             if section.kind not in _ALSO[kind]:
                 message = f"{section.kind} is not supported in a {kind}"
@@ -244,7 +247,7 @@ class Declarations(Types):
         constant_section, calculated = section.qualifier == "CONSTANT", False
         parts: tuple[Part, ...] = ()
         if constant_section and section.kind == "VAR_IN_OUT":
-            # What cannot be written may as well be an input; a block stays where it is.
+            # A variable that cannot be written can be passed by value. Blocks are never copied.
             where.note("VAR_IN_OUT CONSTANT", section.at)
             constant_section = False
             section = section if has_block(kind) else replace(section, kind="VAR_INPUT")
@@ -309,9 +312,10 @@ class Declarations(Types):
     def _open_array(
         self, spec: s.TypeSpec, section: s.Section, pou: str, where: Declared
     ) -> Type | None:
-        """The type of a VAR_IN_OUT that is ARRAY [*]; None for any other.
+        """Return the type of an ARRAY [*] parameter; None for other variables.
 
-        A VAR_INPUT of a function or method can be one, too: it is not copied, and not written.
+        A VAR_IN_OUT can be one, and a VAR_INPUT of a function or method. Such an input is neither
+        copied nor written.
         """
         places = ("VAR_IN_OUT", "VAR_INPUT") if pou in ("FUNCTION", "METHOD") else ("VAR_IN_OUT",)
         if not isinstance(spec, s.ArraySpec) or section.kind not in places:
@@ -338,7 +342,10 @@ class Declarations(Types):
             where.note("a block in another section than VAR", node.at)
 
     def _static(self, symbol: Symbol, where: Declared) -> Symbol:
-        """A variable that all instances of its POU share: a global one with a name of its own."""
+        """Return the symbol of a variable shared by all instances of its POU.
+
+        It is stored as a global variable, with the name of the POU before its own.
+        """
         key = f"{where.node.name.key}{_JOINT}{symbol.name.upper()}"
         name = f"{where.node.name.text}{_JOINT}{symbol.name}"
         self.globals[key] = replace(symbol, name=name, section="VAR_GLOBAL")
@@ -400,7 +407,7 @@ class Declarations(Types):
 
 @dataclass(frozen=True)
 class Scope:
-    """What names mean inside one POU."""
+    """The meaning of names inside one POU; the checker uses it."""
 
     pou: Pou
     where: Declared
@@ -408,15 +415,19 @@ class Scope:
     declarations: Declarations
 
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
-        """An error in this POU's file."""
+        """Return an error in this POU's file."""
         return self.where.error(message, at, hint)
 
     def note(self, construct: str, at: s.Position, detail: str = "") -> None:
-        """Note a construct beyond the portable subset; `detail` says what it is here."""
+        """Note a construct beyond the portable subset; `detail` describes the occurrence."""
         self.where.note(construct, at, detail)
 
     def symbol(self, key: str) -> Symbol | None:
-        """The variable of this upper-case name, a function's result and globals included."""
+        """Return the variable of this upper-case name, or None.
+
+        The variables of the POU come first, then a function's result, the variables of a method's
+        block, globals, and programs.
+        """
         found = self.pou.symbols.get(key)
         if found is not None:
             return found
@@ -436,7 +447,7 @@ class Scope:
         return self._program(key)
 
     def _program(self, key: str) -> Symbol | None:
-        """The one instance of a PROGRAM, called by the name of the program."""
+        """Return the single instance of a PROGRAM that is called by the program's name."""
         found = self.declarations.pous.get(key)
         if found is None or found.kind != "PROGRAM" or found.block is None:
             return None
@@ -450,12 +461,12 @@ class Scope:
 
     @property
     def block(self) -> Pou | None:
-        """The block that a body or method belongs to; None in a function."""
+        """Return the block that a body or method belongs to; None in a function."""
         pou = self.pou.owner or self.pou
         return pou if pou.block is not None else None
 
     def listed(self, name: str, key: str, at: s.Position) -> Symbol | None:
-        """A variable of a list of globals, by upper-case names."""
+        """Return a variable of a list of globals, by upper-case names."""
         found = self.declarations.lists.get(name, {}).get(key)
         return None if found is None else self._global(found, at)
 
@@ -467,17 +478,17 @@ class Scope:
         if known is None:
             known = self.declarations.global_symbol(key)
             assert known is not None
-            self.pou.symbols[f" {key}"] = known  # no name of the source begins with a blank
+            self.pou.symbols[f" {key}"] = known  # with a blank, as no name of the source has one
         return known
 
 
 def _is_input(section: s.Section) -> bool:
-    """Is it only read?"""
+    """Return whether a parameter is only read."""
     return section.kind == "VAR_INPUT" or section.qualifier == "CONSTANT"
 
 
 def _is_record(kind: Type) -> bool:
-    """Is it a structure, or an array of them, that has a layout?"""
+    """Return whether a type is a structure, or an array of structures, with a known layout."""
     inner = kind.element if isinstance(kind, ArrayType) else kind
     return isinstance(inner, StructType) and size_of(inner) is not None
 

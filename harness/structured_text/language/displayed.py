@@ -1,6 +1,7 @@
-"""Values of watched variables: their members and elements one by one, and as texts.
+"""The display of watched variables: members and elements, and values as text.
 
-A value is what an engine reads (`engines.base.Value`); its type says what it is made of.
+Values have the form that engines read (`engines.base.Value`). Their types give the members and
+elements.
 """
 
 from __future__ import annotations
@@ -39,33 +40,33 @@ __all__ = [
 ]
 __all__ += ["value_text"]
 
-#: An array with more elements is one value: nobody reads as many lanes.
+#: An array with more elements is shown as a single value, because so many lanes are unreadable.
 LONGEST = 64
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
-#: Bit strings, by the digits that they are shown with.
+#: Number of hexadecimal digits of each bit string.
 _DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
-#: Digits that a number has beyond doubt.
+#: Significant decimal digits of each real type.
 _PRECISION = {"REAL": 7, "LREAL": 15}
-#: Elements that are shown of an array that is one value.
+#: Shown elements of an array that is a single value.
 _SHOWN = 8
 _MILLISECOND = timedelta(milliseconds=1)
 
 
 class Part(NamedTuple):
-    """A plain variable in a variable; `way` leads to it in the value of the whole."""
+    """A plain variable inside a variable; `way` leads to it in the value of the whole."""
 
     path: str
     type: Type
     way: tuple[str | int, ...]
 
     def of(self, value: Any) -> Any:
-        """Its own value."""
+        """Return the value of this part from the value of the whole."""
         return reduce(getitem, self.way, value)
 
 
 def members(kind: Type) -> tuple[tuple[str, Type], ...]:
-    """The members of a structure, the variables of a block that have a value; else none."""
+    """Return the members of a structure, or the variables of a block that have a value."""
     if isinstance(kind, StructType):
         return kind.fields
     if isinstance(kind, BlockType):
@@ -75,14 +76,14 @@ def members(kind: Type) -> tuple[tuple[str, Type], ...]:
 
 
 def is_long(kind: Type) -> bool:
-    """Is it an array that is shown as one value?"""
+    """Return whether a type is an array that is shown as a single value."""
     if not isinstance(kind, ArrayType):
         return False
     return math.prod(high - low + 1 for low, high in kind.bounds) > LONGEST
 
 
 def count(kind: Type) -> int:
-    """How many plain variables `parts` gives, without making them."""
+    """Return the number of plain variables that `parts` would yield."""
     if isinstance(kind, (StructType, BlockType)):
         return sum(count(member) for _, member in members(kind))
     if isinstance(kind, ArrayType) and not is_long(kind):
@@ -91,7 +92,7 @@ def count(kind: Type) -> int:
 
 
 def check_watched(watched: Mapping[str, Type]) -> None:
-    """Raise InputError if these variables have more parts than can be shown."""
+    """Raise InputError if these variables have too many parts to be shown."""
     found = sum(map(count, watched.values()))
     if found > MOST_WATCHED:
         raise InputError(
@@ -101,7 +102,7 @@ def check_watched(watched: Mapping[str, Type]) -> None:
 
 
 def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Part]:
-    """What a variable is made of; a plain one of itself."""
+    """Yield the plain variables in a variable; a plain one yields itself."""
     if isinstance(kind, (StructType, BlockType)):
         for name, member in members(kind):
             yield from parts(f"{path}.{name}", member, (*way, name))
@@ -115,10 +116,10 @@ def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Pa
 
 
 class Changed:
-    """Watched variables scan by scan: what of them has another value than in the scan before.
+    """The values of watched variables, compared from scan to scan.
 
     Args:
-        watched: Their types by path.
+        watched: The types of the variables by path.
 
     Raises:
         InputError: they have too many parts.
@@ -127,11 +128,14 @@ class Changed:
     def __init__(self, watched: Mapping[str, Type]) -> None:
         check_watched(watched)
         self.parts = {path: list(parts(path, kind)) for path, kind in watched.items()}
-        """The plain variables in each of them."""
+        """The plain variables in each watched variable."""
         self._before: dict[str, Any] = {}
 
     def take(self, values: Mapping[str, Any]) -> Iterator[tuple[Part, Any]]:
-        """The plain variables, with their values, of all that changed; at first of all."""
+        """Yield the plain variables of changed watched variables with their values.
+
+        The first call yields all.
+        """
         for path, within in self.parts.items():
             value = values[path]
             if path in self._before and value == self._before[path]:
@@ -141,9 +145,10 @@ class Changed:
 
 
 def value_text(kind: Type, value: Any) -> str:
-    """A value as it stands in Structured Text: `TRUE`, `16#8020`, `T#1500ms`, `'text'`, a member.
+    """Return a value in Structured Text: `TRUE`, `16#8020`, `T#1500ms`, `'text'`, a member.
 
-    Of a long array the first elements; of a pointer or an interface where it leads.
+    Of a long array only the first elements are shown. Of a pointer or interface the target is
+    shown.
     """
     if isinstance(kind, ArrayType):
         flat = value
@@ -170,19 +175,19 @@ def value_text(kind: Type, value: Any) -> str:
 
 
 def _written(letter: str) -> str:
-    """A character as in a literal: `$0A`, and what has a meaning there with `$` before it."""
+    """Return a character as in a literal: `$0A` if unprintable, `$$` and `$'` with a `$`."""
     if letter in "$'":
         return f"${letter}"
     return letter if letter.isprintable() else f"${ord(letter):02X}"
 
 
 def _whole(text: str) -> str:
-    """A text without halves of characters, as a WSTRING of 16-bit characters can have them."""
+    """Return a text without unpaired surrogates, which a WSTRING of 16-bit characters can have."""
     return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
 
 
 def literal(value: Any) -> Any:
-    """A value as JSON can hold it: a moment as a literal, a REAL that is no number as a word."""
+    """Return a value in JSON's types: a moment as a literal, NaN and infinity as a word."""
     if isinstance(value, str):
         return value if value.isascii() else _whole(value)
     if isinstance(value, timedelta):
@@ -207,7 +212,7 @@ def _fraction(value: datetime | time) -> str:
 
 
 def described(kind: Type) -> Any:
-    """A type for the header of a trace: what a reader needs to show its values.
+    """Return the description of a type for the header of a trace.
 
     An elementary type is its name; an enumeration `{"enum", "members"}` with the members' values;
     an array `{"array", "of"}` with the bounds of each dimension; a structure or block
@@ -227,17 +232,17 @@ def described(kind: Type) -> Any:
 
 
 def _whole_number(given: Any) -> int:
-    """Return a whole number as it is; a float may be infinite."""
+    """Return a whole number as it is, or raise ValueError; a float may be infinite."""
     if type(given) is not int:
         raise ValueError("no whole number")
     return given
 
 
 def typed(description: Any, level: int = 0) -> Type:
-    """The type that `described` has described; blocks are structures then.
+    """Return the type of a description by `described`; blocks become structures.
 
     Raises:
-        KeyError, TypeError, ValueError: it is no description of a type.
+        KeyError, TypeError, ValueError: it is not the description of a type.
     """
     if level > MOST_LEVELS:
         raise ValueError("too many levels")

@@ -1,7 +1,10 @@
-"""Checks expressions and gives each its type.
+"""The checker of expressions: it gives every expression its type.
 
-What converts by itself (`widening`) is made explicit: the tree has a call of the conversion there,
-and it is noted as not portable.
+Untyped numbers make this a problem of two directions. `X + 1` gets its type from X, but in
+`R := 1 / 3` only the target has a type. So `infer` first goes upwards and finds the type that the
+operands give; untyped numbers give none. Then `check` goes downwards with the type that the place
+requires, and gives it to the untyped numbers. An implicit conversion (`widening`) becomes an
+explicit call in the tree and is noted as not portable.
 """
 
 from __future__ import annotations
@@ -50,22 +53,24 @@ from structured_text.language.widening import BITS_OF
 
 __all__ = ["Expressions", "group"]
 
-#: The type of a part of a bit string.
+#: The types of the parts of a bit string.
 _PARTS = {"X": "BOOL", "B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}
-#: No type holds so much, nor half of it on the way to a smaller result.
+#: Limit for intermediate values of constant expressions. It is far beyond the range of any type.
 _LARGEST = 1 << 128
 
 
 class Expressions:
     """The expressions of one POU.
 
-    `infer` finds the type an expression has by itself, None where it is made of untyped numbers
-    only; `check` then gives it a type, which for untyped numbers is the one asked for.
+    `infer` returns the type that an expression has by itself, or None if it consists only of
+    untyped numbers. `check` then returns the typed expression. Untyped numbers get the required
+    type.
     """
 
     def __init__(self, scope: Scope) -> None:
         self.scope = scope
-        # By `id` of a piece of syntax: long expressions are asked the same at each operator.
+        # Results by `id` of a node. Without them, each operator of a long expression would repeat
+        # the work for all its operands, and the time would grow with the square of the length.
         self._inferred: dict[int, Type | None] = {}
         self._folded: dict[int, t.Constant | None] = {}
         self._checked: dict[tuple[int, str], t.Expression] = {}
@@ -79,7 +84,7 @@ class Expressions:
     # --- variables ---
 
     def variable(self, node: s.Variable) -> t.Variable:
-        """Resolve a variable, member or element; a reference is what it refers to.
+        """Type a variable, member or element; a reference becomes its target.
 
         Raises:
             InputError: undeclared, no such member, or a wrong index.
@@ -87,7 +92,7 @@ class Expressions:
         return self.references.followed(self.place(node))
 
     def place(self, node: s.Variable) -> t.Variable:
-        """The same of which a reference is the reference itself."""
+        """Type a variable, member or element; a reference stays the reference itself."""
         if isinstance(node, s.Name):
             symbol = self.scope.symbol(node.key)
             if symbol is not None:
@@ -123,7 +128,7 @@ class Expressions:
         return self._element(base, node)
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
-        """What a member, element or method is of: a variable, or the result of a call."""
+        """Type the base of a member, element or method: a variable or a call's result."""
         if isinstance(node, s.Call):
             self.scope.note("a member of a call's result", node.at)
             return self.check(node, None)  # type: ignore[return-value]
@@ -134,10 +139,10 @@ class Expressions:
         return self.variable(node)
 
     def invoked(self, node: s.Invoke) -> t.Variable:
-        """A call of a method.
+        """Type a call of a method.
 
         Raises:
-            InputError: it is none.
+            InputError: it is not a method.
         """
         call = self.methods.call(node)
         if call is None:
@@ -146,15 +151,15 @@ class Expressions:
         return self.references.followed(call)
 
     def is_variable(self, node: s.Name) -> bool:
-        """Whether a bare name is a variable or a property, and no member of an enumeration."""
+        """Return whether a bare name is a variable or a property."""
         known = self.scope.symbol(node.key) is not None
         return known or self.methods.is_own_property(node.key)
 
     def writable(self, node: s.Variable) -> t.Variable:
-        """A variable that is to be written.
+        """Type a variable that is written.
 
         Raises:
-            InputError: it cannot be written here: a constant, or an output of a block.
+            InputError: it cannot be written here: a constant, an output of a block, or a result.
         """
         known = not isinstance(node, s.Name) or self.scope.symbol(node.key) is not None
         if isinstance(node, s.Name) and not known and node.key in self.scope.registry.members:
@@ -191,14 +196,14 @@ class Expressions:
         return found
 
     def _listed(self, node: s.Field) -> t.Use | None:
-        """A variable of a list of globals, named with its list."""
+        """Return a global variable that is written with its list; None otherwise."""
         if not isinstance(node.base, s.Name) or self.scope.symbol(node.base.key) is not None:
             return None
         symbol = self.scope.listed(node.base.key, node.name.key, node.at)
         return None if symbol is None else t.Use(symbol, symbol.type)
 
     def member_of(self, node: s.Expression) -> t.Constant | None:
-        """The member of an enumeration that `Colour.RED` stands for; None for anything else.
+        """Return the enumeration member of `Colour.RED`; None for anything else.
 
         Raises:
             InputError: the enumeration has no such member.
@@ -215,7 +220,10 @@ class Expressions:
         return member(kind, node.name, self.scope.where)
 
     def part(self, node: s.Part) -> tuple[t.Variable, t.Expression, int, ElementaryType]:
-        """A bit or part: of which variable, that as a bit string, from which bit on, its type.
+        """Return the parts of an access to a bit or part of a variable.
+
+        Returns:
+            The variable, the variable as a bit string, the first bit, and the type of the part.
 
         Raises:
             InputError: the variable has no bits, or not so many.
@@ -232,7 +240,7 @@ class Expressions:
 
     @staticmethod
     def bits(value: t.Expression) -> t.Expression:
-        """An integer as a bit string of its width."""
+        """Convert an integer to a bit string of its width."""
         name = group(value.type)
         if name in ANY_BIT:
             return value
@@ -324,7 +332,7 @@ class Expressions:
     # --- types ---
 
     def infer(self, node: s.Expression) -> Type | None:
-        """The type an expression has by itself; None for untyped numbers."""
+        """Return the type that an expression has by itself; None for untyped numbers."""
         if id(node) not in self._inferred:
             self._inferred[id(node)] = self._infer(node)
         return self._inferred[id(node)]
@@ -376,7 +384,7 @@ class Expressions:
 
         Args:
             node: The expression.
-            want: The type its place asks for; None where any will do.
+            want: The type that its place requires; None if any type will do.
 
         Raises:
             InputError: a type that does not fit, an undeclared name and the like.
@@ -409,7 +417,7 @@ class Expressions:
         return self.fitting.fitted(found, want, node)
 
     def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
-        """The call of a conversion, or the constant that it gives."""
+        """Return the call of a conversion, or the converted constant."""
         return self.fitting.converted(found, want)
 
     def _typed(self, node: s.Expression, want: Type | None) -> t.Expression:
@@ -457,7 +465,7 @@ class Expressions:
         return member(kind, node, self.scope.where)
 
     def fold(self, node: s.Expression) -> t.Constant | None:
-        """Value of a literal, or of arithmetic on untyped numbers; None for anything else."""
+        """Return the value of a literal, or of arithmetic on untyped numbers, else None."""
         if id(node) not in self._folded:
             self._folded[id(node)] = self._value(node)
         return self._folded[id(node)]
@@ -484,7 +492,7 @@ class Expressions:
         return t.Constant(value, left.type)
 
     def is_real(self, node: s.Expression) -> bool:
-        """Whether it is an untyped number with decimals."""
+        """Return whether an expression is an untyped number with decimals."""
         found = self.fold(node)
         return found is not None and not found.typed and isinstance(found.value, float)
 
@@ -503,13 +511,13 @@ class Expressions:
         return left / right if node.op == "/" else math.fmod(left, right)
 
     def _invoked(self, node: s.Invoke) -> t.Expression:
-        """A call of something that is not named by a single word."""
+        """Raise InputError, because only functions can be called in an expression."""
         raise self.scope.error(
             "only functions can be called in an expression", node.at, "call the block before it"
         )
 
     def _called_type(self, node: s.Call) -> Type | None:
-        """Type of a call's result; None where it is what the context asks for."""
+        """Return the type of a call's result; None if the context determines it."""
         method = self.methods.called(node.function)
         if method is not None:
             result = method[1].result
@@ -528,12 +536,12 @@ class Expressions:
 
 
 def _near(key: str, names: Iterable[str]) -> str:
-    """A hint on the names that are near an upper-case one."""
+    """Return a hint with names similar to an upper-case name; empty without any."""
     known = {name.upper(): name for name in names}
     close = difflib.get_close_matches(key, known, n=2)
     return f"did you mean {' or '.join(known[name] for name in close)}?" if close else ""
 
 
 def _default(found: t.Constant) -> Type:
-    """The type of an untyped number where nothing asks for one."""
+    """Return the type of an untyped number if its place requires none."""
     return ELEMENTARY["LREAL" if isinstance(found.value, float) else "LINT"]

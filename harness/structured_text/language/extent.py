@@ -1,7 +1,7 @@
-"""How large the variables of a program are, known before any of them is made.
+"""The sizes of variables, known before any variable is created.
 
-A kilobyte of declarations can describe more variables than any computer holds. So each type is
-measured once, from what was measured of its parts.
+A kilobyte of declarations can describe more variables than any computer can store. Each type is
+therefore measured once, from the sizes of its parts, and refused if it is too large.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from structured_text.output.limits import MOST_BLOCKS, MOST_ELEMENTS, MOST_NESTE
 
 __all__ = ["Extents"]
 
-#: Characters of a STRING that count as one element more.
+#: So many characters of a STRING count as one more element.
 _CHARACTERS = 8
 _SHOWN = 60
 _HINT = "make arrays smaller, or declare fewer of them"
-#: What has no storage where it is declared.
+#: Sections of variables without storage at their declaration.
 _ELSEWHERE = ("VAR_IN_OUT", "VAR_EXTERNAL")
 
 
 class _Extent(NamedTuple):
-    """What a variable of a type is made of.
+    """The size of a variable of a type.
 
     Attributes:
         elements: Plain variables, and one more for each array, structure and block; a STRING
             counts once more for every eight characters.
         blocks: Instances of function blocks.
-        levels: Arrays, structures and blocks inside each other.
+        levels: Nesting depth of arrays, structures and blocks.
     """
 
     elements: int
@@ -43,22 +43,22 @@ class _Extent(NamedTuple):
 
 
 class Extents:
-    """Measures types, and refuses what is too large."""
+    """The sizes of all types of a project; `resolve.Types` uses it to refuse large ones."""
 
     def __init__(self) -> None:
-        # By identity: to compare types takes as long as they are large.
+        # By identity, because the comparison of large types takes long.
         self._known: dict[int, tuple[Type, _Extent]] = {}
         self._refused: dict[int, BlockType] = {}
         self._made = 0
 
     def check(self, kind: Type, name: str, where: Declared, at: Position) -> None:
-        """Raise InputError if a variable of a type is more than a program may have.
+        """Raise InputError if a variable of a type is larger than a program may be.
 
         Args:
             kind: The type; its parts have been checked.
-            name: What the message calls it.
-            where: The declaration that it is in.
-            at: Where there.
+            name: Name of the type in the message.
+            where: The declaration with the type.
+            at: Its position in the declaration.
         """
         parts = kind.variables if isinstance(kind, BlockType) else ()
         if any(id(part.type) in self._refused for part in parts):
@@ -66,22 +66,25 @@ class Extents:
         _check(self._of(kind), name, where, at)
 
     def refuse(self, block: BlockType) -> None:
-        """Remember the stand-in for a block that is too large; so is whatever has it inside."""
+        """Remember the stand-in for a block that is too large.
+
+        Types that contain it are refused, too.
+        """
         self._refused[id(block)] = block
 
     def check_all(self, blocks: Iterable[Type], symbols: Iterable[Symbol], where: Declared) -> None:
-        """Raise InputError if the variables of a program are too many together.
+        """Raise InputError if all variables of a program are too many together.
 
         Args:
             blocks: The types of its program instances.
             symbols: Its global variables, and those of functions and methods.
-            where: What the message names.
+            where: The declaration that the message names.
         """
         stored = (one.type for one in symbols if one.section not in _ELSEWHERE)
         _check(self._whole([*blocks, *stored]), "the program", where, where.node.at)
 
     def make(self, length: int, where: Declared, at: Position) -> None:
-        """Count a list of initial values; raise InputError if all of them take too much memory."""
+        """Count a list of initial values; raise InputError if all lists are too large."""
         if self._made > MOST_ELEMENTS:
             raise ConsequenceError("the arrays before this one are too many")
         self._made += length

@@ -1,4 +1,4 @@
-"""A value where another type is asked for: what converts by itself is made explicit."""
+"""Implicit conversions: the checker makes them explicit where a place requires another type."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ __all__ = ["Fitting"]
 
 
 class Fitting:
-    """The conversions in the expressions of one POU.
+    """The implicit conversions in the expressions of one POU.
 
     Args:
-        expressions: What types them.
+        expressions: The checker of the expressions.
     """
 
     def __init__(self, expressions: Checking) -> None:
@@ -29,10 +29,10 @@ class Fitting:
         self._scope = expressions.scope
 
     def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
-        """An expression in the type that is asked for, converted where it widens to that.
+        """Return an expression in the required type, converted if its type widens to it.
 
         Raises:
-            InputError: it does not.
+            InputError: the type does not widen to the required type.
         """
         have = found.type
         hint = ""
@@ -53,7 +53,7 @@ class Fitting:
         )
 
     def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
-        """The call of a conversion, or the constant that it gives."""
+        """Return the call of a conversion, or the converted constant."""
         have = found.type
         assert isinstance(have, ElementaryType)
         if have == want:
@@ -63,16 +63,16 @@ class Fitting:
         return t.Standard(f"{have.name}_TO_{want.name}", (found,), want)
 
     def _cut(self, found: t.Expression, have: ElementaryType, want: ElementaryType) -> t.Expression:
-        """A text for a variable of another length: what it has no room for is cut off."""
+        """Return a text for a variable of another length; surplus characters are cut off."""
         if string_length(have) <= string_length(want):
             return found
         return t.Standard(f"{have.name}_TO_{want.name}", (found,), want)
 
     def _leaves_fit(self, node: s.Expression, want: str) -> bool:
-        """Whether each operand of a calculation fits a type, though the common type is wider.
+        """Return whether every operand of a calculation fits a type.
 
-        So in `I := I + U` of INT and UINT: the sum is a DINT, of which the INT takes the lower
-        half, as it would have come out with either of the two types.
+        The common type of the operands may be wider. Example: in `I := I + U` with INT and UINT,
+        the sum is a DINT. The INT gets its lower half, the same result as in either of the types.
         """
         if isinstance(node, s.Unary) and node.op == "-":
             return self._leaves_fit(node.operand, want)
@@ -87,7 +87,7 @@ class Fitting:
         return self._leaves_fit(node, want)
 
     def numbered(self, found: t.Expression, want: Type | None, at: s.Position) -> t.Expression:
-        """A member of an enumeration where a number is wanted, and the other way round."""
+        """Convert an enumeration to a wanted number, or a number to an enumeration."""
         if want is None or found.type == want:
             return found
         if isinstance(want, EnumType) and group(found.type) in ANY_INT:

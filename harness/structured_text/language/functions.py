@@ -1,4 +1,12 @@
-"""Calls of functions: those of the sources, and the standard ones with all their names."""
+"""Calls of functions of the sources and of standard functions, which have many names.
+
+A standard function is overloaded: `MAX` takes any ordered type. Its signature marks the pins that
+share one type with `T`. Resolution takes three steps. First, the types of all arguments at such
+pins are joined to a common type; an untyped literal has no type yet. Second, the common type must
+be in the group that the signature permits. If all arguments are untyped, the context or the kind of
+literal decides. Third, every argument is checked against that type, which converts it if it
+widens.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +48,7 @@ from structured_text.language.widening import BITS_OF, joined, number_of, widens
 
 __all__ = ["NOTHING", "Functions", "group", "same_text"]
 
-#: Standard functions that are operators, and the time functions written as such.
+#: Standard functions that mean an operator, the functions of durations included.
 _OPERATORS = {
     "ADD": "+",
     "SUB": "-",
@@ -65,14 +73,14 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
-#: The time since the start, in CODESYS and TwinCAT.
+#: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")
-#: Of what is declared, not of its value.
+#: Functions of a declaration, not of a value.
 _OF_VARIABLES = ("SIZEOF", "LOWER_BOUND", "UPPER_BOUND")
 
 
 class Functions:
-    """The calls in the expressions of one POU."""
+    """The function calls in the expressions of one POU; `expressions` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._expressions = expressions
@@ -81,7 +89,7 @@ class Functions:
     # --- types ---
 
     def result(self, node: s.Call) -> Type | None:
-        """Type of the result; None where it is what the context asks for."""
+        """Return the type of the result; None if the context determines it."""
         key = node.function.key
         declared = self._scope.declarations.pous.get(key)
         if declared is not None:
@@ -99,7 +107,7 @@ class Functions:
         return self._result_type(key, self._common_type(node, signature))
 
     def _target(self, key: str) -> str:
-        """The type that a conversion gives, by whatever name; empty for other functions."""
+        """Return the target type of a conversion; empty for other functions."""
         pair = conversion(key) or truncation(key)
         if pair is not None:
             return pair[1]
@@ -107,7 +115,7 @@ class Functions:
         return found[2] if found is not None else overload(key)
 
     def _common_type(self, node: s.Call, signature: Signature) -> Type | None:
-        """What all arguments of the type T are brought to; None where all are untyped."""
+        """Return the type that all arguments of type T get; None if all are untyped."""
         found: Type | None = None
         real = False
         for argument, (_, kind) in standard_arguments(node, signature, self._scope):
@@ -182,7 +190,7 @@ class Functions:
         return self._standard(node, FUNCTIONS[key], want)
 
     def _now(self, node: s.Call) -> t.Standard:
-        """`TIME()`: the time since the start of the PLC."""
+        """Type `TIME()`, the time since the start of the PLC."""
         key = node.function.key
         if node.arguments:
             raise self._scope.error(f"{key} takes 0 arguments, not {len(node.arguments)}", node.at)
@@ -216,10 +224,10 @@ class Functions:
         return t.CallFunction(pou.name.upper(), arguments, kind, in_outs, outputs)
 
     def _passed(self, argument: s.Argument, pin: t.Symbol, pou: str) -> t.Variable:
-        """A variable that a function writes.
+        """Return the variable that a function writes.
 
         Raises:
-            InputError: it is none, or of another type.
+            InputError: the argument is not a variable, or has another type.
         """
         value, kind = argument.value, pin.type
         if not isinstance(value, PLACES):
@@ -236,7 +244,11 @@ class Functions:
         return found
 
     def _converted(self, node: s.Call, want: Type | None) -> t.Expression:
-        """A conversion: of a named type, of any, cutting a real, from or to BCD."""
+        """Type a conversion.
+
+        The source may be named or of any type. `TRUNC_*` cuts a real. Others convert from or to
+        BCD.
+        """
         key = node.function.key
         code, cut, pair = bcd(key), truncation(key), conversion(key)
         if code is not None:
@@ -271,7 +283,7 @@ class Functions:
         return t.Standard(f"{have.name}_TO_{target}", (value,), result)
 
     def _moment(self, node: s.Call, op: str, left: str, right: str, result: str) -> t.Expression:
-        """`ADD_TOD_TIME` and so on."""
+        """Type `ADD_TOD_TIME` and the other functions of moments."""
         signature = Signature((("IN1", left), ("IN2", right)), (), result)
         (one, _), (other, _) = standard_arguments(node, signature, self._scope)
         first = self._expressions.check(one.value, ELEMENTARY[left])
@@ -282,7 +294,11 @@ class Functions:
         return t.Binary(op, first, second, ELEMENTARY[result])
 
     def _of_variable(self, node: s.Call, want: Type | None) -> t.Expression:
-        """SIZEOF, LOWER_BOUND, UPPER_BOUND: constants, for all types are complete."""
+        """Type SIZEOF, LOWER_BOUND and UPPER_BOUND.
+
+        They are constants because all types are complete. Only the bounds of an ARRAY [*] are read
+        at run time.
+        """
         key, count = node.function.key, len(node.arguments)
         if count != (1 if key == "SIZEOF" else 2):
             number = 1 if key == "SIZEOF" else 2
@@ -356,7 +372,7 @@ class Functions:
         signature: Signature,
         want: Type | None,
     ) -> Type:
-        """What untyped numbers are: what is wanted, if the function can give it."""
+        """Return the type of untyped numbers: the wanted type, if the function permits it."""
         wanted = want if group(want) in signature.group else None
         if wanted is not None and signature.result == "T":
             return wanted
@@ -368,14 +384,17 @@ class Functions:
     def _bitwise(
         self, node: s.Call, pairs: list[tuple[s.Argument, tuple[str, str]]], common: Type | None
     ) -> t.Expression:
-        """Shifts and bitwise functions of integers: on their bits, and back."""
+        """Type a shift or bitwise function of integers.
+
+        The integers are converted to bit strings of their width, and the result is converted back.
+        """
         name = node.function.key
         assert isinstance(common, ElementaryType)
         detail = f"{name} of a {common.name}"
         self._scope.note("a bitwise operation of integers", node.at, detail)
         bits = ELEMENTARY[BITS_OF[common.name]]
         if name == "SHR" and common.name in SIGNED:
-            # The sign moves in from the left.
+            # SHR of a signed integer fills with the sign. The sign extension to LWORD provides it.
             if common.name == "LINT":
                 raise self._scope.error("SHR is not defined for LINT", node.at, "use LWORD")
             bits = ELEMENTARY["LWORD"]
@@ -414,10 +433,10 @@ class Functions:
 
 
 def same_text(one: Type, other: Type) -> bool:
-    """Whether both are a STRING, or both a WSTRING, of whatever lengths."""
+    """Return whether both are a STRING, or both a WSTRING, of any length."""
     return group(one) == group(other) and group(one) in ANY_STRING
 
 
 def group(kind: Type | None) -> str:
-    """Name of an elementary type; empty for every other type."""
+    """Return the name of an elementary type; empty for every other type."""
     return kind.name if isinstance(kind, ElementaryType) else ""

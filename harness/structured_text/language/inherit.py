@@ -1,4 +1,8 @@
-"""Blocks that extend others, interfaces, and the methods and properties of both."""
+"""Inheritance of blocks and interfaces, and their methods and properties.
+
+The methods of all blocks are added before anything is inherited, because a block may stand before
+its base in the sources. `_inherit` then handles every base before the blocks derived from it.
+"""
 
 from __future__ import annotations
 
@@ -20,33 +24,34 @@ __all__ = ["Inheritance"]
 
 @dataclass(frozen=True)
 class _Owner:
-    """A block or interface: its declaration, and the same with its file."""
+    """A block or interface and its declaration."""
 
     node: s.Pou | s.Interface
     where: Declared
 
     @property
     def key(self) -> str:
+        """Return its upper-case name."""
         return self.node.name.key
 
 
 class _Declarations(Protocol):
-    """What is asked of `declare.Declarations`."""
+    """The part of `declare.Declarations` that this module uses."""
 
     pous: dict[str, Pou]
     broken: set[str]
 
     def is_known(self, key: str) -> bool:
-        """Do the sources declare this name?"""
+        """Return whether the sources declare this name."""
 
     def where(self, key: str) -> Declared:
-        """The declaration of a POU."""
+        """Return the declaration of a POU."""
 
     def resolve(self, spec: s.TypeSpec, where: Declared) -> tuple[Type, Any]:
-        """The type that a specification names, and its initial value."""
+        """Return the type of a specification, and its initial value."""
 
     def link(self) -> None:
-        """Resolve what pointers and references lead to."""
+        """Resolve the targets of pointers and references."""
 
     def add_section(
         self, section: s.Section, kind: str, symbols: dict[str, Symbol], where: Declared
@@ -55,14 +60,14 @@ class _Declarations(Protocol):
 
 
 class Inheritance:
-    """Resolves methods and what is inherited, while `Declarations` resolves the rest.
+    """Resolves methods and inheritance; `Declarations` uses it and resolves the rest.
 
     Attributes:
-        objects: What has been found.
+        objects: The resolved blocks, interfaces and methods.
 
     Args:
         declarations: The types and POUs.
-        report: Takes each error.
+        report: Receives each error.
     """
 
     def __init__(self, declarations: _Declarations, report: Callable[[InputError], None]) -> None:
@@ -75,10 +80,10 @@ class Inheritance:
     # --- declarations ---
 
     def base_symbols(self, node: s.Pou, where: Declared) -> dict[str, Symbol]:
-        """The variables that a block inherits, by upper-case name.
+        """Return the variables that a block inherits, by upper-case name.
 
         Raises:
-            InputError: what it extends is no block that can be extended.
+            InputError: its base is not a block that can be extended.
         """
         if node.extends is None:
             return {}
@@ -96,7 +101,7 @@ class Inheritance:
         return {key: item for key, item in base.symbols.items() if item.section != "VAR_TEMP"}
 
     def instance_symbols(self, node: s.Pou, where: Declared) -> Iterator[tuple[str, Symbol]]:
-        """The VAR_INST of a block's methods, which each instance holds."""
+        """Yield the VAR_INST of a block's methods, stored in each instance."""
         for method in _methods_of(node):
             for section in method.sections:
                 if section.kind != "VAR_INST":
@@ -109,7 +114,7 @@ class Inheritance:
                     yield symbol.name.upper(), symbol
 
     def add(self, node: s.Pou | s.Interface, where: Declared) -> None:
-        """Note a block or interface; `finish` looks at its methods."""
+        """Register a block or interface; `finish` resolves its methods."""
         key, objects = node.name.key, self.objects
         self._owners[key] = _Owner(node, where)
         objects.bases[key], objects.own[key], objects.all[key] = [], {}, {}
@@ -119,7 +124,7 @@ class Inheritance:
                 objects.extended[key] = last_name(node.extends)
 
     def finish(self) -> None:
-        """Resolve all methods and see to the rules of inheritance, reporting what is wrong."""
+        """Resolve all methods and check the rules of inheritance; report errors."""
         for owner in self._owners.values():
             self._find_bases(owner)
         for key, owner in self._owners.items():
@@ -135,7 +140,7 @@ class Inheritance:
             self._check_instances(pou)
 
     def bodies(self) -> Iterator[tuple[Pou, s.Method, Declared]]:
-        """Every method of a block with its statements."""
+        """Return every method of a block with its statements."""
         return iter(self._bodies)
 
     def _find_bases(self, owner: _Owner) -> None:
@@ -184,7 +189,7 @@ class Inheritance:
             is_open = isinstance(symbol.type, ArrayType) and symbol.type.open
             copied = not is_open and not has_block(symbol.type)
             if symbol.section == "VAR_IN_OUT" and symbol.constant and copied:
-                symbol.section = "VAR_INPUT"  # It takes values, too, and none is handed back.
+                symbol.section = "VAR_INPUT"  # It also takes values and returns none.
         result = None
         key = f"{owner.key}.{name.upper()}"
         if node.result is not None:
@@ -257,7 +262,7 @@ class Inheritance:
             self._report(owner.where.error(text, at, "names, types and result must be the same"))
 
     def _check_complete(self, owner: _Owner) -> None:
-        """A block that is not ABSTRACT has a body for every method."""
+        """Report a block that is not ABSTRACT and lacks the body of a method."""
         assert isinstance(owner.node, s.Pou)
         missing = [
             method
@@ -311,7 +316,7 @@ def _signature(method: Pou) -> tuple[object, ...]:
 
 
 def _held_block(kind: Type) -> BlockType | None:
-    """A block that a variable of this type holds."""
+    """Return the block in a variable of this type; the first one of a structure."""
     while isinstance(kind, ArrayType):
         kind = kind.element
     if isinstance(kind, StructType):

@@ -1,4 +1,4 @@
-"""Parts of an initial value that are no constants: they are assigned when the program starts."""
+"""Parts of an initial value that are not constant: they are assigned at the start."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ __all__ = ["Later", "Part"]
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a variable, the steps to it (indices or a member each), and what it becomes."""
+    """A part of a variable with a value that is not constant.
+
+    `steps` leads to the part: indices of an array or the name of a member.
+    """
 
     steps: tuple[tuple[int, ...] | s.Name, ...]
     value: s.Expression
     type: Type
 
     def assignment(self, variable: s.Name) -> s.Assign | s.Latch:
-        """As a statement."""
+        """Return the statement that assigns the value."""
         target: s.Variable = variable
         for step in self.steps:
             if isinstance(step, s.Name):
@@ -34,13 +37,13 @@ class Part:
 
 @dataclass(frozen=True)
 class Later:
-    """Where an initial value is read, and what was found that is no constant."""
+    """The place of an initial value inside a variable, and the parts found so far."""
 
     steps: tuple[tuple[int, ...] | s.Name, ...] = ()
     found: list[Part] = field(default_factory=list)
 
     def element(self, kind: ArrayType, position: int) -> Later:
-        """The element at a position of the flat list of all."""
+        """Return the place of the element at a position of the flat list."""
         indices = []
         for low, high in reversed(kind.bounds):
             position, offset = divmod(position, high - low + 1)
@@ -48,11 +51,11 @@ class Later:
         return replace(self, steps=(*self.steps, tuple(reversed(indices))))
 
     def member(self, name: s.Name) -> Later:
-        """A member of a structure."""
+        """Return the place of a member of a structure."""
         return replace(self, steps=(*self.steps, name))
 
     def takes(self, node: s.Init, kind: Type) -> bool:
-        """Keep a part for later, if it is one and has a value that could be assigned."""
+        """Add a part if it is inside another variable and can be assigned; return whether."""
         if not self.steps or isinstance(node, (s.ArrayInit, s.StructInit, s.Sequence)):
             return False
         self.found.append(Part(self.steps, node, kind))

@@ -1,4 +1,11 @@
-"""From text to tokens; what is not portable is noted, what means nothing is reported."""
+"""The lexer: splits text into tokens and records what is not portable or not valid.
+
+Three decisions need more than the characters of a token. First, many words are keywords only in
+some places, so that programs may use them as names elsewhere; `words.Context` decides that.
+Second, an LALR(1) parser cannot tell a CASE label from a statement, since both begin with a name.
+The lexer looks ahead for `:`, `,` or `..` and yields LABEL instead of IDENT. Third, `S=`, `R=` and
+`REF=` are one sign only behind something that can be assigned to.
+"""
 
 from __future__ import annotations
 
@@ -118,18 +125,18 @@ PUNCTUATION = {
     "^": "CARET",
 }
 
-#: Keywords of CoDeSys 2.3 without the underscore.
+#: CoDeSys 2.3 also accepts these keywords without the underscore.
 _SPELLINGS = {"FUNCTIONBLOCK": "FUNCTION_BLOCK", "END_FUNCTIONBLOCK": "END_FUNCTION_BLOCK"}
-#: Who may use a declaration: of types, functions and programs all.
+#: Access specifiers that may also stand before types and programs.
 _ACCESS = frozenset(("PUBLIC", "INTERNAL"))
-#: Keywords only inside a CONFIGURATION, so that a variable may be called so elsewhere.
+#: Keywords only inside a CONFIGURATION. Elsewhere a variable may have such a name.
 _OF_CONFIGURATIONS = frozenset(["ON", "RESOURCE", "TASK", "WITH", "END_RESOURCE"])
-#: Words of the standard that may be names where a tool does not reserve them.
+#: Words of the standard that some tools accept as names.
 _RESERVED = frozenset(
     [*_OF_CONFIGURATIONS, "STEP", "TRANSITION", "FROM", "EN", "ENO", "R_EDGE", "F_EDGE", "ACTION"]
 )
 
-#: Words of what is not supported, with what it is; names where nothing but a name can stand.
+#: Words of unsupported constructs, with the construct. They may still be used as names.
 _UNSUPPORTED = {
     **dict.fromkeys(
         ("STEP", "INITIAL_STEP", "END_STEP", "TRANSITION", "END_TRANSITION"),
@@ -139,10 +146,10 @@ _UNSUPPORTED = {
     **dict.fromkeys(("VAR_ACCESS", "VAR_CONFIG"), "access paths"),
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
-#: What follows them where they are meant, and not a variable of that name.
+#: Text behind such a word if it is the keyword and not a variable of that name.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
 
-#: A token and the white space before it.
+#: A token with the white space before it.
 _PATTERN = re.compile(
     r"""\s*(?:
       (?P<TYPED>
@@ -169,17 +176,19 @@ _PATTERN = re.compile(
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
 
-#: Characters of a name; of one that is longer so many are shown.
+#: Longest name, and how much of a longer name a message shows [characters].
 _LONGEST_NAME, _SHOWN = 1_000, 40
 _LITERALS = ("TYPED", "INTEGER", "REALNUM", "STRING", "DIRECT", "PART")
+#: Text behind the first name of a CASE label: members after dots, white space, comments, and then
+#: `:` (but not `:=`), `,` or `..`.
 _LABEL_FOLLOWS = re.compile(
     r"(?:\s*\.\s*\w+)*(?:\s|\(\*[^*]*(?:\*(?!\))[^*]*)*\*\))*(?::(?!=)|,|\.\.)"
 )
-#: What a statement of a CASE may follow, and so a label.
+#: Tokens that may stand before a statement of a CASE, and so before a label.
 _BEFORE_LABEL = frozenset(
     ("SEMICOLON", "OF", "COLON", "END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT")
 )
-#: Ends of what is assigned to, so that S= after it is one sign.
+#: Last tokens of an assignment target. Behind them `S=` is one sign.
 _TARGET_ENDS = frozenset(("IDENT", "RSQB", "CARET", "INTEGER", "PART"))
 _LATCH = re.compile(r"(?:S|R|REF)=(?!=)", re.IGNORECASE)
 _NESTED = re.compile(r"\(\*|\*\)")
@@ -187,16 +196,16 @@ _OPENS = frozenset(("THEN", "ELSE", "DO", "OF", "REPEAT"))
 _ENDS = frozenset(
     ("END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT", "END_STRUCT", "END_UNION")
 )
-#: What may stand behind a statement's END without a semicolon between.
+#: Tokens that need no semicolon between them and the END of a statement.
 _NO_STATEMENT = frozenset(("SEMICOLON", "ASSIGN"))
 
-#: Makes the error for a message, an offset in the text and a hint.
+#: A function that returns the error for a message, an offset in the text and a hint.
 _Refuse = Callable[[str, int, str], InputError]
 
 
 @dataclass
 class Notes:
-    """What the lexer met besides tokens: constructs, pragmas, errors."""
+    """Findings of the lexer besides tokens: constructs, pragmas and errors."""
 
     uses: list[Use] = field(default_factory=list)
     pragmas: list[Name] = field(default_factory=list)
@@ -208,21 +217,21 @@ def tokens(text: str, file: Path, notes: Notes | None = None) -> Iterator[Token]
 
     Args:
         text: The whole source.
-        file: Where it comes from, for messages.
-        notes: Takes constructs, pragmas and errors; without it the first error is raised.
+        file: Its file, for messages.
+        notes: Receives constructs, pragmas and errors. Without it the first error is raised.
 
     Yields:
         Tokens of lark with line and column. An identifier that begins a CASE label is a
-        LABEL, because only what follows tells it from a statement.
+        LABEL, because only the text behind it distinguishes it from a statement.
 
     Raises:
-        InputError: characters that mean nothing, where there are no `notes`.
+        InputError: characters without a meaning, if `notes` is None.
     """
     return _Lexer(text, file, notes).tokens()
 
 
 class _Lexer:
-    """One pass over a source."""
+    """A single pass over a source; `tokens` creates it."""
 
     def __init__(self, text: str, file: Path, notes: Notes | None) -> None:
         self._text, self._file = text, file
@@ -249,7 +258,7 @@ class _Lexer:
             self._notes.uses.append(Use(construct, self._file, self._at(offset), detail))
 
     def tokens(self) -> Iterator[Token]:
-        """See the function of this name."""
+        """Yield the tokens; see the function `tokens`."""
         text = self._text
         behind = 0
         while found := _PATTERN.match(text, behind):
@@ -312,7 +321,7 @@ class _Lexer:
             self._previous = kind
 
     def _is_access(self, word: str, behind: int) -> bool:
-        """Is this PUBLIC or INTERNAL before the name of a type or program?"""
+        """Return whether the word is PUBLIC or INTERNAL before a type or program."""
         if word not in _ACCESS or self._previous not in ("TYPE", "PROGRAM"):
             return False
         return re.match(r"\s+[A-Za-z_]", self._text[behind : behind + 40]) is not None
@@ -322,7 +331,7 @@ class _Lexer:
         return self._starts[line] - 1 if line < len(self._starts) else len(self._text)
 
     def _keyword(self, word: str) -> str:
-        """The kind of a word that is a keyword somewhere."""
+        """Return the kind of a word that is a keyword in some places."""
         if word in _OF_CONFIGURATIONS and not self._configuration:
             return "IDENT"
         if self._previous == "DOT":
@@ -338,7 +347,7 @@ class _Lexer:
         return word
 
     def _name(self, value: str, word: str, offset: int, behind: int) -> str:
-        """The kind of an identifier: IDENT, or LABEL where it begins a label of a CASE."""
+        """Return the kind of an identifier: LABEL at the beginning of a CASE label, else IDENT."""
         if word in _UNSUPPORTED and self._previous != "DOT" and _MEANT.match(self._text, behind):
             self._refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset)
         elif word in ("R_EDGE", "F_EDGE") and self._previous == "IDENT":
@@ -352,17 +361,17 @@ class _Lexer:
         return "IDENT"
 
     def _skips(self, behind: int) -> bool:
-        """Is REGION the beginning of one here, and no name?"""
+        """Return whether REGION opens a region here and is not a name."""
         rest = self._text[behind : behind + 40].lstrip(" \t")
         return self._previous != "DOT" and not rest.startswith((":", ".", ",", ")", "(", "="))
 
     def _empty(self, offset: int) -> None:
-        """A semicolon that ends nothing."""
+        """Note a semicolon that does not end a statement."""
         if self._previous in _OPENS or self._previous in ("SEMICOLON", "COLON", "", "END_VAR"):
             self._note("an empty statement", offset)
 
     def _skipped(self, kind: str, value: str, offset: int, behind: int) -> int:
-        """Where what is no token has ended; -1 at the end of the text."""
+        """Return the offset behind text that is not a token; -1 at the end of the text."""
         text = self._text
         if kind == "comment":
             return self._behind_comment(offset)
@@ -384,7 +393,7 @@ class _Lexer:
         return behind
 
     def _behind_comment(self, offset: int) -> int:
-        """Where the comment that begins there has ended, with those inside it."""
+        """Return the offset behind a comment and the comments inside it."""
         end = self._text.find("*)", offset + 2)
         if end < 0:
             self._refuse("this comment is never closed", offset, "end it with *)")
@@ -398,7 +407,7 @@ class _Lexer:
             depth += 1 if mark.group() == "(*" else -1
             if not depth:
                 return mark.end()
-        return end + 2  # of those who do not nest them
+        return end + 2  # for tools that do not nest comments: the first end counts
 
     def _behind_pragma(self, offset: int) -> int:
         if self._text.startswith("{{", offset):
@@ -419,7 +428,7 @@ class _Lexer:
         return end + 1
 
     def _unknown(self, kind: str, value: str, offset: int) -> None:
-        """Say what is wrong with characters that begin nothing that is known."""
+        """Report characters that do not begin any token."""
         if kind == "pragma":
             self._refuse("a } without {", offset, "remove it")
         elif value in ("'", '"'):

@@ -1,4 +1,4 @@
-"""What a library says of itself, in a file beside its folder."""
+"""The description of a library, in a file beside its folder."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ __all__ = ["Names"]
 
 @dataclass(frozen=True)
 class Names:
-    """Names of a library that its files do not say.
+    """Properties of a library that are not in its source files.
 
     Attributes:
-        prefix: How the names of its types begin; empty: in any way.
-        byte_image: Its array of BYTE that is a process image; empty: it has none.
-        word_image: The same of WORD.
-        notes: What an exported README says of the library, by `TARGET_SUBJECT`.
-        project: What an exported project is called.
-        file: How the names of exported files begin.
-        about: What it is, in a line.
+        prefix: Prefix of the names of its types; empty for any name.
+        byte_image: Its array of BYTE for a process image; empty without one.
+        word_image: Its array of WORD for a process image; empty without one.
+        notes: Notes for an exported README, by `TARGET_SUBJECT`.
+        project: Name of an exported project.
+        file: Prefix of the names of exported files.
+        about: Description in one line.
         licence: Its SPDX identifier.
         copyright: Year and owner, for the licence.
-        owner: Whose it is.
+        owner: The owner of the library.
     """
 
     prefix: str = ""
@@ -45,7 +45,7 @@ class Names:
         """Read a file.
 
         Raises:
-            InputError: it cannot be read, or has another key or no text.
+            InputError: it cannot be read, has an unknown key, or a value is not a text.
         """
         table = load_toml(file)
         known = [one.name for one in fields(cls)]

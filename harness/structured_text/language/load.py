@@ -1,4 +1,11 @@
-"""The front end's two questions: what do these sources mean, and what is wrong with them."""
+"""The entry points of the front end: check sources and return the project or the errors.
+
+The order of the steps follows from their dependencies. First all names are registered and ordered
+(`Registry`). Then types, the variables of POUs, globals and methods are resolved, so that all
+interfaces are known. Only then are the bodies checked, because they may use any interface. Every
+step reports its errors and continues. An error that is only the consequence of another one is left
+out at the end (`_causes`).
+"""
 
 from __future__ import annotations
 
@@ -30,10 +37,10 @@ from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_T
 __all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "read_file"]
 __all__ += ["too_deep"]
 
-#: Parses one source.
+#: A function that parses one source.
 Read = Callable[[Path], s.Source]
 
-#: Priority that the standard gives a task without one: the lowest comes last.
+#: Priority of a task without one, by the standard. It is the lowest, which runs last.
 _LOWEST = 65535
 
 
@@ -48,13 +55,13 @@ class Schedule:
 
 
 def configure(registry: Registry, declarations: Declarations) -> Schedule:
-    """Work out what runs when.
+    """Return the schedule of a project.
 
-    Sources without a CONFIGURATION run one PROGRAM in every scan, as `Main` (`_uncalled`).
+    Without a CONFIGURATION, one PROGRAM runs in every scan as `Main` (`_uncalled`).
 
     Raises:
-        InputError: no program to run, more than one without a CONFIGURATION, or a mistake in
-            the CONFIGURATION.
+        InputError: more than one program to run without a CONFIGURATION, or a mistake in the
+            CONFIGURATION.
     """
     declared = registry.configuration
     if declared is None:
@@ -66,10 +73,10 @@ def configure(registry: Registry, declarations: Declarations) -> Schedule:
 
 
 def _uncalled(registry: Registry, declarations: Declarations) -> list[Pou]:
-    """The program that runs where no CONFIGURATION says it; none where all are called.
+    """Return the program that runs without a CONFIGURATION; none if all are called.
 
-    It is the only one that no other calls, or else what CODESYS and TwinCAT give a new project:
-    PLC_PRG or MAIN.
+    It is the only program that no other program calls. If there are several, it is PLC_PRG or MAIN,
+    the names in new projects of CODESYS and TwinCAT.
     """
     programs = [pou for pou in declarations.pous.values() if pou.kind == "PROGRAM"]
     if len(programs) > 1:
@@ -161,7 +168,7 @@ def _instance(
     if name.key in (known.upper() for known in instances):
         raise declared.error(f"the program instance {name.text} is declared twice", name.at)
     clash = registry.variable_clash(name.key)
-    if clash and name.key != kind.key:  # tools name the only instance of a program as the program
+    if clash and name.key != kind.key:  # tools name a single instance like its program
         raise declared.error(f"{name.text} {clash}", name.at, "choose another instance name")
     if name.key in declarations.globals and name.key not in declarations.programs:
         raise declared.error(f"{name.text} is also a global variable", name.at)
@@ -183,23 +190,23 @@ def load(paths: Sequence[Path], read: Read | None = None) -> Project:
 
     Args:
         paths: The files, in any order; a file given twice counts once.
-        read: What parses one of them.
+        read: The parser of a file; `read_file` if None.
 
     Returns:
         The checked project.
 
     Raises:
-        InputError: the first mistake, with file, line and what to do.
+        InputError: the first mistake, with file, line and hint.
     """
     return runnable(checked(paths, read))
 
 
 def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
-    """The same for sources that may also be a library without a PROGRAM.
+    """Parse and check sources that may also be a library without a PROGRAM.
 
     Args:
         paths: The files.
-        read: What parses one of them.
+        read: The parser of a file; `read_file` if None.
 
     Raises:
         InputError: the first mistake.
@@ -212,10 +219,10 @@ def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
 
 
 def check(paths: Sequence[Path]) -> list[InputError]:
-    """Everything that is wrong with the sources, in the order of the files given.
+    """Return all errors in the sources, in the order of the given files.
 
-    Sources without a PROGRAM are a library and are checked as such. What only follows from
-    another error is left out.
+    Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
+    another error are left out.
     """
     return analyse(paths)[1]
 
@@ -223,7 +230,7 @@ def check(paths: Sequence[Path]) -> list[InputError]:
 def analyse(
     paths: Sequence[Path], read: Read | None = None
 ) -> tuple[Project | None, list[InputError]]:
-    """What the sources mean, or everything that is wrong with them; see `check`."""
+    """Return the checked project, or None with all errors; see `check`."""
     read = read or read_file
     try:
         return deeply(partial(_analysed, paths, read))
@@ -232,7 +239,7 @@ def analyse(
 
 
 def read_file(path: Path) -> s.Source:
-    """Parse one file as far as it can be read, with its errors.
+    """Parse a file as far as it can be read, and collect its errors.
 
     Raises:
         InputError: the file cannot be read, or is not UTF-8.
@@ -241,9 +248,9 @@ def read_file(path: Path) -> s.Source:
 
 
 def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
-    """Return the error for sources in which so much lies inside each other that no stack holds it.
+    """Return the error for sources that are nested too deeply for any stack.
 
-    It names the place where the most pieces of syntax do.
+    It names the place with the deepest nesting.
     """
     sources = [(read or read_file)(path) for path in paths]
     waiting: list[tuple[int, Path, s.Position, Any]]
@@ -281,7 +288,7 @@ def _analysed(paths: Sequence[Path], read: Read) -> tuple[Project | None, list[I
     found: list[InputError] = []
     project = _resolve(sources, found, whole=not errors)
     found = _causes(found, sources)
-    # What is declared in a file that cannot be read is not known to the others.
+    # Declarations in an unreadable file are unknown to the other files.
     errors += [one for one in found if not (missing and _UNKNOWN.match(one.message))]
     errors = [one for one in errors if not isinstance(one, ConsequenceError)]
     ranks = {str(path): rank for rank, path in enumerate(paths)}
@@ -305,7 +312,7 @@ def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
 
 
 def _first(errors: list[InputError]) -> list[InputError]:
-    """As many of the errors as anybody reads."""
+    """Return the first errors, up to a limit, and a note on the number of further errors."""
     more = len(errors) - MOST_MISTAKES
     if more <= 0:
         return errors
@@ -315,7 +322,7 @@ def _first(errors: list[InputError]) -> list[InputError]:
 
 
 def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:
-    """Those errors that do not only follow from one in the interface that they speak of."""
+    """Return the errors without those that follow from an error in the interface they name."""
     spoiled: dict[str, set[int]] = {}
     for error in (*errors, *(error for source in sources for error in source.errors)):
         spoiled.setdefault(error.file or "", set()).add(error.line or 0)
@@ -339,7 +346,7 @@ def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputErro
 
 
 def _interfaces(node: s.Declaration) -> Iterator[tuple[str, int, int]]:
-    """Name, first line and the line behind the interface of a declaration and of its methods."""
+    """Yield name, first line and line behind the interface of a declaration and its methods."""
     name, line = node.name.key, node.at.line
     if isinstance(node, s.TypeDecl):
         fields = node.spec.fields if isinstance(node.spec, s.StructSpec) else ()
@@ -357,7 +364,7 @@ def _behind(sections: tuple[s.Section, ...], line: int) -> int:
     return max((one.at.line for part in sections for one in part.variables), default=line) + 1
 
 
-#: Messages that say of a declaration what it lacks.
+#: Messages that may be a consequence of an error in the named declaration.
 _OF = re.compile(
     r"(?:there is no (?:type|function|variable or namespace) )?"
     r"(\w+(?:\.\w+)?)(?: (?:takes|has no) .*)?$"
@@ -428,7 +435,7 @@ def _check_extent(
     declarations: Declarations,
     ordered: Sequence[Declared],
 ) -> None:
-    """Raise InputError if the variables of all that runs are too many."""
+    """Raise InputError if all variables of the running program are too many."""
     if not ordered:
         return
     bodies = [
@@ -452,6 +459,6 @@ def _unit(declared: Declared) -> Unit:
 
 
 def _files(ordered: list[Declared]) -> tuple[Path, ...]:
-    """Each file where its last declaration stands in the dependency order."""
+    """Return the files, ordered by the place of their last declaration in the dependency order."""
     last = {declared.file: rank for rank, declared in enumerate(ordered)}
     return tuple(sorted(last, key=lambda file: last[file]))

@@ -1,8 +1,9 @@
-"""The directly represented variables of a project: what lies at which address.
+"""The directly represented variables of a project and their addresses.
 
-An array or a structure at an address is given element by element. Where the address is left to the
-tool (`%I*`), the variables get their places here: first those of 48 bytes or more, for they are
-what a scanner fills, then the others, in order of declaration and beside what has an address.
+An array or structure with an address is listed element by element. Variables with an incomplete
+address (`%I*`) get their addresses here. Those of 48 bytes or more come first, because a scanner
+fills them. The others follow in order of declaration. None overlaps a variable that has an explicit
+address.
 """
 
 from __future__ import annotations
@@ -29,15 +30,15 @@ __all__ = ["located"]
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
 _LETTERS = {0: "X", 1: "B", 2: "W", 4: "D", 8: "L"}
 _WIDTHS = {letter: width for width, letter in _LETTERS.items()}
-#: Types that a leaf of a structure may have, besides integers and bit strings.
+#: Possible types of a leaf of a structure, in addition to integers and bit strings.
 _LEAVES = ("BOOL", "REAL", "LREAL")
 _WHOLE = re.compile(r"U?(SINT|INT|DINT|LINT)|BYTE|D?WORD|LWORD")
-#: So many bytes have the areas of a robot at least (manual chapter 1, 4).
+#: Least size of the areas of a robot [bytes] (manual chapter 1, 4).
 _AREA = 48
 
 
 class _Open(NamedTuple):
-    """A variable whose address is left to the tool."""
+    """A variable with an incomplete address."""
 
     area: str
     path: str
@@ -45,7 +46,7 @@ class _Open(NamedTuple):
 
 
 def located(instances: Mapping[str, BlockType], declarations: Declarations) -> tuple[Located, ...]:
-    """Return the directly represented variables: the global ones, then those of each program."""
+    """Return the directly represented variables: the globals, then those of each program."""
     found: list[Located] = []
     open_ones: list[_Open] = []
 
@@ -87,7 +88,7 @@ def _symbols(
 
 
 def _parts(address: str, path: str, kind: Type) -> Iterator[Located]:
-    """Yield a variable, the elements of an array one address after the other, or the fields."""
+    """Yield a variable, the elements of an array, or the fields of a structure."""
     if isinstance(kind, ElementaryType):
         yield Located(address, path, kind)
         return
@@ -98,7 +99,7 @@ def _parts(address: str, path: str, kind: Type) -> Iterator[Located]:
 
 
 def _leaves(area: str, start: int, path: str, kind: Type) -> Iterator[Located]:
-    """Yield what lies from a byte on; what has no form of its own on the wire is left out."""
+    """Yield the variables from a byte on; types without a form on the wire are left out."""
     if isinstance(kind, ArrayType):
         size = size_of(kind.element)
         ranges = [range(low, high + 1) for low, high in kind.bounds]
@@ -117,7 +118,7 @@ def _leaves(area: str, start: int, path: str, kind: Type) -> Iterator[Located]:
 
 
 def _placed(open_ones: list[_Open], found: list[Located]) -> Iterator[Located]:
-    """Yield variables without an address, each behind the one before and beside what has one."""
+    """Yield the variables with an incomplete address at free places, in order."""
     taken = {(one.address[1].upper(), byte) for one in found for byte in _bytes_of(one)}
     large = [one for one in open_ones if (size_of(one.type) or 0) >= _AREA]
     small = [one for one in open_ones if one not in large]
@@ -135,7 +136,7 @@ def _placed(open_ones: list[_Open], found: list[Located]) -> Iterator[Located]:
 
 
 def _bytes_of(one: Located) -> range:
-    """Return the bytes that a variable with an address lies in."""
+    """Return the bytes of a variable with an address."""
     parts = _ADDRESS.fullmatch(one.address)
     if parts is None:
         return range(0)

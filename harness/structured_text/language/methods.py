@@ -1,4 +1,4 @@
-"""Calls of methods, properties, THIS^ and SUPER^, and names behind a namespace."""
+"""Calls of methods, properties, THIS^ and SUPER^, and names with a namespace."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from structured_text.output.limits import MOST_LEVELS
 
 __all__ = ["NOTHING", "Methods"]
 
-#: The type of a call that has no result.
+#: The type of a call without a result.
 NOTHING = ElementaryType("")
 _SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 _DIRECT = (*_SECTIONS, "VAR")
 
 
 class Methods:
-    """The calls of methods in one POU.
+    """The calls of methods in one POU; `expressions` uses it.
 
     Args:
-        expressions: What types the other expressions of the POU.
+        expressions: The checker of the other expressions of the POU.
     """
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions
         self._scope = expressions.scope
         self._objects = expressions.scope.declarations.objects
-        # By `id` of the call; the call itself is held, so that no other gets its `id`.
+        # By `id` of the call. The value includes the call, so that its `id` is not reused.
         self._plain: dict[int, tuple[s.Invoke, s.Call | None]] = {}
 
     # --- names ---
 
     def this(self, at: s.Position, *, above: bool = False) -> t.This:
-        """`THIS^`; with `above` as what its block extends.
+        """Type `THIS^`; with `above` type `SUPER^`, the same instance as its base block.
 
         Raises:
-            InputError: there is no instance, or nothing that is extended.
+            InputError: there is no instance, or the block has no base.
         """
         pou = self._scope.block
         if pou is None or pou.block is None:
@@ -57,16 +57,16 @@ class Methods:
         return t.This(above_it.block)
 
     def is_own_property(self, key: str) -> bool:
-        """Whether a bare name is a property of the block this belongs to."""
+        """Return whether a bare name is a property of the block of this POU."""
         pou = self._scope.block
         return pou is not None and self._objects.is_property(pou.block, key)
 
     def own_property(self, node: s.Name) -> t.CallMethod:
-        """The value of a property of the block itself."""
+        """Type the value of a property of the block itself."""
         return self._read(self.this(node.at), node)
 
     def property(self, base: t.Variable, name: s.Name, *, final: bool = False) -> t.Variable | None:
-        """The value of a property of a block or interface; None where it has none so named."""
+        """Type the value of a property of a block or interface; None without it."""
         if not self._objects.is_property(base.type, name.key):
             return None
         return self._read(base, name, final=final)
@@ -81,9 +81,9 @@ class Methods:
         return t.CallMethod(base, getter, final, (), (), (), getter.result.type)
 
     def setter(self, node: s.Variable) -> tuple[t.Expression, t.Pou, bool] | None:
-        """The instance and SET of a property that is to be written; None for another variable.
+        """Return instance, SET and `final` of a written property; None for another variable.
 
-        The last of the three says that it is the SET of just this block (SUPER^).
+        `final` is true if exactly the SET of this block is called (SUPER^).
         """
         if isinstance(node, s.Name):
             if self._scope.symbol(node.key) is not None or not self.is_own_property(node.key):
@@ -101,14 +101,14 @@ class Methods:
         if method is None:
             kind = self._all.variable(node).type
             if self._all.references.followed(t.This(kind)).type != kind:
-                return None  # A property that gives a REFERENCE TO: what it refers to is written.
+                return None  # The property returns a REFERENCE TO, so its target is written.
             raise self._scope.error(f"the property {name.text} has no SET", name.at)
         self._check_whole(method)
         self._check_access(method, name)
         return base, method, final
 
     def _is_plain(self, node: s.Field) -> bool:
-        """Is it a name behind a namespace or a list of globals, or a member of an enumeration?"""
+        """Return whether it is a name with a namespace or with a list of globals."""
         base = node.base
         if self._is_space(base) or not isinstance(base, s.Name):
             return self._is_space(base)
@@ -116,7 +116,7 @@ class Methods:
         return self._scope.symbol(base.key) is None and node.name.key in known
 
     def symbol_of_this(self, node: s.Field) -> t.Use | None:
-        """`THIS^.x` of a variable of the block."""
+        """Return the variable of the block in `THIS^.x`; None for anything else."""
         pou = self._scope.block
         if not isinstance(node.base, s.This) or pou is None:
             return None
@@ -128,18 +128,18 @@ class Methods:
         return t.Use(symbol, symbol.type)
 
     def method_hint(self, kind: Type, key: str) -> str:
-        """What to say of a method that is not called."""
+        """Return a hint for a method that is named but not called."""
         return "call it with ()" if self._objects.method(kind, key) is not None else ""
 
     # --- namespaces ---
 
     def _is_space(self, node: s.Variable | s.Invoke) -> bool:
-        """Is it the name of a namespace or library, and of no variable?"""
+        """Return whether it is the name of a namespace or library, not of a variable."""
         parts: list[str] = []
         while isinstance(node, s.Field):
             parts.append(node.name.key)
             node = node.base
-            if len(parts) > MOST_LEVELS:  # of a long path each part asks
+            if len(parts) > MOST_LEVELS:  # a limit, as each part of a long path gets here
                 return False
         if not isinstance(node, s.Name) or self._scope.symbol(node.key) is not None:
             return False
@@ -147,11 +147,11 @@ class Methods:
         return name in self._scope.registry.namespaces
 
     def bare(self, node: s.Variable) -> s.Variable:
-        """`Library.Name` as `Name`; what has no namespace before it as it is."""
+        """Return `Library.Name` as `Name`; without a namespace the node itself."""
         return node.name if isinstance(node, s.Field) and self._is_space(node.base) else node
 
     def plain_call(self, node: s.Invoke) -> s.Call | None:
-        """`Library.Function(…)` as `Function(…)`; None for calls of methods."""
+        """Return `Library.Function(…)` as `Function(…)`; None for calls of methods."""
         if id(node) not in self._plain:
             callee, call = node.callee, None
             if isinstance(callee, s.Field) and self._is_space(callee.base):
@@ -162,9 +162,9 @@ class Methods:
     # --- calls ---
 
     def called(self, callee: s.Variable) -> tuple[t.Expression, t.Pou, bool] | None:
-        """The instance and method that is called; None where it is no method.
+        """Return instance, method and `final` of a call; None if it calls no method.
 
-        The last of the three says that the method of just this block is meant (SUPER^).
+        `final` is true if exactly the method of this block is called (SUPER^).
         """
         if isinstance(callee, s.Name):
             pou = self._scope.block
@@ -195,7 +195,7 @@ class Methods:
         return base, method, final
 
     def _is_elsewhere(self, name: s.Name) -> bool:
-        """Whether a bare name is a list of globals, a program or a type, as others call it."""
+        """Return whether a bare name is a list of globals, a program or a type."""
         declarations = self._scope.declarations
         if self._scope.symbol(name.key) is not None:
             return False
@@ -203,7 +203,7 @@ class Methods:
         return any(name.key in names for names in found)
 
     def _refuse_no_method(self, kind: BlockType | InterfaceType, callee: s.Field) -> None:
-        """Where nothing else can be called by this name."""
+        """Raise InputError unless the name is a pin or a property."""
         pins = [pin.name.upper() for pin in getattr(kind, "variables", ())]
         if callee.name.key in pins or self._objects.is_property(kind, callee.name.key):
             return
@@ -215,7 +215,7 @@ class Methods:
     def call(
         self, node: s.Call | s.Invoke | s.CallStatement, *, value: bool = True
     ) -> t.CallMethod | None:
-        """Type a call of a method; None where it calls something else.
+        """Type a call of a method; None if it calls something else.
 
         Args:
             node: The call.
@@ -286,7 +286,7 @@ class Methods:
         return given
 
     def _target(self, argument: s.Argument, symbol: t.Symbol, method: t.Pou) -> t.Variable:
-        """The variable for a VAR_IN_OUT or an output."""
+        """Type the variable for a VAR_IN_OUT or an output."""
         value = argument.value
         if not isinstance(value, PLACES):
             text = f"{symbol.section} {symbol.name} of {method.name} needs a variable"
@@ -308,12 +308,15 @@ class Methods:
         return found
 
     def _check_whole(self, method: t.Pou) -> None:
-        """What follows from a mistake in the declaration of a method is not reported."""
+        """Raise ConsequenceError if the declaration of a method has an error."""
         if method.name.upper() in self._scope.declarations.broken:
             raise ConsequenceError(f"{method.name} has an error")
 
     def _check_access(self, method: t.Pou, name: s.Name) -> None:
-        """PRIVATE and PROTECTED; INTERNAL is as PUBLIC, since all sources are one library."""
+        """Raise InputError if a PRIVATE or PROTECTED method is called from outside.
+
+        INTERNAL means PUBLIC here, because all sources are one library.
+        """
         here = self._scope.block
         owner = method.owner
         if owner is None or here is owner:

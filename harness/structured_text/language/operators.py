@@ -1,4 +1,10 @@
-"""Operators: the type in which their operands are calculated with, and what they give."""
+"""Operators: the type of their operands and of their result.
+
+`operand_type` selects the type that both operands are converted to. If both have a type, it is
+their common type (`widening.common`). If one is an untyped number, it gets the type of the other
+one, or a wider type if the number does not fit. If both are untyped, the place decides. Bit strings
+are calculated with as unsigned integers, and bitwise operations convert integers to bit strings.
+"""
 
 from __future__ import annotations
 
@@ -31,22 +37,22 @@ LOGIC = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE")
 
 
 class Operators:
-    """The operators in the expressions of one POU."""
+    """The operators in the expressions of one POU; `expressions` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._expressions = expressions
         self._scope = expressions.scope
 
     def number(self, kind: Type) -> Type:
-        """The type in which a value is calculated with."""
+        """Return the numeric type of a value: the unsigned integer for a bit string."""
         return ELEMENTARY[number_of(group(kind))] if group(kind) in ANY_BIT else kind
 
     def operand_type(
         self, op: str, left: s.Expression, right: s.Expression, want: Type | None
     ) -> Type | None:
-        """The type that both operands are brought to; None where neither has one.
+        """Return the type that both operands get; None if neither has one.
 
-        Untyped numbers take that of the other operand, if that has room for them.
+        An untyped number gets the type of the other operand, if that type holds it.
         """
         one, other = self._expressions.infer(left), self._expressions.infer(right)
         if op not in COMPARISONS:
@@ -63,10 +69,12 @@ class Operators:
         return self.common(one, other, op)
 
     def _check_common(self, one: Type, other: Type, at: s.Position) -> None:
-        """ULINT and a signed type: neither has room for the other, so that none is meant.
+        """Refuse a pair of integer types without a common type.
+
+        These are ULINT and a signed type: neither holds the other.
 
         Raises:
-            InputError: the two are such.
+            InputError: there is no common type.
         """
         a, b = group(one), group(other)
         if a in INT_RANGE and b in INT_RANGE and not common(a, b):
@@ -75,7 +83,7 @@ class Operators:
             )
 
     def common(self, one: Type, other: Type, op: str = "") -> Type:
-        """The type that values of two types are brought to; the first where there is none."""
+        """Return the common type of two types; the first type if there is none."""
         a, b = group(one), group(other)
         if one == other or not (a and b):
             return one
@@ -90,7 +98,7 @@ class Operators:
     def _with_number(
         self, op: str, kind: Type, node: s.Expression, want: Type | None
     ) -> Type | None:
-        """The type of an operation of a type with an untyped number."""
+        """Return the type of an operation between a type and an untyped number."""
         name, folded = group(kind), self._expressions.fold(node)
         if op not in LOGIC and op not in COMPARISONS:
             name = number_of(name) if name in ANY_BIT else name
@@ -106,7 +114,7 @@ class Operators:
         return ELEMENTARY[wider] if wider else kind
 
     def moment_type(self, op: str, left: Type | None, right: Type | None) -> Type | None:
-        """What an operation with a duration or date gives."""
+        """Return the result type of an operation with a duration or date."""
         a, b = group(left), group(right)
         if op == "*" and a not in MOMENTS:
             return right
@@ -156,7 +164,7 @@ class Operators:
         want: Type | None,
         at: s.Position,
     ) -> t.Expression:
-        """Type an operator with two operands; `at` is where the operator stands.
+        """Type an operator with two operands; `at` is the position of the operator.
 
         Raises:
             InputError: operands of different types, or of a type it is not defined for.
@@ -233,7 +241,7 @@ class Operators:
         )
 
     def _compared(self, op: str, kind: EnumType, left: s.Expression, right: s.Expression) -> Type:
-        """The type in which an enumeration is compared: as a number with a number."""
+        """Return the type to compare an enumeration in: a number with a number."""
         for side in (left, right):
             found = self._expressions.infer(side)
             if group(found) in ANY_INT:
@@ -262,7 +270,10 @@ class Operators:
     def _moment(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression:
-        """Durations and dates: + and - as the standard allows, a duration * and / a number."""
+        """Type an operation with durations or dates.
+
+        The standard defines + and - for them, and * and / of a duration by a number.
+        """
         left_type, right_type = self._expressions.infer(left), self._expressions.infer(right)
         a, b = group(left_type), group(right_type)
         if a not in MOMENTS:
@@ -292,7 +303,7 @@ class Operators:
 
 
 def _number_of_member(kind: Type | None) -> Type | None:
-    """The type of the numbers of an enumeration; any other type is its own."""
+    """Return the integer type of an enumeration; any other type as it is."""
     return ELEMENTARY[kind.base] if isinstance(kind, EnumType) else kind
 
 

@@ -1,4 +1,8 @@
-"""From one source file to its syntax tree: the rules of grammar.lark for declarations."""
+"""The parser: turns a source file into its syntax tree.
+
+`_Builder` has the rules of grammar.lark for declarations; `building.Statements` has those for
+statements. Each method is named after its rule, so most methods have no docstring.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +32,7 @@ from structured_text.output.limits import MOST_TOKENS
 
 __all__ = ["TWO_BASES", "parse", "parse_portable", "parse_text", "read_text"]
 
-#: Stands among the words of a block that extends two.
+#: Marker among the access words of a block that extends two blocks.
 TWO_BASES = "EXTENDS TWO"
 
 
@@ -38,19 +42,22 @@ def _optional(token: Token | None) -> s.Name | None:
 
 @dataclass(frozen=True)
 class _Detailed:
-    """A type with something in brackets behind it, whose meaning depends on where it stands."""
+    """A type name with a parenthesis behind it, as in `INT (0..5)` or `Drive(Axis := 1)`.
+
+    The meaning of the parenthesis depends on the place. The grammar cannot decide that.
+    """
 
     name: s.Name
     items: tuple[tuple[s.Expression, s.Expression | None], ...]
 
     def of_type(self, builder: _Builder) -> s.EnumSpec:
-        """In a TYPE: the base type of an enumeration with its members."""
+        """Return its meaning in a TYPE: an enumeration with a base type."""
         members = [(item, value) for item, value in self.items if isinstance(item, s.Name)]
         base = s.NamedSpec(self.name, self.name.at)
         return builder.enumeration(members, base, self.name.at)
 
     def of_variable(self) -> s.NamedSpec:
-        """Elsewhere: what a block is initialised with."""
+        """Return its meaning elsewhere: a block with initial arguments."""
         arguments = tuple(
             s.Argument(item, value, False, item.at)
             if value is not None and isinstance(item, s.Name)
@@ -62,7 +69,7 @@ class _Detailed:
 
 @v_args(inline=True)
 class _Builder(Statements):
-    """The rules of declarations, besides those of statements."""
+    """The grammar rules of declarations, in addition to those of statements."""
 
     # --- declarations ---
 
@@ -90,10 +97,10 @@ class _Builder(Statements):
         return s.TypeDecl(name_of(name), spec, None, position_of(name), base[0] if base else None)
 
     def broken(self, *_: Any) -> None:
-        """What could not be read."""
+        """Drop a part that could not be read."""
 
     def empty(self, *_: Any) -> None:
-        """A semicolon that ends nothing, or the END before it."""
+        """Drop a semicolon that does not end a statement, or the END before it."""
 
     def qualified(self, *parts: Token) -> s.Name:
         return s.Name("".join(parts), position_of(parts[0]))
@@ -131,7 +138,7 @@ class _Builder(Statements):
         return s.ArraySpec(nodes_of(rest, s.Range), self._plain(rest[-1]), position_of(array))
 
     def _plain(self, spec: Any) -> Any:
-        """A type outside of a TYPE declaration."""
+        """Return the meaning of a type outside of a TYPE declaration."""
         return spec.of_variable() if isinstance(spec, _Detailed) else spec
 
     def dimension(self, low: s.Expression, _dots: Token, high: s.Expression) -> s.Range:
@@ -146,7 +153,7 @@ class _Builder(Statements):
         return self.enumeration(members, self._plain(rest[-1]), position_of(left))
 
     def enumeration(self, members: Any, base: Any, at: s.Position) -> s.EnumSpec:
-        """An enumeration of (name, value or None)."""
+        """Return the enumeration of pairs (name, value or None)."""
         if any(value is not None for _, value in members):
             self.note("an enumeration with values", at)
         if base is not None:
@@ -229,7 +236,7 @@ class _Builder(Statements):
         return self._pou(word, name, rest)
 
     def _ended(self, word: Token, end: Token) -> None:
-        """An END without text is one that the file has not (recovery.py)."""
+        """Note a missing END. recovery.py inserts an END token without text for it."""
         if not end:
             self.note("no END of a POU", position_of(word))
 
@@ -391,12 +398,12 @@ class _Builder(Statements):
 
 
 _LITERALS = ("INTEGER", "REALNUM", "STRING", "TYPED")
-#: The parser's tables in the folder of the cache: they take longer than reading the library.
+#: Cached parser tables. Building them takes longer than parsing the library.
 _TABLES = "grammar.tables"
 
 
 class _NoLexer(Lexer):
-    """The tokens come from `lexer.tokens`."""
+    """A lexer without tokens for lark. The tokens come from `lexer.tokens`."""
 
     def __init__(self, lexer_conf: Any) -> None:
         del lexer_conf
@@ -425,13 +432,14 @@ def _parser() -> tuple[Lark, _Builder]:
     if kept is None:
         return make(), builder
     before: bytes | None = None
-    # lark executes what is in its file: it gets a copy of an entry that is ours.
+    # lark unpickles its cache file, which can execute code. It therefore gets a copy of a cache
+    # entry that `cache` has verified as written by this user.
     with TemporaryDirectory(prefix=f"{COMMAND}-") as folder:
         tables = Path(folder, _TABLES)
         with suppress(OSError, ValueError):
             before = cache.content(kept / _TABLES)
             tables.write_bytes(before)
-        lark = make(cache=str(tables))  # anew for another grammar
+        lark = make(cache=str(tables))  # lark rebuilds the tables if the grammar has changed
         with suppress(OSError):
             if (after := tables.read_bytes()) != before:
                 cache.put(kept / _TABLES, after)
@@ -439,7 +447,7 @@ def _parser() -> tuple[Lark, _Builder]:
 
 
 def parse(file: Path) -> s.Source:
-    """Read and parse one file.
+    """Read and parse a file.
 
     Raises:
         InputError: the file cannot be read, is not UTF-8, or has a syntax error.
@@ -457,7 +465,7 @@ def parse_text(text: str, file: Path) -> s.Source:
 
 
 def parse_portable(text: str, file: Path) -> s.Source:
-    """Parse a source of the portable subset, without remembering it.
+    """Parse a source of the portable subset, without caching the result.
 
     Raises:
         InputError: a syntax error, or a construct beyond the portable subset.
@@ -475,9 +483,9 @@ def _whole(source: s.Source) -> s.Source:
 
 @lru_cache(maxsize=1024)
 def read_text(text: str, file: Path) -> s.Source:
-    """Parse a source as far as it can be read, with its errors.
+    """Parse as much of a source as can be read, and collect the errors.
 
-    The same text of the same file is parsed once per process.
+    The result is cached per process by text and file.
     """
     lark, builder = _parser()
     notes = Notes()
@@ -512,7 +520,10 @@ def _too_many(token: Token, file: Path) -> InputError:
 
 
 def _named(declarations: list[Any], file: Path, pragmas: list[s.Name]) -> tuple[Any, ...]:
-    """The declarations: lists of globals with the name of the file, actions in their POU."""
+    """Return the declarations with names for global lists and with actions in their POUs.
+
+    A list of globals is named after its file. An ACTION belongs to the POU before it.
+    """
     result: list[Any] = []
     for one in declarations:
         if isinstance(one, s.Namespace):

@@ -14,7 +14,7 @@ from structured_text.language.values import describe
 
 __all__ = ["Resolved", "Step", "resolve", "walk"]
 
-#: A member by its declared name, or an element by its row-major position from 0.
+#: The declared name of a member, or the row-major position of an element, from 0.
 Step = str | int
 
 
@@ -26,10 +26,10 @@ class Resolved:
         path: The path with names as they are declared.
         root: Name of the program instance, or of the global variable.
         is_global: Whether `root` is a global variable.
-        steps: The way from the root to the variable.
+        steps: The steps from the root to the variable.
         type: Type of the variable.
-        address: Direct address, if the variable is located, or what it is a part of.
-        inside: The way from what has that address to the variable.
+        address: Direct address of the variable, or of the located variable that contains it.
+        inside: The steps from the located variable to this one.
     """
 
     path: str
@@ -47,17 +47,17 @@ _PART = re.compile(r"\s*(?:(?P<dot>\.)?\s*(?P<name>[A-Za-z_]\w*)|\[(?P<indices>[
 def resolve(project: Project, path: str) -> Resolved:
     """Find a variable.
 
-    Names are compared without case. Where the project has one program instance, `Main` and the
-    name of the program are accepted for it; a global variable is a path of its own, or stands
-    behind the name of its list. A VAR_EXTERNAL leads to its global variable.
+    Names are compared without case. If the project has exactly one program instance, `Main` and the
+    name of the program are accepted for it. The path of a global variable is its name, with or
+    without the name of its list. A VAR_EXTERNAL leads to its global variable.
 
     Args:
-        project: Where to look.
+        project: The project with the variable.
         path: A program instance or global variable, then `.member` and `[index, index]`.
 
     Raises:
-        InputError: no such variable (names near it are given), an index out of range, or a
-            VAR_IN_OUT, which has no value outside a call.
+        InputError: no such variable (the message suggests similar names), an index out of range, or
+            a VAR_IN_OUT, which has no value outside a call.
     """
     first, *parts = _split(path)
     found = _root(project, str(first))
@@ -112,7 +112,7 @@ def _root(project: Project, name: str) -> Resolved | None:
 
 
 def _listed(project: Project, name: str, variable: str) -> Resolved | None:
-    """A global variable behind the name of its list; None where there is no such list."""
+    """Return the global variable behind the name of its list; None if there is no such list."""
     found = project.lists.get(name.upper())
     if found is None:
         return None
@@ -189,10 +189,10 @@ def _element(base: Resolved, indices: tuple[int, ...]) -> Resolved:
 
 
 def walk(project: Project) -> Iterator[tuple[str, Type]]:
-    """Every variable below the program instances and every global one, parents before children.
+    """Yield every variable of the program instances and every global, parents before children.
 
-    Arrays are given whole; what has no storage in its block (VAR_IN_OUT, VAR_EXTERNAL) is left
-    out.
+    An array is one item. Variables without storage in their block (VAR_IN_OUT, VAR_EXTERNAL) are
+    left out.
     """
     for instance, block in project.instances.items():
         yield from _below(instance, block)

@@ -1,8 +1,8 @@
 """The portability rules of the library that a type checker does not know.
 
-Each was met on a real compiler: what matiec, STruC++, IronPLC, RuSTy, CODESYS and TwinCAT do not
-all take, or do not all do alike. They bind the library; a user's program is only warned, unless it
-asks for more.
+Each rule comes from a difference between real compilers: matiec, STruC++, IronPLC, RuSTy, CODESYS
+and TwinCAT do not all accept the construct, or do not all treat it alike. The rules are binding for
+the library. A user's program gets warnings only, unless the user requests binding rules.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _INTERFACE = ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL", "VAR_GLOBAL")
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _PARTS_OF_TEXTS = ("MID", "LEFT", "RIGHT")
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
-#: Reserved words that came with IEC 61131-3:2013, and USTRING with 2025: no names on newer PLCs.
+#: Reserved words since IEC 61131-3:2013, and USTRING since 2025. Newer PLCs refuse them as names.
 _RESERVED_SINCE_2013 = frozenset(
     [
         "ABSTRACT",
@@ -69,13 +69,13 @@ _RESERVED_SINCE_2013 = frozenset(
         "WCHAR",
     ]
 )
-#: So many blocks in one declaration are no trouble.
+#: Most blocks in one declaration. With three, matiec crashes.
 _MOST_BLOCKS = 2
 
 
 @dataclass(frozen=True)
 class LintFinding:
-    """A rule that is not kept; `strict` where it binds the file."""
+    """A violation of a portability rule; `strict` is true if the rule binds the file."""
 
     file: Path
     at: s.Position
@@ -83,6 +83,7 @@ class LintFinding:
     strict: bool
 
     def __str__(self) -> str:
+        """Return the finding as compilers print it."""
         kind = "rule" if self.strict else "warning"
         return f"{self.file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
 
@@ -99,15 +100,16 @@ def lint(
 
     Args:
         files: The files.
-        library: Those of them that belong to the library; they have some more rules.
-        context: Further files whose types they use.
-        binding: The rules bind all files, not only those of the library.
-        prefix: How the names of the library's types begin.
+        library: The files that belong to the library, for which more rules apply.
+        context: Further files with types that they use.
+        binding: Whether the rules bind all files, not only those of the library.
+        prefix: Prefix of the names of the library's types.
 
     Returns:
         The findings, in the order of the files and of their lines.
     """
-    # Files and library are told apart by this very file, and by which of the files are its.
+    # The key must also distinguish which files belong to the library. This module's own file
+    # separates the groups, since it is never one of them.
     whose = [_HERE, *(file for file in files if file in library), _HERE]
     key = cache.sources_key((*files, *whose, *context, *([_HERE] if binding else [])))
     key = key and f"{key}-{prefix}"
@@ -156,15 +158,15 @@ def _lint(
 
 
 def unportable(uses: Sequence[Use], library: Collection[Path] = ()) -> list[LintFinding]:
-    """What the checked sources have beyond the portable subset.
+    """Return findings for the constructs beyond the portable subset.
 
     Args:
         uses: The constructs (`Project.uses`).
-        library: Files of the library: there each one is a broken rule.
+        library: Files of the library: there each construct is a violation.
 
     Returns:
-        Of the library all that a look at a single file does not show; of other files one warning
-        for each construct, where it stands first.
+        For the library every construct. For other files one warning per construct, at its first
+        place.
     """
     findings = []
     places: dict[tuple[Path, str], list[Use]] = {}
@@ -184,7 +186,7 @@ _Found = Iterator[tuple[s.Position, str]]
 
 
 def _library(source: s.Source, prefix: str) -> _Found:
-    """Find what is not one declaration per file, called as the file; or a type without prefix."""
+    """Yield violations of: one declaration per file, its name that of the file, the prefix."""
     for extra in source.declarations[1:]:
         yield extra.at, "a second declaration; the library has one per file"
     for one in source.declarations[:1]:
@@ -208,7 +210,7 @@ def _declaration(one: s.Declaration, members: set[str]) -> _Found:
 
 
 def reserved_names(declaration: s.Declaration) -> Iterator[tuple[Position, str]]:
-    """Names that are declared and that a newer edition has for itself."""
+    """Yield declared names that are reserved in a newer edition."""
     for node in nodes(declaration):
         if isinstance(node, (s.TypeDecl, s.Pou)):
             names: tuple[s.Name, ...] = (node.name,)
@@ -222,7 +224,7 @@ def reserved_names(declaration: s.Declaration) -> Iterator[tuple[Position, str]]
 
 
 def _third_edition(declaration: s.Declaration) -> _Found:
-    """Types, and literals of types, that came with the third edition."""
+    """Yield types, and literals of types, of the third edition."""
     for node in nodes(declaration):
         name = ""
         if isinstance(node, s.NamedSpec):
@@ -301,7 +303,7 @@ def _function(pou: s.Pou) -> _Found:
 
 
 def _code(statement: s.Statement, members: set[str]) -> _Found:
-    """A statement with all that is in it."""
+    """Yield the violations in a statement and in all nodes inside it."""
     for node in nodes(statement):
         if isinstance(node, s.For):
             yield node.at, "FOR: compilers differ in it (0 TO 0, final value); use WHILE"
@@ -321,7 +323,7 @@ def _code(statement: s.Statement, members: set[str]) -> _Found:
 
 
 def _compares(operand: s.Expression) -> bool:
-    """Has it a comparison? Another NOT is looked at by itself."""
+    """Return whether an operand has a comparison. A nested NOT is checked separately."""
     if isinstance(operand, s.Unary):
         return False
     return any(isinstance(one, s.Binary) and one.op in _COMPARISONS for one in nodes(operand))
@@ -373,9 +375,10 @@ def _promoted(side: s.Expression) -> _Found:
 
 
 _LONGEST = 100
-#: One text, in which every byte may be an escape as `$E3`: no place to break the line.
-#: Escapes of quotes, at which some compilers take the text to have ended; `$$` is none.
+#: Escapes of quotes, at which some compilers end the text; `$$` is not one of them.
 _QUOTE = re.compile(r"\$(?:([\'\"])|.)")
+#: A line with a single text, which may be longer because it cannot be broken. Each byte may be an
+#: escape such as `$E3`.
 _ONE_TEXT = re.compile(r"\s*[\w.]+ := '(?:\$[0-9A-F]{2}|[^$'])+';")
 
 

@@ -1,4 +1,4 @@
-"""Expressions, types and initial values as Structured Text again."""
+"""The printer: turns expressions, types and initial values back into Structured Text."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
 
 
 def expression_text(node: s.Expression | t.Expression, within: int = 0) -> str:
-    """Return an expression, parsed or checked, as one would write it.
+    """Return a parsed or checked expression as Structured Text.
 
     Args:
         node: The expression.
-        within: How strongly the operator binds whose operand it is; if stronger than its own, it
-            gets parentheses.
+        within: Precedence of the operator that the expression is an operand of. If it is higher
+            than that of the expression, the expression gets parentheses.
     """
     if isinstance(node, (s.Binary, t.Binary)):
         strength = _STRENGTH[node.op]
@@ -62,7 +62,7 @@ def _list(nodes: tuple[Any, ...]) -> str:
 
 
 def _checked(node: Any) -> str:
-    """Return the text of what only the checked tree has."""
+    """Return the text of a node that only the checked tree has."""
     if isinstance(node, t.Constant):
         return _constant(node)
     if isinstance(node, t.Use):
@@ -93,7 +93,7 @@ def _checked(node: Any) -> str:
         if node.offset is not None:
             return f"{base}[{expression_text(node.offset)}]"
         return base if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE" else f"{base}^"
-    assert isinstance(node, t.CallMethod), node  # the parsed ones are refused before
+    assert isinstance(node, t.CallMethod), node  # the callers refuse other parsed nodes
     _, name, *accessor = node.method.name.split(".")
     called = f"{'SUPER^' if node.final else expression_text(node.instance)}.{name}"
     return called if accessor else f"{called}({_list(node.arguments)})"
@@ -115,12 +115,12 @@ def _constant(node: t.Constant) -> str:
 
 
 def label_text(kind: Any, value: int) -> str:
-    """Return a label of a CASE over a type."""
+    """Return the text of a CASE label; the type decides between a member and a number."""
     return (kind.member_of(value) if isinstance(kind, EnumType) else None) or str(value)
 
 
 def spec_text(spec: s.TypeSpec) -> str:
-    """Return a type as it is written after the colon; enumerations and structures on one line."""
+    """Return a type as written after the colon; enumerations and structures on one line."""
     if isinstance(spec, s.NamedSpec):
         return spec.name.text
     if isinstance(spec, s.ArraySpec):
@@ -136,7 +136,7 @@ def spec_text(spec: s.TypeSpec) -> str:
 
 
 def init_text(init: s.Init) -> str:
-    """Return an initial value as it is written after `:=`."""
+    """Return an initial value as written after `:=`."""
     if isinstance(init, s.ArrayInit):
         items = (
             init_text(value) if count is None else f"{expression_text(count)}({init_text(value)})"

@@ -1,4 +1,4 @@
-"""A checked set of sources: what engines compile and what paths are resolved in."""
+"""The checked project: engines compile it, and paths are resolved in it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Project", "Run", "Task", "Unit", "runnable"]
 
 @dataclass(frozen=True)
 class Task:
-    """A task of the configuration; a lower `priority` goes first."""
+    """A task of the configuration. A task with a lower `priority` number runs first."""
 
     name: str
     interval_us: int
@@ -27,7 +27,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Run:
-    """A program instance that runs in every `every`-th scan, from the first on."""
+    """A program instance that runs in every `every`-th scan, starting with the first."""
 
     instance: str
     every: int
@@ -35,7 +35,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Unit:
-    """One declaration; `line` is where it begins in its file.
+    """A declaration; `line` is its first line in its file.
 
     `kind` is TYPE, INTERFACE, FUNCTION, FUNCTION_BLOCK, PROGRAM or CONFIGURATION.
     """
@@ -48,7 +48,7 @@ class Unit:
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """Everything the sources declare, checked.
+    """All checked declarations of the sources.
 
     Attributes:
         files: The files, each after those it needs (as matiec wants them).
@@ -64,15 +64,15 @@ class Project:
         configured: Whether the sources have a CONFIGURATION.
         globals: Global variables by upper-case name, with their declared name and type.
         global_symbols: The same with initial values.
-        lists: Lists of globals by upper-case name: for each variable's its key in `globals`.
+        lists: Lists of globals by upper-case name: the key in `globals` for each variable's name.
         located: Directly represented variables in order of declaration.
         tasks: Tasks in order of declaration.
         tick_us: Greatest common divisor of the intervals; None without tasks.
         schedule: Program instances in the order in which they run within a scan.
-        objects: Which block extends and implements which, and their methods.
-        views: Whether memory is looked at as another type: by pointers, or in a UNION.
-        key: Names the sources with their contents where what is made of them may be kept
-            (`language.cache`); else empty.
+        objects: The inheritance between blocks and interfaces, and their methods.
+        views: Whether memory is read as another type, by pointers or in a UNION.
+        key: Key of the sources and their contents for `language.cache`; empty if results must
+            not be cached.
         uses: Constructs beyond the portable subset.
     """
 
@@ -98,10 +98,10 @@ class Project:
 
 
 def runnable(project: Project) -> Project:
-    """The project, where it has a program to run.
+    """Return the project if it has a program to run.
 
     Raises:
-        InputError: it is a library.
+        InputError: the project is a library.
     """
     if not project.instances:
         raise InputError(

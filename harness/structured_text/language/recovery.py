@@ -1,7 +1,11 @@
-"""Runs the parser over tokens, and goes on behind each mistake.
+"""The parser loop with error recovery: it continues behind each mistake.
 
-At a mistake the parser goes back to where a statement or declaration began, takes ERROR for it,
-and leaves out tokens up to its end.
+The LALR parser stops at the first token that it does not expect. Recovery then takes these steps.
+If only a semicolon is missing, it is inserted. Otherwise the parser's stack is unwound to the last
+state in which the grammar accepts the token ERROR, that is the beginning of a statement or
+declaration. ERROR stands for the broken part. Tokens are skipped up to its end, which is a
+semicolon, the end of the group around it, or the next declaration of the file. A second failure at
+the same token skips that token, so the loop always ends.
 """
 
 from __future__ import annotations
@@ -23,26 +27,26 @@ _ENDS = frozenset(("END_IF", "ELSE", "ELSIF", "END_CASE", "END_WHILE", "END_FOR"
 _INSTRUCTION_LIST = frozenset(
     ["LD", "LDN", "ST", "STN", "ANDN", "ORN", "XORN", "CAL", "CALC", "RET", "RETC"]
 )
-#: What opens and closes a group of statements or declarations.
+#: Words that open a group of statements or declarations, with the word that closes it.
 _OPENERS = {
     **{word: f"END_{word}" for word in ("IF", "CASE", "FOR", "WHILE", "REPEAT", "STRUCT", "UNION")},
 }
 _CLOSERS = frozenset(_OPENERS.values())
-#: What ends the group that a mistake is in.
+#: Words that end the group with the mistake.
 _GROUP_ENDS = _CLOSERS | frozenset(
     (
         *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),
         *("METHOD", "END_METHOD", "PROPERTY", "END_PROPERTY", "GET", "END_GET", "SET", "END_SET"),
     )
 )
-#: Words that begin nothing, so that they are meant as names.
+#: Reserved words that begin no group. At an unexpected place they were meant as names.
 _RESERVED = frozenset(
     word
     for word in KEYWORDS
     if not word.startswith(("END_", "VAR")) and word not in (*_OPENERS, *_GROUP_ENDS)
 )
 _NOTHING_BEFORE = frozenset(("END_VAR", "THEN", "ELSE", "DO", "OF", "REPEAT", "COLON"))
-#: What begins a declaration of a file, and what ends it.
+#: Words that begin a declaration of a file, and words that end it.
 _DECLARATIONS = (
     "INTERFACE",
     "NAMESPACE",
@@ -60,18 +64,18 @@ def read_tokens(lark: Lark, found: list[Token], file: Path) -> tuple[list[Any], 
     """Parse tokens.
 
     Args:
-        lark: The parser, which makes syntax of what it reads.
+        lark: The parser, with a transformer that makes syntax nodes.
         found: The tokens of a file.
-        file: For messages.
+        file: The file, for messages.
 
     Returns:
-        What is declared, as far as it could be read, and every mistake.
+        The declarations, as far as they could be read, and every mistake.
     """
     return _Run(lark, found, file).run()
 
 
 class _Run:
-    """The parser on its way through a file."""
+    """The state of the parser in one file."""
 
     def __init__(self, lark: Lark, found: list[Token], file: Path) -> None:
         self._parser = lark.parse_interactive("")
@@ -82,7 +86,7 @@ class _Run:
         self._end = Token.new_borrow_pos("$END", "", last)
 
     def run(self) -> tuple[list[Any], list[InputError]]:
-        """See `read_tokens`."""
+        """Parse all tokens; see `read_tokens`."""
         feed = self._state.feed_token
         found, at, failed = self._found, 0, -1
         while True:
@@ -108,7 +112,10 @@ class _Run:
                 at = self._recovered(at)
 
     def _end_pou(self) -> None:
-        """End the POU that the file ends in: tools that show each by itself write no END."""
+        """Insert the END of the last POU if it is missing.
+
+        Tools that show each POU separately write no END.
+        """
         if "$END" in self._acceptable():
             return
         accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
@@ -120,7 +127,7 @@ class _Run:
     # --- recovery ---
 
     def _recovered(self, at: int) -> int:
-        """Bring the parser to where it can go on; gives the token to go on with."""
+        """Bring the parser to a state where it can continue; return the next token's index."""
         token = self._found[at] if at < len(self._found) else self._end
         if self._ends_here(token, self._found[at - 1] if at else token):
             self._state.feed_token(self._semicolon(token))
@@ -132,11 +139,11 @@ class _Run:
 
     @staticmethod
     def _ended(token: Token, before: Token) -> bool:
-        """Is there a semicolon, or nothing that needs one?"""
+        """Return whether there is a semicolon, or the place needs none."""
         return "SEMICOLON" in (token.type, before.type) or before.type in _NOTHING_BEFORE
 
     def _ends_here(self, token: Token, before: Token) -> bool:
-        """Is only a semicolon missing before this token?"""
+        """Return whether only a semicolon is missing before this token."""
         if "SEMICOLON" not in self._parser.accepts():  # type: ignore[no-untyped-call]
             return False
         return not self._ended(token, before)
@@ -146,13 +153,16 @@ class _Run:
         return set(states[self._state.state_stack[-1]])
 
     def _takes_error(self) -> bool:
-        """May ERROR stand here? The table also says so where only its own reductions fail."""
+        """Return whether ERROR may stand here.
+
+        The table alone is not enough: it also lists ERROR if a later reduction would fail.
+        """
         if "ERROR" not in self._acceptable():
             return False
         return "ERROR" in self._parser.accepts()  # type: ignore[no-untyped-call]
 
     def _back(self) -> int:
-        """Forget what was begun, up to where ERROR may stand; gives the groups left open."""
+        """Unwind the stack to a state that accepts ERROR; return the number of open groups."""
         depth = 0
         states, values = self._state.state_stack, self._state.value_stack
         while not self._takes_error():
@@ -162,7 +172,7 @@ class _Run:
         return depth
 
     def _skip(self, at: int, depth: int) -> int:
-        """Leave out tokens up to the end of a statement or declaration."""
+        """Skip tokens up to the end of a statement or declaration; return the next index."""
         found = self._found
         while at < len(found):
             token = found[at]
@@ -183,7 +193,7 @@ class _Run:
         return at + 1 if follows.type == "SEMICOLON" else at
 
     def _next_declaration(self, at: int) -> int:
-        """Leave out tokens up to the next declaration of the file."""
+        """Skip tokens up to the next declaration of the file; return its index."""
         while at < len(self._found):
             token = self._found[at]
             first = at == 0 or self._found[at - 1].line != token.line
@@ -232,7 +242,7 @@ class _Run:
 
 
 def _expectation(expected: set[str]) -> str:
-    """What could stand there, if that is few enough to help."""
+    """Return a hint with the expected tokens, if they are few enough to help."""
     words = {"IDENT": "a name", "LABEL": "a label", "INTEGER": "a number", "DIRECT": "an address"}
     if "LPAR" in expected and "INTEGER" in expected:
         return "an expression is expected"

@@ -1,4 +1,4 @@
-"""Pointers and references: ADR, REF, `^`, REF= and what two of them have in common."""
+"""Pointers and references: ADR, REF, `^`, REF=, comparison and arithmetic."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from structured_text.language.values import describe
 
 __all__ = ["FUNCTIONS", "PLACES", "References", "place_of"]
 
-#: What is written as a variable.
+#: Nodes that are written as a variable.
 PLACES = (s.Name, s.Field, s.Index, s.Dereference, s.This)
-#: The functions this module types; the rest of these names are refused.
+#: The functions that this module types. Those in `_REFUSED` are not supported.
 FUNCTIONS = ("ADR", "REF", "__ISVALIDREF")
 _REFUSED = {
     "__QUERYINTERFACE": "keep a variable of the interface you need",
@@ -36,10 +36,10 @@ _REFUSED = {
 
 
 class References:
-    """The pointers and references of one POU.
+    """The pointers and references of one POU; `expressions` uses it.
 
     Args:
-        expressions: What types the other expressions of the POU.
+        expressions: The checker of the other expressions of the POU.
     """
 
     def __init__(self, expressions: Checking) -> None:
@@ -47,17 +47,17 @@ class References:
         self._scope = expressions.scope
 
     def followed(self, found: t.Variable) -> t.Variable:
-        """The variable itself; what a REFERENCE TO refers to."""
+        """Return the referred variable of a REFERENCE TO; any other variable as is."""
         kind = found.type
         if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE":
             return t.Deref(found, _target(kind))
         return found
 
     def deref(self, node: s.Dereference) -> t.Deref:
-        """`pointer^`.
+        """Type `pointer^`.
 
         Raises:
-            InputError: no pointer.
+            InputError: the variable is not a pointer.
         """
         base = self._all.base(node.base)
         kind = base.type
@@ -70,7 +70,7 @@ class References:
         return t.Deref(base, _target(kind))
 
     def element(self, base: t.Variable, node: s.Index) -> t.Deref:
-        """`pointer[i]`: what is `i` elements behind the one pointed to."""
+        """Type `pointer[i]`: the element `i` places behind the target of the pointer."""
         kind = base.type
         assert isinstance(kind, ReferenceType)
         if len(node.indices) != 1:
@@ -84,13 +84,13 @@ class References:
             raise self._scope.error(text, node.indices[0].at)
         return t.Deref(base, _target(kind), self._all.check(node.indices[0], index))
 
-    # --- what wants a pointer, reference or interface ---
+    # --- values for a pointer, reference or interface ---
 
     def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
-        """An expression where a pointer, a reference or an interface is asked for.
+        """Type an expression at a place that requires a pointer, reference or interface.
 
         Raises:
-            InputError: it is none, or one to another type.
+            InputError: it has another type, or leads to another type.
         """
         if is_null(node):
             return t.Null(want)
@@ -121,7 +121,10 @@ class References:
         return self._fitted(found, want, node)
 
     def _is_smaller(self, node: s.Expression, want: ReferenceType) -> bool:
-        """Whether a pointer leads to less than is wanted, so that it is moved before."""
+        """Return whether the target of a pointer is smaller than the wanted target.
+
+        The offset is then counted in the smaller type: the pointer is moved before it is recast.
+        """
         kind = self._all.infer(node)
         if not isinstance(kind, ReferenceType):
             return False
@@ -129,7 +132,7 @@ class References:
         return have is not None and need is not None and have < need
 
     def _bound(self, node: s.Expression) -> t.Expression:
-        """A reference to the variable that is named, or the one that is held already."""
+        """Return a reference to a variable; for a REFERENCE TO the reference itself."""
         found = self._all.check(node, None)
         place = place_of(found)
         if place is None:
@@ -172,10 +175,10 @@ class References:
         return t.Recast(found, want)
 
     def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
-        """The characters of a text as an array of BYTE or WORD, from 0 on.
+        """Return the characters of a text as an array of BYTE or WORD, from index 0.
 
         Raises:
-            InputError: it is the result of a call.
+            InputError: the text is not a variable but the result of a call.
         """
         kind = base.type
         assert isinstance(kind, ElementaryType)
@@ -191,7 +194,11 @@ class References:
     # --- functions ---
 
     def is_known(self, node: s.Call) -> bool:
-        """Whether the function is known here; names that are refused raise."""
+        """Return whether the call is one of `FUNCTIONS`.
+
+        Raises:
+            InputError: the function is not supported.
+        """
         key = node.function.key
         if key in _REFUSED and key not in self._scope.declarations.pous:
             raise self._scope.error(
@@ -203,13 +210,13 @@ class References:
         return known
 
     def type_of(self, node: s.Call) -> Type | None:
-        """Type of the result of ADR, REF and __ISVALIDREF."""
+        """Return the type of the result of ADR, REF and __ISVALIDREF."""
         if node.function.key in ("ADR", "REF"):
             return self._address(node, None).type
         return BOOL if node.function.key == "__ISVALIDREF" else None
 
     def call(self, node: s.Call) -> t.Expression:
-        """Type one of these functions."""
+        """Type a call of ADR, REF or __ISVALIDREF."""
         if node.function.key in ("ADR", "REF"):
             return self._address(node, None)
         argument = self._argument(node)
@@ -243,7 +250,10 @@ class References:
     def compared(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression | None:
-        """`=` and `<>` of pointers and interfaces; None where neither side is one."""
+        """Type the comparison of pointers or interfaces; None if neither side is one.
+
+        Pointers to data also have < > <= >=, interfaces and others only = and <>.
+        """
         sides = [side for side in (left, right) if not is_null(side)]
         kinds = [self._all.infer(side) for side in sides]
         kind = next((one for one in kinds if isinstance(one, (ReferenceType, InterfaceType))), None)
@@ -260,10 +270,10 @@ class References:
     def moved(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression:
-        """Pointer + bytes and pointer - bytes.
+        """Type pointer + bytes and pointer - bytes.
 
         Raises:
-            InputError: another operator, or a pointer whose elements have no known size.
+            InputError: another operator, or a pointer to a type without a known size.
         """
         return self._moved(op, self._all.check(left, None), right, at)
 
@@ -291,10 +301,10 @@ class References:
 
 
 def _target(kind: ReferenceType) -> Type:
-    """What it leads to.
+    """Return the type that a pointer leads to.
 
     Raises:
-        InputError: that has an error, which has been reported.
+        InputError: its declaration has an error, which has been reported.
     """
     if kind.target is None:
         raise ConsequenceError("what a pointer leads to has an error")
@@ -302,7 +312,7 @@ def _target(kind: ReferenceType) -> Type:
 
 
 def place_of(found: t.Expression) -> t.Variable | None:
-    """A variable that something can lead to; None for a value."""
+    """Return a variable that a pointer can lead to; None for a value."""
     part = found
     while isinstance(part, (t.Member, t.Index)):
         part = part.base

@@ -1,4 +1,4 @@
-"""All names of a project: what declares them, and in which order they depend on each other."""
+"""The registry of all names of a project, their declarations and their dependencies."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ from structured_text.output.limits import MOST_LEVELS
 
 __all__ = ["ConsequenceError", "Declared", "Registry", "last_name"]
 
-#: What is pointed to may in turn use this; methods may use what their block does not exist without.
+#: Nodes that create no dependency. A pointer may lead back to its own type, and a method may use
+#: a block that contains the method's own block.
 _LATER = (s.PointerSpec, s.Method, s.Property)
 
-#: Libraries of the field whose names may stand before what they have of the standard.
+#: Vendor libraries with standard elements. Their names may stand before these elements.
 _LIBRARIES = ("STANDARD", "TC2_STANDARD", "TC2_SYSTEM", "TC2_UTILITIES", "UTIL", "STANDARD64")
 
 
 class ConsequenceError(InputError):
-    """An error that only follows from another one, which has been reported."""
+    """An error that is only the consequence of another, reported error."""
 
 
 @dataclass(frozen=True)
 class Declared:
-    """A declaration and where it comes from; `uses` takes what is not portable."""
+    """A declaration and its source; `uses` collects constructs that are not portable."""
 
     node: s.Declaration
     source: s.Source
@@ -38,11 +39,11 @@ class Declared:
 
     @property
     def file(self) -> Path:
-        """The file it is in."""
+        """Return the file of the declaration."""
         return self.source.file
 
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
-        """An error in this declaration's file."""
+        """Return an error in this declaration's file."""
         return InputError(message, file=self.file, line=at.line, column=at.column, hint=hint)
 
     def note(self, construct: str, at: s.Position, detail: str = "") -> None:
@@ -56,7 +57,7 @@ class Registry:
 
     Args:
         sources: The parsed files.
-        report: Takes each error; the registry goes on after it.
+        report: Receives each error. The registry continues after it.
     """
 
     def __init__(self, sources: Iterable[s.Source], report: Callable[[InputError], None]) -> None:
@@ -140,11 +141,11 @@ class Registry:
                 )
 
     def is_standard(self, key: str) -> bool:
-        """Whether the standard defines a type, function or block of this name for all."""
+        """Return whether the second edition defines an element of this name."""
         return reserved(key)
 
     def variable_clash(self, key: str) -> str:
-        """Why a variable cannot have this name; empty if it can."""
+        """Return why a variable should not have this name; empty if it can."""
         if self.is_standard(key) and key not in ("T", "D", "SEMA", "RTC", "PID", "RAMP"):
             return "is the name of a standard element"
         if key in self.types:
@@ -160,11 +161,11 @@ class Registry:
         return ""
 
     def ordered(self) -> list[Declared]:
-        """All declarations, each after those it uses.
+        """Return all declarations, each after those it uses.
 
         Types come first, then functions, blocks, programs and the configuration, as far as
         they do not use each other; otherwise in the order of the sources. A declaration that
-        uses itself, directly or not, is reported.
+        uses itself, directly or indirectly, is reported.
         """
         ranks = {"FUNCTION": 1, "FUNCTION_BLOCK": 2, "PROGRAM": 3}
         everything = {**self.types, **self.pous}
@@ -177,6 +178,10 @@ class Registry:
         too_deep: list[Declared] = []
         result: list[Declared] = list(self.interfaces.values())
 
+        # Depth-first search. `done` is False for a declaration while its dependencies are visited,
+        # and True afterwards. To meet one that is False means that it uses itself. `levels` is the
+        # length of the longest chain of dependencies, which the limit applies to, and the length
+        # of `path` bounds the recursion.
         def visit(declared: Declared, path: tuple[str, ...]) -> None:
             key = declared.node.name.key
             if len(path) > MOST_LEVELS:
@@ -218,7 +223,7 @@ class Registry:
 
 
 def _used(node: Any) -> Iterator[str]:
-    """Names of types and functions that a piece of syntax uses, in order."""
+    """Yield names of types and functions that a piece of syntax uses, in order."""
     for one in nodes(node, _LATER):
         kind = type(one)
         if kind is s.NamedSpec:
@@ -230,10 +235,10 @@ def _used(node: Any) -> Iterator[str]:
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:
-    """The beginning and end of every part of so many names."""
+    """Return the beginning and end of every contiguous part of a sequence of names."""
     return ((i, j) for i in range(size) for j in range(i + 1, size + 1))
 
 
 def last_name(name: s.Name) -> str:
-    """The upper-case name without the namespaces before it."""
+    """Return the upper-case name without its namespaces."""
     return name.key.rpartition(".")[2]

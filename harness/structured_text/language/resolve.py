@@ -1,4 +1,10 @@
-"""Resolves types: names become types, initial values are complete, constants have values."""
+"""Resolution of types: names become types, initial values complete, constants have values.
+
+Declarations may stand in any order, and constants and types depend on each other: an array bound
+may be a constant, and the value of the constant may need a type. Each is therefore resolved on its
+first use. `_under_way` has the names whose resolution has begun; to meet one again means a cycle. A
+pointer may lead to a type that contains it, so the targets of pointers are resolved last (`link`).
+"""
 
 from __future__ import annotations
 
@@ -43,11 +49,11 @@ __all__ = ["ConsequenceError", "Types", "default_scalar", "is_null"]
 
 
 class Types:
-    """The types of a project, each resolved when it is first asked for.
+    """The types of a project, each resolved on its first use.
 
     Args:
         registry: All names.
-        report: Takes each error; the declaration it is in is then incomplete.
+        report: Receives each error. The declaration with the error is then incomplete.
 
     Attributes:
         types: Structures, arrays, enumerations and aliases by upper-case name.
@@ -57,9 +63,9 @@ class Types:
         globals: Global variables by upper-case name.
         lists: Lists of globals: for each variable's upper-case name its key in `globals`.
         local: Variables of the POU that is being declared.
-        sections: All its sections.
-        views: Whether memory is looked at as another type, see `Project`.
-        extents: How large they are.
+        sections: The sections of that POU.
+        views: Whether memory is read as another type; see `Project`.
+        extents: The sizes of types, for the limits.
     """
 
     def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:
@@ -81,7 +87,7 @@ class Types:
         self._unlinked: list[tuple[ReferenceType, s.TypeSpec, Declared]] = []
 
     def link(self) -> None:
-        """Resolve what pointers and references lead to, once all types and blocks are known."""
+        """Resolve the targets of pointers and references, once all types and blocks are known."""
         while self._unlinked:
             reference, spec, where = self._unlinked.pop()
             try:
@@ -92,7 +98,7 @@ class Types:
     # --- types ---
 
     def add_type(self, node: s.TypeDecl, where: Declared) -> None:
-        """Resolve one type of a TYPE … END_TYPE, unless that is done."""
+        """Resolve a type of a TYPE … END_TYPE, unless that is done."""
         key = node.name.key
         if key in self.types or key in self._under_way:
             return
@@ -108,7 +114,7 @@ class Types:
             self._report(error)
 
     def type_named(self, key: str) -> Type | None:
-        """The type of the sources with this upper-case name."""
+        """Return the type of the sources with this upper-case name; None without one."""
         if key not in self.types and key in self.registry.types:
             declared = self.registry.types[key]
             assert isinstance(declared.node, s.TypeDecl)
@@ -157,7 +163,7 @@ class Types:
             if value is None:
                 values.append(values[-1] + 1 if values else 0)
                 continue
-            # Members before it are constants, too.
+            # The value may use the members before it.
             earlier = EnumType(name, names[: len(values)], tuple(values), base.name)
             lookup = self._looking(where, earlier)
             found_value = constant(value, base, self.types, where, lookup).value
@@ -234,12 +240,12 @@ class Types:
         return kind, [initial] * array_length(kind)
 
     def resolve(self, spec: s.TypeSpec, where: Declared, owner: str = "") -> tuple[Type, Any]:
-        """The type that a specification names, and its initial value.
+        """Return the type of a specification, and its initial value.
 
         Args:
             spec: The specification.
-            where: The declaration that it is in.
-            owner: What a type without a name is called.
+            where: The declaration with the specification.
+            owner: The name of the variable, used to name a type without a name.
 
         Raises:
             InputError: no such type, or one that is not supported.
@@ -292,7 +298,7 @@ class Types:
     def _nameless(
         self, spec: s.EnumSpec | s.StructSpec, where: Declared, owner: str
     ) -> tuple[Type, Any]:
-        """An enumeration or a structure where it is used; called as its variable."""
+        """Return an enumeration or structure without a name, named after its variable."""
         name = f"{where.node.name.text}_{owner}"
         if isinstance(spec, s.StructSpec):
             where.note("a structure without a name", spec.at)
@@ -329,7 +335,7 @@ class Types:
     # --- constants ---
 
     def lookup(self, node: s.Expression) -> Constant | None:
-        """The constant that a name or path stands for; None where it is none."""
+        """Return the constant of a name, path or call; None if it is not a constant."""
         if isinstance(node, s.Field) and isinstance(node.base, s.Name):
             kind = self.type_named(node.base.key)
             if isinstance(kind, EnumType):
@@ -356,7 +362,10 @@ class Types:
         return self._pending(node.key)
 
     def _called(self, node: s.Call) -> Constant | None:
-        """SIZEOF of a type or variable, and conversions between integers, of constants."""
+        """Return the value of a call that is constant.
+
+        That is SIZEOF of a type or variable, or the conversion of a constant to an integer type.
+        """
         if len(node.arguments) != 1:
             return None
         argument = node.arguments[0].value
@@ -375,7 +384,7 @@ class Types:
         return Constant(found.value, ELEMENTARY[pair[1]], True) if fits else None
 
     def _looking(self, where: Declared, earlier: EnumType) -> Callable[..., Constant | None]:
-        """Looks up members of an enumeration that is being declared, too."""
+        """Return a lookup that also finds members of an enumeration under construction."""
 
         def lookup(node: s.Expression) -> Constant | None:
             names = [one.upper() for one in earlier.members]
@@ -391,7 +400,7 @@ class Types:
         return None if symbol is None else _constant_of(symbol)
 
     def _pending(self, key: str) -> Constant | None:
-        """A global constant that types need before the globals are declared."""
+        """Return a global constant that a type needs before the globals are declared."""
         if self._listed is None:
             self._listed = {}
             for declared in self.registry.lists:
@@ -416,7 +425,7 @@ class Types:
     def _declared_constant(
         self, key: str, sections: list[tuple[s.Section, Declared]]
     ) -> Constant | None:
-        """A constant of some sections that are not declared yet."""
+        """Return a constant of sections that are not declared yet."""
         for section, declared in sections:
             if section.qualifier != "CONSTANT":
                 continue
@@ -427,7 +436,7 @@ class Types:
         return None
 
     def _value_of(self, key: str, variable: s.VarDecl, declared: Declared) -> Constant | None:
-        """The value of a constant whose declaration comes later."""
+        """Return the value of a constant before its declaration is resolved."""
         if key in self._under_way:
             raise declared.error(f"the constant {key} uses itself", variable.at)
         if len(self._under_way) > MOST_LEVELS:
@@ -445,7 +454,7 @@ class Types:
             self._under_way.discard(key)
 
     def constant(self, node: s.Init, kind: Type, where: Declared, detail: str = "") -> Constant:
-        """Value of a constant expression, brought to a type.
+        """Return the value of a constant expression in the required type.
 
         Raises:
             InputError: not constant, or not of the type.
@@ -453,7 +462,7 @@ class Types:
         return constant(node, kind, self.types, where, self.lookup, detail)
 
     def integer(self, node: s.Expression, where: Declared) -> int:
-        """Value of a whole number, as bounds and lengths need it.
+        """Return the value of a whole number, for bounds and lengths.
 
         Raises:
             InputError: anything else.
@@ -472,16 +481,17 @@ class Types:
     def initial_value(
         self, node: s.Init, kind: Type, where: Declared, default: Any, later: Later | None = None
     ) -> Any:
-        """A complete initial value: a scalar, a flat list, or a dict by declared field name.
+        """Return a complete initial value.
 
-        Of a block it is a dict of those variables that are given, or None.
+        It is a scalar, a flat list, or a dict by declared field name. For a block it is a dict of
+        the given variables, or None.
 
         Args:
-            node: What the source says.
+            node: The initial value as written.
             kind: Type of the variable.
             where: Its declaration, for messages.
-            default: The value where the source leaves something out.
-            later: Takes parts that are no constants; None: they are errors.
+            default: The value of parts that are not given.
+            later: Receives the parts that are not constant. If it is None, they are errors.
 
         Raises:
             InputError: not constant, or not of the type.
@@ -536,7 +546,7 @@ class Types:
         raise where.error(f"this is no initial value for a {describe(kind)}", node.at)
 
     def _plain_value(self, kind: Type) -> Any:
-        """The initial value of a type."""
+        """Return the initial value of a type."""
         if isinstance(kind, ElementaryType):
             return default_scalar(kind)
         if isinstance(kind, ArrayType):
@@ -564,12 +574,12 @@ class Types:
         kind: ArrayType,
         where: Declared,
     ) -> list[s.Init | None]:
-        """The values one by one; None for an element that keeps its own."""
+        """Return the values of all elements; None for an element with its default."""
         result: list[s.Init | None] = []
         for count, item in items:
             times = 1 if count is None else self.integer(count, where)
             if count is None and isinstance(item, s.Call) and self.lookup(item.function):
-                # N(0) with a constant N looks like a call.
+                # `N(0)`, the value 0 repeated N times, is parsed as a call.
                 times = self.integer(item.function, where)
                 given = tuple((None, one.value) for one in item.arguments)
                 item = s.Sequence(given, item.at)
@@ -577,7 +587,7 @@ class Types:
             if isinstance(item, s.Sequence):
                 inner = self._items(item.items, kind, where) if item.items else [None]
             elif isinstance(item, s.ArrayInit) and not isinstance(kind.element, ArrayType):
-                inner = self._items(item.items, kind, where)  # a row of several
+                inner = self._items(item.items, kind, where)  # a nested list is a row
             if times * len(inner) > array_length(kind):
                 text = f"{times * len(inner)} values are more than the array holds"
                 raise where.error(text, item.at)
@@ -591,14 +601,14 @@ def _constant_of(symbol: Symbol) -> Constant | None:
 
 
 def is_null(node: Any) -> bool:
-    """Is it 0 or NULL?"""
+    """Return whether an expression is 0 or NULL."""
     if isinstance(node, s.Literal):
         return node.kind == "INTEGER" and node.text.strip("_0") in ("", "16#", "2#", "8#")
     return isinstance(node, s.Name) and node.key == "NULL"
 
 
 def fills(have: Type, want: Type) -> bool:
-    """Whether an array can be given to a VAR_IN_OUT that is an array of open length."""
+    """Return whether an array can be passed to a parameter of open length."""
     return (
         isinstance(have, ArrayType)
         and isinstance(want, ArrayType)
@@ -609,7 +619,7 @@ def fills(have: Type, want: Type) -> bool:
 
 
 def has_address(kind: Type) -> bool:
-    """Is it a block, pointer, reference or interface, or has it one inside?"""
+    """Return whether a type is or contains a block, pointer, reference or interface."""
     if isinstance(kind, ArrayType):
         return has_address(kind.element)
     if isinstance(kind, StructType):
@@ -618,7 +628,7 @@ def has_address(kind: Type) -> bool:
 
 
 def default_scalar(kind: ElementaryType) -> bool | int | float | str:
-    """The initial value the standard gives a type: 0, FALSE or the empty string."""
+    """Return the standard's initial value of a type: 0, FALSE or the empty string."""
     if kind.name == "BOOL":
         return False
     if kind.name in ANY_CHARS:

@@ -46,7 +46,7 @@ __all__ = [
     "within_real",
 ]
 
-#: How a scalar is held while a program runs: BOOL as bool, integers, bit strings and
+#: The Python form of a scalar while a program runs: BOOL as bool, integers, bit strings and
 #: enumerations as int, REAL and LREAL as float, STRING, WSTRING, CHAR and WCHAR as str, TIME in ns,
 #: DATE and DT in ns since 1970-01-01, TOD in ns since midnight; LTIME, LDATE, LDT and LTOD alike.
 Scalar = bool | int | float | str
@@ -83,24 +83,24 @@ INT_RANGE = {
     for name, bits in WIDTH.items()
 }
 
-#: Longest STRING and WSTRING without a length of its own, as in matiec; what is longer is cut off.
+#: Length of a STRING or WSTRING without an explicit length, as in matiec. Longer texts are cut.
 STRING_MAX = 126
-#: What `STRING[n]` may have.
+#: Largest length of `STRING[n]`.
 LONGEST_STRING = 65_535
 REAL_MAX = float.fromhex("0x1.fffffep127")
-#: From here on, the nearest REAL is infinite.
+#: From this value on, the nearest REAL is infinite.
 _REAL_INFINITE = float.fromhex("0x1.ffffffp127")
 NANOSECONDS_PER_DAY = 86_400_000_000_000
 
 ELEMENTARY = {name: ElementaryType(name) for name in (*ANY_BIT, *ANY_NUM, *MOMENTS, *ANY_CHARS)}
 for _short, _long in (("TOD", "TIME_OF_DAY"), ("DT", "DATE_AND_TIME")):
     ELEMENTARY[_long], ELEMENTARY[f"L{_long}"] = ELEMENTARY[_short], ELEMENTARY[f"L{_short}"]
-# Types as wide as a pointer, in CODESYS; here a pointer has 32 bits.
+# Types of the width of a pointer in CODESYS. Here a pointer has 32 bits.
 for _short, _long in (("DWORD", "__XWORD"), ("UDINT", "__UXINT"), ("DINT", "__XINT")):
     ELEMENTARY[_long] = ELEMENTARY[_short]
 
-#: The types of the standard's second edition, which every tool has but for WSTRING; the others
-#: came with the third, and their names are free for what a program declares.
+#: The types of the standard's second edition, except WSTRING, which some tools lack. The other
+#: types came with the third edition, and a program may declare something with their names.
 CORE = frozenset(
     (
         *ANY_BIT,
@@ -134,19 +134,19 @@ _ESCAPES = {
     "'": "'",
     '"': '"',
 }
-#: Other names of a type before a `#`.
+#: Short names of types before a `#`.
 _PREFIXES = {"T": "TIME", "D": "DATE", "LT": "LTIME", "LD": "LDATE"}
 
 
 class LiteralError(ValueError):
-    """A literal that means nothing; the message says why."""
+    """A literal without a valid value; the message gives the reason."""
 
 
 def number(text: str) -> int | float:
-    """Value of an integer or real literal: `12`, `16#FF_00`, `1.5E-3`, `-7`.
+    """Return the value of an integer or real literal: `12`, `16#FF_00`, `1.5E-3`, `-7`.
 
     Raises:
-        LiteralError: a digit that the base does not have.
+        LiteralError: a digit that the base does not have, another base, or a value too large.
     """
     plain = text.replace("_", "")
     sign, plain = (-1, plain[1:]) if plain.startswith("-") else (1, plain.removeprefix("+"))
@@ -168,9 +168,9 @@ def number(text: str) -> int | float:
 
 
 def string_literal(text: str) -> str:
-    """Characters of a string literal in its quotes, with `$` escapes replaced.
+    """Return the characters of a quoted string literal, with `$` escapes replaced.
 
-    In double quotes it is a WSTRING, whose codes have four digits: `$00E4`.
+    In double quotes it is a WSTRING, with codes of four digits: `$00E4`.
 
     Raises:
         LiteralError: an unknown escape, a character that the type does not have, or too many.
@@ -196,23 +196,23 @@ def string_literal(text: str) -> str:
 
 
 def string_length(kind: ElementaryType) -> int:
-    """How many characters a variable of a STRING or WSTRING type holds; 1 for CHAR and WCHAR."""
+    """Return the number of characters of a STRING or WSTRING type; 1 for CHAR, WCHAR."""
     if kind.name not in ANY_STRING:
         return 1
     return STRING_MAX if kind.length is None else kind.length
 
 
 def string_kind(name: str, length: int) -> ElementaryType:
-    """STRING or WSTRING for this many characters; the plain type where that has room for them."""
+    """Return STRING or WSTRING for this many characters; the plain type if it suffices."""
     return ELEMENTARY[name] if length <= STRING_MAX else ElementaryType(name, length)
 
 
 def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
-    """Type and value of `WORD#16#FF`, `BOOL#1`, `T#1s500ms`, `TOD#12:00:00` and the like.
+    """Return type and value of `WORD#16#FF`, `BOOL#1`, `T#1s500ms`, `TOD#12:00:00` etc.
 
     Raises:
         LiteralError: the value is malformed or out of the type's range.
-        KeyError: the prefix is no elementary type.
+        KeyError: the prefix is not an elementary type.
     """
     prefix, _, rest = text.partition("#")
     kind = ELEMENTARY[_PREFIXES.get(prefix.upper(), prefix.upper())]
@@ -242,9 +242,10 @@ def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
 
 
 def within_real(value: float) -> float | None:
-    """Return a number for a REAL: the largest one for what is rounded to it; None: too large.
+    """Return a number as a REAL; None if it is too large.
 
-    Tools write the largest one with 9 digits, 3.40282347E+38, which is a little more.
+    Slightly larger numbers become the largest REAL: tools write it with 9 digits as
+    3.40282347E+38, which is a little more.
     """
     if not abs(value) < _REAL_INFINITE:
         return None
@@ -296,7 +297,10 @@ def _date_and_time(text: str) -> int:
 
 
 def _characters(kind: ElementaryType, text: str) -> tuple[ElementaryType, str]:
-    """`STRING#'abc'`, `WSTRING#"abc"`, `CHAR#'a'`, `WCHAR#"a"`; single quotes do for all."""
+    """Return type and value of `STRING#'abc'`, `WSTRING#"abc"`, `CHAR#'a'`, `WCHAR#"a"`.
+
+    Single quotes are accepted for all four types.
+    """
     wide = kind.name.startswith("W")
     if text[:1] not in ("'", '"'):
         raise LiteralError(f"{kind.name}#{text} is no text; write {kind.name}#'a'")

@@ -1,4 +1,4 @@
-"""What SIZEOF says of a type: bytes as a 32-bit CODESYS lays it out."""
+"""Sizes of types for SIZEOF and UNION: bytes in the layout of a 32-bit CODESYS."""
 
 from __future__ import annotations
 
@@ -28,16 +28,17 @@ _SIZES = {
 
 
 def size_of(kind: Type) -> int | None:
-    """Bytes of a variable of the type; None for blocks, which each tool lays out in its own way.
+    """Return the bytes of a variable of the type.
 
-    Each field of a structure lies at a multiple of its own alignment, which is its size up to 8.
+    The result is None for blocks, because each tool lays them out in its own way. Each field of a
+    structure lies at a multiple of its own alignment, which is its size up to 8.
     """
     found = _layout(kind)
     return None if found is None else found[0]
 
 
 def _layout(kind: Type) -> tuple[int, int] | None:
-    """Size and alignment."""
+    """Return size and alignment [bytes]; None without a known layout."""
     if isinstance(kind, ElementaryType):
         if kind.name in ANY_STRING:
             width = 1 if kind.name == "STRING" else 2
@@ -66,9 +67,9 @@ def _layout(kind: Type) -> tuple[int, int] | None:
 
 
 def places_of(kind: StructType) -> list[int]:
-    """Where each field of a structure begins; all of a union at 0.
+    """Return the offset [bytes] of each field of a structure; 0 for all fields of a union.
 
-    The structure has a size (`size_of`).
+    The structure must have a size (`size_of`).
     """
     end, places = 0, []
     for _, field in kind.fields:

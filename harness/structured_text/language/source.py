@@ -1,4 +1,4 @@
-"""The text of a source: what a file says, or what was made of a part of it."""
+"""The text of a source: a file, or Structured Text extracted from a file."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ __all__ = ["Extract", "Line", "origin", "source_text", "title_of"]
 if TYPE_CHECKING:
     _AnyPath = Path
 else:
-    _AnyPath = type(Path())  # PosixPath or WindowsPath: Path itself cannot be derived from
+    _AnyPath = type(Path())  # PosixPath or WindowsPath, because Path has no subclasses
 
-#: How files of other encodings begin.
+#: Byte order marks of encodings that are not supported.
 _MARKS = {
     b"\xff\xfe\0\0": "UTF-32",
     b"\0\0\xfe\xff": "UTF-32",
@@ -28,12 +28,12 @@ _MARKS = {
 
 @dataclass(frozen=True)
 class Line:
-    """A line of Structured Text and where it stands in the file that it was taken from.
+    """A line of Structured Text and its place in the file that it was taken from.
 
     Attributes:
-        text: Without its end.
+        text: The line without its line end.
         at: Line in the file, from 1.
-        shift: What makes a column of this text a column of the file.
+        shift: Number to add to a column of this text to get the column in the file.
     """
 
     text: str
@@ -42,14 +42,14 @@ class Line:
 
 
 class Extract(_AnyPath):
-    """A file with the Structured Text that was taken out of it, or made of a part of it.
+    """A file together with the Structured Text that was extracted from it.
 
-    It goes wherever the path of a source goes; messages name the file, and the lines in it. Paths
-    made of this one (its parent, its absolute path) are plain ones.
+    An extract is accepted wherever the path of a source is. Messages name the file and its lines.
+    Paths derived from an extract (its parent, its absolute path) are plain paths.
 
     Attributes:
-        lines: The text; None of a plain path.
-        title: What the tool calls it, as a file of its own would be called.
+        lines: The text, or None for a plain path.
+        title: Name for this source. It corresponds to the stem of a separate file.
     """
 
     lines: tuple[Line, ...] | None = None
@@ -58,17 +58,19 @@ class Extract(_AnyPath):
 
     @classmethod
     def make(cls, file: Path, lines: tuple[Line, ...], title: str = "") -> Extract:
-        """The extract of a file."""
+        """Return the extract of a file."""
         made = cls(str(file))
         made.lines, made.title = lines, title
         return made
 
     def __eq__(self, other: object) -> bool:
+        """Return whether path and lines are equal."""
         if self is other:  # comparing and hashing all lines takes long, and is done often
             return True
         return super().__eq__(other) and self.lines == getattr(other, "lines", None)
 
     def __hash__(self) -> int:
+        """Return the hash of path and lines, computed once."""
         if self.lines is None:
             return super().__hash__()
         if self._whole_hash is None:
@@ -76,16 +78,17 @@ class Extract(_AnyPath):
         return self._whole_hash
 
     def __reduce__(self) -> tuple[Any, ...]:
+        """Return how to pickle this path; without lines it becomes a plain path."""
         if self.lines is None:
             return Path, (str(self),)
         return Extract.make, (str(self), self.lines, self.title)
 
 
 def source_text(file: Path) -> str:
-    """The Structured Text of a source.
+    """Return the Structured Text of a source.
 
     Raises:
-        InputError: the file cannot be read, or is no text.
+        InputError: the file cannot be read, or is not a text file.
     """
     lines = getattr(file, "lines", None)
     if lines is not None:
@@ -108,12 +111,12 @@ def source_text(file: Path) -> str:
 
 
 def title_of(file: Path) -> str:
-    """What a source is called: a file as it is without its suffix."""
+    """Return the title of a source: that of an extract, or the stem of the file."""
     return getattr(file, "title", "") or file.stem
 
 
 def origin(file: Path, line: int, column: int) -> tuple[int, int]:
-    """Line and column in the file of those in the source's text, all from 1."""
+    """Return the line and column in the file for those in the source's text, all from 1."""
     lines = getattr(file, "lines", None)
     if not lines:
         return line, column

@@ -1,7 +1,7 @@
 """The standard functions and function blocks: their names, pins and types.
 
-What the second edition of the standard has is `reserved`: nobody else can bear such a name. What
-came with the third edition or from the vendors yields to a declaration of the program.
+A name of the second edition is `reserved`: a declaration of the program cannot replace it. Names of
+the third edition or of vendors yield to a declaration of the program.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ _ORDERED = tuple(name for name in _ANY if name != "BOOL")
 
 @dataclass(frozen=True)
 class Signature:
-    """How a standard function may be called.
+    """The parameters and the result of a standard function.
 
-    `pins` are (name, type); the type is the name of an elementary type, `ANY_INT`, or `T` for
-    the one type that all pins marked so share and that must be in `group`. `result` is likewise;
-    `ANY_INT` there means the integer type that the context asks for. An `extensible` function
+    `pins` holds pairs (name, type). A type is the name of an elementary type, `ANY_INT`, or `T`:
+    all pins marked `T` share one type, which must be in `group`. `result` is written likewise;
+    there, `ANY_INT` means the integer type that the context requires. An `extensible` function
     takes more arguments like its last one.
     """
 
@@ -71,7 +71,7 @@ def _binary(group: tuple[str, ...], result: str = "T", *, extensible: bool = Fal
 
 
 def _pins(text: str, result: str) -> Signature:
-    """One whose pins have each a type of its own: `YEAR:ANY_INT MONTH:ANY_INT`."""
+    """Return a signature from pins with their own types: `YEAR:ANY_INT MONTH:ANY_INT`."""
     pairs = (item.split(":") for item in text.split())
     return Signature(tuple((name, kind) for name, kind in pairs), (), result)
 
@@ -116,7 +116,7 @@ _SECOND_EDITION = {
 _CLOCK = "HOUR:ANY_INT MINUTE:ANY_INT SECOND:ANY_INT MILLISECOND:ANY_INT"
 _DAY = "YEAR:ANY_INT MONTH:ANY_INT DAY:ANY_INT"
 
-#: Functions of the third edition, and of the second those for moments by their own names.
+#: Functions of the third edition, and functions of the second that are named after their types.
 _MORE = {
     "ATAN2": Signature((("Y", "T"), ("X", "T")), ANY_REAL, "T"),
     "CONCAT_DATE_TOD": _pins("IN1:DATE IN2:TOD", "DT"),
@@ -133,7 +133,7 @@ FUNCTIONS = {**_SECOND_EDITION, **_MORE}
 
 
 def _moment_operators() -> Iterator[tuple[str, tuple[str, str, str, str]]]:
-    """Name, and its operator with the types of its operands and its result."""
+    """Yield names with (operator, types of both operands, type of the result)."""
     for long in ("", "L"):
         time, day, clock, both = (long + name for name in ("TIME", "DATE", "TOD", "DT"))
         for moment in (clock, both):
@@ -147,10 +147,10 @@ def _moment_operators() -> Iterator[tuple[str, tuple[str, str, str, str]]]:
     yield "SUB_LTIME", ("-", "LTIME", "LTIME", "LTIME")
 
 
-#: Functions that are an operator between a moment and a duration, a moment or a number.
+#: Functions that mean an operator between a moment and a duration, moment or number.
 MOMENT_OPERATORS = dict(_moment_operators())
 
-#: Of the second edition, though few tools have them.
+#: Functions of the second edition that few tools have.
 _RARE = frozenset(
     (
         *("ADD_TOD_TIME", "ADD_DT_TIME", "SUB_DATE_DATE", "SUB_TOD_TIME", "SUB_TOD_TOD"),
@@ -158,21 +158,21 @@ _RARE = frozenset(
     )
 )
 
-#: Blocks of matiec's library and the standard that no engine here runs.
+#: Blocks of the standard or of matiec's library that no engine of this package runs.
 UNSUPPORTED = frozenset(["SEMA", "RTC", "PID", "RAMP", "INTEGRAL", "DERIVATIVE", "HYSTERESIS"])
 
 _CONVERSION = re.compile(r"([A-Z_]+?)_TO_([A-Z_]+)")
-#: Moments of which one can be made of the other; those with an L in front alike.
+#: Pairs (source, target) of moments with a conversion. The types with a leading L are alike.
 _MOMENT_PAIRS = (("DT", "DATE"), ("DT", "TOD"), ("DATE", "DT"), ("TIME", "TOD"), ("TOD", "TIME"))
 
 
 def conversion(name: str) -> tuple[str, str] | None:
-    """The (source, target) type names of a conversion such as `INT_TO_REAL`.
+    """Return the (source, target) type names of a conversion such as `INT_TO_REAL`.
 
     Returns:
-        None if there is no such conversion: between a type and itself, among moments but for
-        those that have the other in them, of a character to what is no integer or bit string,
-        and BCD (see `bcd`).
+        None if there is no such conversion: from a type to itself; between moments, except from
+        one that contains the other; between a character and a type that is neither an integer nor
+        a bit string nor a text; and BCD (see `bcd`).
     """
     found = _CONVERSION.fullmatch(name)
     if found is None or found[1] not in ELEMENTARY or found[2] not in ELEMENTARY:
@@ -182,7 +182,7 @@ def conversion(name: str) -> tuple[str, str] | None:
 
 
 def convertible(source: str, target: str) -> bool:
-    """Whether there is a conversion between two different elementary types."""
+    """Return whether there is a conversion between two different elementary types."""
     if source == target:
         return False
     if source in MOMENTS and target in MOMENTS:
@@ -195,7 +195,7 @@ def convertible(source: str, target: str) -> bool:
 
 
 def overload(name: str) -> str:
-    """The target of `TO_INT` and its like, which take any type; empty for other names."""
+    """Return the target of `TO_INT` and the like, which take any type; else empty."""
     target = name.removeprefix("TO_")
     return ELEMENTARY[target].name if name.startswith("TO_") and target in ELEMENTARY else ""
 
@@ -204,7 +204,10 @@ _TRUNCATION = re.compile(r"(?:(L?REAL)_)?TRUNC_([A-Z]+)")
 
 
 def truncation(name: str) -> tuple[str, str] | None:
-    """The source, empty for any, and the target of `TRUNC_INT`, `LREAL_TRUNC_DINT` and so on."""
+    """Return source and target of `TRUNC_INT`, `LREAL_TRUNC_DINT` and so on.
+
+    The source is empty if the function takes any real type. The result is None for other names.
+    """
     found = _TRUNCATION.fullmatch(name)
     return None if found is None or found[2] not in ANY_INT else (found[1] or "", found[2])
 
@@ -215,7 +218,7 @@ _TO_BCD = re.compile(r"(?:([A-Z]+)_)?TO_BCD_([A-Z]+)")
 
 
 def bcd(name: str) -> tuple[str, str, str] | None:
-    """What `WORD_BCD_TO_UINT`, `BCD_TO_UINT`, `UINT_TO_BCD_WORD` and `TO_BCD_WORD` are.
+    """Return the meaning of `WORD_BCD_TO_UINT`, `BCD_TO_UINT`, `TO_BCD_WORD` and so on.
 
     Returns:
         FROM_BCD or TO_BCD, the source (empty for any) and the target; None for other names.
@@ -230,7 +233,7 @@ def bcd(name: str) -> tuple[str, str, str] | None:
 
 
 def rare(name: str) -> bool:
-    """Whether a function is of the second edition, and yet not of the portable subset."""
+    """Return whether a function is of the second edition but not of the portable subset."""
     return name in _RARE or (bcd(name) is not None and not name.startswith("TO_"))
 
 
@@ -264,7 +267,7 @@ def _blocks() -> dict[str, BlockType]:
 
 
 def _more_blocks() -> dict[str, BlockType]:
-    """The timers by the names that tell their type of duration."""
+    """Return the timers with the type of their duration in the name."""
     blocks = []
     for name in ("TON", "TOF", "TP"):
         for long, kind in ((f"{name}_TIME", "TIME"), *((n, "LTIME") for n in _long_names(name))):
@@ -279,7 +282,7 @@ def _long_names(name: str) -> tuple[str, str]:
 _CORE_BLOCKS = _blocks()
 BLOCKS = {**_CORE_BLOCKS, **_more_blocks()}
 
-#: Other names of pins, in the standard's long form and on CODESYS, by the block's first word.
+#: Alternative pin names of the standard and of CODESYS, by the first word of the block's name.
 PIN_NAMES = {
     "SR": {"SET1": "S1", "RESET": "R"},
     "RS": {"SET": "S", "RESET1": "R1"},
@@ -290,7 +293,7 @@ PIN_NAMES = {
 
 
 def pin_name(block: BlockType, name: str) -> str:
-    """The name that a block has for a pin, in upper case; other names of standard pins count."""
+    """Return a block's upper-case name of a pin, with alternative standard names replaced."""
     key = name.upper()
     if BLOCKS.get(block.name) is not block:
         return key
@@ -298,7 +301,7 @@ def pin_name(block: BlockType, name: str) -> str:
 
 
 def reserved(name: str) -> bool:
-    """Whether the second edition has a type, function or block of this upper-case name."""
+    """Return whether the second edition has a type, function or block of this name."""
     pair = conversion(name)
     return (
         name in CORE

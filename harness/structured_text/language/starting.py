@@ -1,4 +1,4 @@
-"""Initial values that are set when the program or call starts: pointers, arguments, calculated."""
+"""Initial values at the start of a program or call: pointers, arguments, calculated values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NO_EXPRESSION = (s.ArrayInit, s.StructInit, s.Sequence)
 
 @dataclass(frozen=True)
 class Start:
-    """A block whose `INIT` takes arguments, and these."""
+    """A block with arguments for its `INIT`."""
 
     name: s.Name
     arguments: tuple[s.Argument, ...]
@@ -28,7 +28,7 @@ class Start:
 
 
 def starting(sections: Iterable[s.Section], scope: Scope) -> Iterator[s.Assign | s.Latch | Start]:
-    """What the declarations of a POU ask for beyond constants, as statements.
+    """Yield the initial values of a POU that are not constant, as statements.
 
     Args:
         sections: The declarations.
@@ -65,10 +65,10 @@ def _one(
 
 
 def start_call(node: Start, expressions: Checking) -> t.Evaluate:
-    """The call of `INIT` with the arguments of a declaration.
+    """Type the call of `INIT` with the arguments of a declaration.
 
     Raises:
-        InputError: the block has no `INIT` with parameters, or they do not fit.
+        InputError: the block has no `INIT` with parameters, or the arguments do not fit.
     """
     scope = expressions.scope
     instance = expressions.variable(node.name)

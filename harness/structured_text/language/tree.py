@@ -1,7 +1,8 @@
-"""The checked program: every name resolved, every expression typed, every conversion explicit.
+"""The checked program: every name resolved, every expression typed.
 
-This is what engines generate code from. Untyped literals have the type they were used as;
-operators and standard functions are resolved to their operand type.
+Engines generate code from this tree. Every conversion is an explicit call. An untyped literal has
+the type that its context requires. Operators and standard functions are resolved to their operand
+type.
 """
 
 from __future__ import annotations
@@ -58,12 +59,12 @@ class Symbol:
 
     `section` is VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_TEMP, VAR_EXTERNAL, VAR_GLOBAL or,
     for the variable that holds a function's result, RESULT. `initial` is the complete initial
-    value as `resolve.Types.initial_value` gives it. `source` is the key of the global variable
-    that a VAR_EXTERNAL stands for, where that is not its own name. `addressed` says that a
-    pointer is made to it, `started` that its declaration gives the block arguments, `shared` that
-    methods of the block use this VAR_IN_OUT of it, `calculated` that its initial value is no
-    constant; `parts` are those of its initial value that are none. `retain`: it keeps its value
-    over a warm start. `area` is I, Q or M where its address is left to the tool (`%I*`).
+    value as returned by `resolve.Types.initial_value`. `source` is the key of the global variable
+    behind a VAR_EXTERNAL, if the two names differ. `addressed`: the program makes a pointer to the
+    variable. `started`: its declaration passes arguments to the block. `shared`: methods of the
+    block use this VAR_IN_OUT. `calculated`: its initial value is not constant; `parts` are the
+    parts of the initial value that are not constant. `retain`: it keeps its value over a warm
+    start. `area` is I, Q or M if the tool chooses the address (`%I*`).
     """
 
     name: str
@@ -85,7 +86,7 @@ class Symbol:
 
 @dataclass(frozen=True)
 class Constant:
-    """A literal or enumeration member; `typed` where the source names its type."""
+    """A literal or enumeration member; `typed` if the source names its type."""
 
     value: Scalar
     type: Type
@@ -94,7 +95,7 @@ class Constant:
 
 @dataclass(frozen=True)
 class Use:
-    """A variable of the POU by its symbol."""
+    """An access to a variable of the POU by its symbol."""
 
     symbol: Symbol
     type: Type
@@ -102,7 +103,7 @@ class Use:
 
 @dataclass(frozen=True)
 class Member:
-    """A field of a structure or a pin of a block instance; the base may be a call's result."""
+    """A field of a structure or a pin of a block instance. The base may be a call's result."""
 
     base: Variable
     name: str
@@ -111,7 +112,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Index:
-    """An element of an array, one index per dimension."""
+    """An element of an array, with one index per dimension."""
 
     base: Variable
     indices: tuple[Expression, ...]
@@ -120,7 +121,7 @@ class Index:
 
 @dataclass(frozen=True)
 class Unary:
-    """`op` is - or NOT; the operand has the same type."""
+    """A negation: `op` is - or NOT. The operand has the type of the result."""
 
     op: str
     operand: Expression
@@ -129,9 +130,10 @@ class Unary:
 
 @dataclass(frozen=True)
 class Binary:
-    """Both operands have one type, except `TIME * number`, `TIME / number` and `real ** number`.
+    """An operation on two operands.
 
-    `op` is one of + - * / MOD ** AND OR XOR AND_THEN OR_ELSE = <> < > <= >=.
+    `op` is one of + - * / MOD ** AND OR XOR AND_THEN OR_ELSE = <> < > <= >=. Both operands have the
+    same type, except in `TIME * number`, `TIME / number` and `real ** number`.
     """
 
     op: str
@@ -142,10 +144,11 @@ class Binary:
 
 @dataclass(frozen=True)
 class CallFunction:
-    """A call of a function of the sources; one argument per VAR_INPUT, None for the default.
+    """A call of a function of the sources, with one argument per VAR_INPUT.
 
-    `in_outs` are (pin, variable) for every VAR_IN_OUT, `outputs` (pin, target). The type of a
-    function without a result is the elementary type without a name.
+    An argument is None if the default applies. `in_outs` holds (pin, variable) for every
+    VAR_IN_OUT, `outputs` (pin, target). The type of a function without a result is the elementary
+    type with an empty name.
     """
 
     function: str
@@ -157,19 +160,19 @@ class CallFunction:
 
 @dataclass(frozen=True)
 class Standard:
-    """A call of a standard function by its upper-case name, conversions included."""
+    """A call of a standard function or conversion by its upper-case name."""
 
     name: str
     arguments: tuple[Expression, ...]
     type: Type
 
 
-# Object orientation and references: what only the built-in engine runs.
+# Object orientation and references: only the built-in engine runs these nodes.
 
 
 @dataclass(frozen=True)
 class This:
-    """The instance that a method or body runs for: `THIS^`."""
+    """The instance that a method or body is executed for: `THIS^`."""
 
     type: Type
 
@@ -180,12 +183,12 @@ class CallMethod:
 
     Attributes:
         instance: The block, or a value of an interface.
-        method: Its name and parameters, as the static type of the instance declares it.
-        final: Whether just this method is meant (SUPER^), not what a derived block makes of it.
-        arguments: One per VAR_INPUT, None for its default.
+        method: Name and parameters, as the static type of the instance declares them.
+        final: Whether exactly this method is called (SUPER^), not the override of a derived block.
+        arguments: One per VAR_INPUT; None for its default.
         in_outs: (name, variable) for every VAR_IN_OUT.
         outputs: (name, target) of each `=>`.
-        type: Of the result; the empty type where it has none.
+        type: Type of the result; the empty type if the method has no result.
     """
 
     instance: Expression
@@ -199,7 +202,7 @@ class CallMethod:
 
 @dataclass(frozen=True)
 class Deref:
-    """What a pointer or reference leads to, `offset` elements further."""
+    """The variable that a pointer or reference leads to, `offset` elements further."""
 
     base: Expression
     type: Type
@@ -216,7 +219,7 @@ class Address:
 
 @dataclass(frozen=True)
 class Offset:
-    """A pointer moved by some bytes; `size` is that of an element, `sign` 1 or -1."""
+    """A pointer moved by some bytes; `size` is the size of an element, `sign` is 1 or -1."""
 
     base: Expression
     bytes: Expression
@@ -227,7 +230,7 @@ class Offset:
 
 @dataclass(frozen=True)
 class Recast:
-    """A pointer to the same memory, which is looked at as another type."""
+    """A pointer to the same memory, which is read as another type."""
 
     base: Expression
     type: ReferenceType
@@ -235,14 +238,14 @@ class Recast:
 
 @dataclass(frozen=True)
 class Null:
-    """The pointer to nothing, or an interface without a block."""
+    """The null pointer, or an interface value without a block."""
 
     type: Type
 
 
 @dataclass(frozen=True)
 class Valid:
-    """Whether a reference refers to something."""
+    """The test whether a reference refers to a variable."""
 
     reference: Expression
     type: Type
@@ -250,9 +253,9 @@ class Valid:
 
 @dataclass(frozen=True)
 class Same:
-    """Whether two pointers or interfaces lead to the same, or not (`op` is = or <>).
+    """The comparison of two pointers or interfaces for equality (`op` is = or <>).
 
-    Of two pointers `op` may also be < > <= >=: which of them leads further on in one memory.
+    For two pointers `op` may also be < > <= >=. These compare positions in the same memory.
     """
 
     op: str
@@ -280,7 +283,7 @@ Expression = (
 
 @dataclass(frozen=True)
 class Assign:
-    """target := value, of equal types."""
+    """An assignment `target := value` of equal types."""
 
     target: Variable
     value: Expression
@@ -291,7 +294,7 @@ class Assign:
 class CallBlock:
     """A call of a block instance.
 
-    `inputs` are (pin, value) in the order of the declaration, `in_outs` (pin, variable) for
+    `inputs` holds (pin, value) in the order of the declaration, `in_outs` (pin, variable) for
     every VAR_IN_OUT, `outputs` (pin, target) in the order of the call.
     """
 
@@ -305,7 +308,7 @@ class CallBlock:
 
 @dataclass(frozen=True)
 class If:
-    """(condition, statements) of IF and every ELSIF, then ELSE."""
+    """An IF: (condition, statements) for IF and every ELSIF, then the statements of ELSE."""
 
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
     otherwise: tuple[Statement, ...]
@@ -314,7 +317,7 @@ class If:
 
 @dataclass(frozen=True)
 class Case:
-    """Each branch has its labels as inclusive (low, high) pairs and its statements."""
+    """A CASE: each branch has labels as inclusive (low, high) pairs, and statements."""
 
     selector: Expression
     branches: tuple[tuple[tuple[tuple[int, int], ...], tuple[Statement, ...]], ...]
@@ -324,7 +327,7 @@ class Case:
 
 @dataclass(frozen=True)
 class For:
-    """Counts `counter` from `start` to `end`; all four have its type."""
+    """A FOR loop that counts `counter` from `start` to `end`; all four have its type."""
 
     counter: Variable
     start: Expression
@@ -336,7 +339,7 @@ class For:
 
 @dataclass(frozen=True)
 class While:
-    """Tests before each round."""
+    """A loop that tests its condition before each iteration."""
 
     condition: Expression
     body: tuple[Statement, ...]
@@ -345,7 +348,7 @@ class While:
 
 @dataclass(frozen=True)
 class Repeat:
-    """Tests after each round; ends when the condition is true."""
+    """A loop that tests after each iteration and ends when the condition is true."""
 
     body: tuple[Statement, ...]
     condition: Expression
@@ -354,7 +357,7 @@ class Repeat:
 
 @dataclass(frozen=True)
 class Evaluate:
-    """A call whose result is not used."""
+    """A call with an unused result."""
 
     value: Expression
     at: Position
@@ -362,7 +365,7 @@ class Evaluate:
 
 @dataclass(frozen=True)
 class CallBase:
-    """`SUPER^()`: the body of the block that this one extends, on the same instance."""
+    """`SUPER^()`: the body of the base block, called on the same instance."""
 
     block: BlockType
     inputs: tuple[tuple[str, Expression], ...]
@@ -392,10 +395,10 @@ _FIRST = Position(1, 1)
 class Pou:
     """A function, function block or program.
 
-    `block` is None for a function, `result` None for the others. `symbols` are in the order of
-    declaration, by upper-case name. A method is a POU, too: its kind is METHOD, its name
-    `Block.Method` (`Block.Property.Get`), and `owner` the block it belongs to. `at` is where it
-    begins.
+    `block` is None for a function, `result` is None for the others. `symbols` is in the order of
+    declaration, by upper-case name. A method is also a POU: its kind is METHOD, its name is
+    `Block.Method` (`Block.Property.Get`), and `owner` is its block. `at` is the position of its
+    first word.
     """
 
     kind: str
@@ -408,13 +411,13 @@ class Pou:
     owner: Pou | None = None
     words: tuple[str, ...] = ()
     calls: set[str] = field(default_factory=set)
-    """Functions of the sources that it calls, by upper-case name."""
+    """Upper-case names of the functions of the sources that this POU calls."""
     clock: bool = False
-    """Whether it reads the time."""
+    """Whether this POU reads the time."""
     at: Position = _FIRST
     copied: set[str] = field(default_factory=set)
     """Upper-case names of VAR_INPUT that a function writes."""
 
     def section(self, kind: str) -> list[Symbol]:
-        """The variables of one kind of section."""
+        """Return the variables of all sections of this kind."""
         return [symbol for symbol in self.symbols.values() if symbol.section == kind]

@@ -1,4 +1,4 @@
-"""What a variable of a Structured Text program can be: the type model both engines share."""
+"""The type model of Structured Text variables, which all engines share."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = [
 class ElementaryType:
     """An elementary type of IEC 61131-3, by its upper-case name: `BOOL`, `DINT`, `TIME` ...
 
-    `length` is how many characters a STRING or WSTRING holds; None for the usual number.
+    `length` is the number of characters of a STRING or WSTRING; None for the default length.
     """
 
     name: str
@@ -35,7 +35,7 @@ class ElementaryType:
 class EnumType:
     """An enumeration of integers of the type `base`.
 
-    `values` has one for each member; empty where they count from 0 in the order of the members.
+    `values` has one entry per member. If it is empty, the members count from 0.
     """
 
     name: str
@@ -44,16 +44,16 @@ class EnumType:
     base: str = "INT"
 
     def value_of(self, member: str) -> int:
-        """The value of a member; its name is compared without case.
+        """Return the value of a member; names are compared without case.
 
         Raises:
-            ValueError: it has no such member.
+            ValueError: there is no such member.
         """
         place = [one.upper() for one in self.members].index(member.upper())
         return self.values[place] if self.values else place
 
     def member_of(self, value: int) -> str | None:
-        """The member of a value, None where there is none."""
+        """Return the member with a value; None without one."""
         if not self.values:
             return self.members[value] if 0 <= value < len(self.members) else None
         return self.members[self.values.index(value)] if value in self.values else None
@@ -61,9 +61,9 @@ class EnumType:
 
 @dataclass(frozen=True)
 class ArrayType:
-    """A named array type; `bounds` holds (lower, upper) per dimension, both inclusive.
+    """An array type; `bounds` holds (lower, upper) per dimension, both inclusive.
 
-    One that is `open` is the type of a VAR_IN_OUT alone; its bounds are those of what is given.
+    `open` is true only for the type of a parameter; its bounds are those of the passed array.
     """
 
     name: str
@@ -74,9 +74,9 @@ class ArrayType:
 
 @dataclass(frozen=True)
 class StructType:
-    """A structure; fields in order of declaration, names as declared.
+    """A structure with its fields in order of declaration and names as declared.
 
-    `union` where all fields lie at the same place.
+    `union` is true if all fields lie at the same place.
     """
 
     name: str
@@ -88,9 +88,8 @@ class StructType:
 class Variable:
     """A variable of a function block or program.
 
-    `section` is VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_EXTERNAL or VAR_GLOBAL;
-    `address` the direct address it is located at (`%QX0.0`), if any; `retain` says that it keeps
-    its value over a warm start.
+    `section` is VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_EXTERNAL or VAR_GLOBAL. `address` is
+    its direct address (`%QX0.0`), if any. `retain` is true if it keeps its value over a warm start.
     """
 
     name: str
@@ -110,7 +109,7 @@ class BlockType:
 
 @dataclass(frozen=True)
 class InterfaceType:
-    """An interface; a variable of it holds a block that implements it, or none."""
+    """An interface. Its variables hold a block that implements it, or nothing."""
 
     name: str
 
@@ -119,8 +118,9 @@ class InterfaceType:
 class ReferenceType:
     """POINTER TO, REFERENCE TO or REF_TO another type.
 
-    `target` is set once all declarations are known, for types may point to each other. Two are
-    equal where their targets have the same name, and arrays without a name the same form.
+    `target` is set once all declarations are known, because types may point to each other. Two
+    reference types are equal if their targets have the same name; arrays without a name must have
+    the same form.
     """
 
     kind: str
@@ -128,7 +128,7 @@ class ReferenceType:
 
     @property
     def name(self) -> str:
-        """As it is written: `POINTER TO INT`."""
+        """Return the type as it is written: `POINTER TO INT`."""
         word = self.kind if self.kind == "REF_TO" else f"{self.kind} TO"
         return f"{word} {_form(self.target)}"
 
@@ -140,7 +140,7 @@ class ReferenceType:
 
 
 def _form(kind: Type | None) -> str:
-    """The name of a type, or what it is made of where it has none."""
+    """Return the name of a type, or the form of an array without a name."""
     if isinstance(kind, ArrayType) and not kind.name:
         bounds = ", ".join(f"{low}..{high}" for low, high in kind.bounds)
         return f"ARRAY [{bounds}] OF {_form(kind.element)}"
@@ -156,7 +156,7 @@ Type: TypeAlias = (
 class Located:
     """A directly represented variable: its address (`%QW3`), path and type.
 
-    `start` is its first byte where the address does not say so: within an array or a structure.
+    `start` is its first byte if the address does not give it: within an array or a structure.
     """
 
     address: str
@@ -166,7 +166,7 @@ class Located:
 
 
 def has_block(kind: Type) -> bool:
-    """Is it a block, or an array of blocks?"""
+    """Return whether a type is a block, or an array of blocks."""
     while isinstance(kind, ArrayType):
         kind = kind.element
     return isinstance(kind, BlockType)

@@ -1,4 +1,4 @@
-"""Python values in and out of variables, checked the same way for every engine."""
+"""Conversion of Python values to values of variables and back, the same for every engine."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _TIME_LIMIT = timedelta(microseconds=(1 << 63) // 1000)
 
 
 def describe(kind: Type) -> str:
-    """The name of a type as a message shows it."""
+    """Return the name of a type as messages show it."""
     if isinstance(kind, ArrayType) and kind.open:
         return f"ARRAY [{', '.join('*' for _ in kind.bounds)}] OF {describe(kind.element)}"
     if isinstance(kind, ArrayType) and not kind.name:
@@ -51,12 +51,12 @@ def describe(kind: Type) -> str:
 
 
 def array_length(kind: ArrayType) -> int:
-    """Number of elements over all dimensions."""
+    """Return the number of elements over all dimensions."""
     return math.prod(high - low + 1 for low, high in kind.bounds)
 
 
 def scalar_to_python(kind: Type, value: Scalar) -> Any:
-    """What `Program.read` returns for a scalar that is held as `value` (see `Scalar`)."""
+    """Return the Python value of a scalar, as `Program.read` does (see `Scalar`)."""
     if isinstance(kind, EnumType):
         member = kind.member_of(int(value))
         return int(value) if member is None else member
@@ -78,19 +78,19 @@ def scalar_to_python(kind: Type, value: Scalar) -> Any:
 
 
 def _short(kind: ElementaryType) -> str:
-    """TIME for LTIME, and so on: they are held alike. Empty for what is no moment."""
+    """Return TIME for LTIME and so on, as both hold the same value; empty for other types."""
     name = kind.name.removeprefix("L")
     return name if name in _MOMENTS else ""
 
 
 def _microseconds(nanoseconds: Scalar) -> int:
-    """Whole microseconds; what is finer is dropped, towards zero."""
+    """Return whole microseconds, rounded towards zero."""
     value = int(nanoseconds)
     return value // 1000 if value >= 0 else -(-value // 1000)
 
 
 def nest(kind: ArrayType, flat: Sequence[Any]) -> list[Any]:
-    """Elements in row-major order as lists in lists, one level per dimension."""
+    """Return elements in row-major order as nested lists, one level per dimension."""
     items = list(flat)
     for low, high in reversed(kind.bounds[1:]):
         size = high - low + 1
@@ -99,19 +99,19 @@ def nest(kind: ArrayType, flat: Sequence[Any]) -> list[Any]:
 
 
 def from_python(kind: Type, value: Any, path: str) -> Any:
-    """Check a value given from outside and bring it into the form engines hold.
+    """Check an external value and convert it to the form that engines hold.
 
     Args:
         kind: Type of the variable.
-        value: What the caller gave; for a structure a dict that may leave fields out.
-        path: The variable, for messages.
+        value: The value; for a structure a dict that may leave fields out.
+        path: The path of the variable, for messages.
 
     Returns:
         A `Scalar`; for an array the flat list of its elements in row-major order; for a
-        structure or block a dict by declared field name, of the fields that were given.
+        structure or block a dict of the given fields by declared name.
 
     Raises:
-        InputError: the value does not fit the type; nothing is ever wrapped or cut.
+        InputError: the value does not fit the type. Values are never wrapped or cut.
     """
     if isinstance(kind, EnumType):
         return _enumeration(kind, value, path)
@@ -172,7 +172,7 @@ def _characters(kind: ElementaryType, value: Any, path: str) -> str:
 
 
 def _moment(kind: ElementaryType, value: Any, path: str) -> int:
-    """Durations and dates, also from a literal as it is written in Structured Text."""
+    """Return a duration or date [ns] from a Python value or a Structured Text literal."""
     name = _short(kind)
     if isinstance(value, str):
         try:

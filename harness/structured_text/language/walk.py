@@ -1,6 +1,6 @@
-"""The walk through a program, as it is written (`syntax`) or checked (`tree`).
+"""Traversal of a program, as it is written (`syntax`) or checked (`tree`).
 
-Both trees are made of frozen data classes, the nodes, and of tuples; their fields stand in the
+The nodes of both trees are frozen data classes, with tuples for sequences. Their fields are in the
 order of the text.
 """
 
@@ -25,19 +25,19 @@ __all__ = [
     "written",
 ]
 
-#: Types of those fields in which no code is.
+#: Types of fields that contain no code.
 _PLAIN = (
     *("str", "bool", "int", "Position", "Path", "Scalar", "tuple[str, ...]", "tuple[Any, ...]"),
     *("tuple[InputError, ...]", "Type", "ReferenceType", "BlockType", "Symbol", "Pou"),
 )
-#: Names of what is declared, called or a member; a `Variable` may be a name, too.
+#: Names of declarations, callees and members. A `Variable` may be a name, too.
 _NAMES = ("Name", "Name | None", "tuple[Name, ...]", "tuple[Namespace, ...]")
 #: A statement of one of the trees.
 _One = TypeVar("_One", s.Statement, t.Statement)
 
 
 def parts(node: Any) -> Iterator[Any]:
-    """Yield the nodes directly inside a node, without names that are no variables."""
+    """Yield the nodes directly inside a node, except names that are not variables."""
     kind: Any = type(node)
     for one in node if kind is tuple else [getattr(node, name) for name in _fields(kind) or ()]:
         kind = type(one)
@@ -48,12 +48,12 @@ def parts(node: Any) -> Iterator[Any]:
 
 
 def nodes(root: Any, without: Container[type[Any]] = (), *, names: bool = False) -> Iterator[Any]:
-    """Yield a node, or those of a tuple, and all inside, each before those that it consists of.
+    """Yield a node, or the nodes of a tuple, and all nodes inside, parents first.
 
     Args:
         root: The node.
-        without: Kinds of nodes inside it that are left out with all that they consist of.
-        names: Yield also the names that are no variables.
+        without: Kinds of nodes to leave out, together with all nodes inside them.
+        names: Also yield names that are not variables.
     """
     waiting = [root]
     while waiting:
@@ -68,7 +68,7 @@ def nodes(root: Any, without: Container[type[Any]] = (), *, names: bool = False)
 
 @cache
 def _fields(kind: type[Any], names: bool = False) -> tuple[str, ...] | None:
-    """Return the fields of a kind of node that are code; None of anything else."""
+    """Return the fields of a kind of node that contain code; None for other classes."""
     if not is_dataclass(kind):
         return None
     plain = _PLAIN if names else (*_PLAIN, *_NAMES)
@@ -76,7 +76,7 @@ def _fields(kind: type[Any], names: bool = False) -> tuple[str, ...] | None:
 
 
 def bodies(one: _One) -> list[tuple[_One, ...]]:
-    """Return the bodies of a statement: of an IF or CASE one for each way, also an empty one."""
+    """Return the bodies of a statement; for IF and CASE every branch, including empty ones."""
     branches: Any = getattr(one, "branches", None)
     if branches is not None:
         inner: list[Any] = [
@@ -87,7 +87,7 @@ def bodies(one: _One) -> list[tuple[_One, ...]]:
 
 
 def statements(body: Iterable[_One]) -> Iterator[_One]:
-    """Yield the statements of a body, those inside others too, in the order of the text."""
+    """Yield the statements of a body and all nested ones, in the order of the text."""
     for one in body:
         yield one
         for body_of_one in bodies(one):

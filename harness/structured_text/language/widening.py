@@ -1,8 +1,9 @@
-"""Which elementary types convert without being told to, and what two of them have in common.
+"""Implicit conversions between elementary types, and their common types.
 
-`standard` is what edition 3 of IEC 61131-3 has (its figure of implicit conversions); `vendor` what
-CODESYS and its like take beyond it, where only one meaning is possible: bit patterns and numbers of
-the same width, a change of sign, integers and LREAL where a REAL is expected.
+`standard` marks the conversions of edition 3 of IEC 61131-3 (its figure of implicit conversions).
+`vendor` marks those that CODESYS and similar tools accept in addition, where only one meaning is
+possible: bit patterns and numbers of the same width, a change of sign, integers and LREAL where a
+REAL is expected.
 """
 
 from __future__ import annotations
@@ -44,23 +45,23 @@ _BITS = dict(zip((8, 16, 32, 64), ("BYTE", "WORD", "DWORD", "LWORD"), strict=Tru
 _UNSIGNED = {WIDTH[name]: name for name in UNSIGNED}
 _NEXT_SIGNED = {"USINT": "INT", "UINT": "DINT", "UDINT": "LINT"}
 
-#: The bit string that has the width of an integer type.
+#: The bit string with the width of each integer type.
 BITS_OF = {name: _BITS[WIDTH[name]] for name in ANY_INT}
 
 
 def number_of(name: str) -> str:
-    """The unsigned integer type of the width of a bit string; any other type is its own."""
+    """Return the unsigned integer of a bit string's width; every other type is returned as is."""
     return _UNSIGNED[WIDTH[name]] if name in ANY_BIT and name != "BOOL" else name
 
 
 def widens(have: Type, want: Type) -> bool:
-    """Whether a value becomes another elementary type by itself."""
+    """Return whether a value converts implicitly to another elementary type."""
     both = isinstance(have, ElementaryType) and isinstance(want, ElementaryType)
     return both and bool(widening(have.name, want.name))
 
 
 def widening(source: str, target: str) -> str:
-    """How the one type becomes the other by itself: `standard`, `vendor`, or empty: it does not."""
+    """Return the kind of implicit conversion: `standard`, `vendor`, or empty if there is none."""
     if source == target:
         return ""
     if source in MOMENTS:
@@ -86,10 +87,11 @@ def widening(source: str, target: str) -> str:
 
 
 def common(one: str, other: str) -> str:
-    """The type in which two different types are calculated with and compared; empty: none.
+    """Return the type in which two types are calculated with and compared; empty if none.
 
-    The one that the other widens to; for a signed and an unsigned integer the signed one that has
-    room for both; a bit string counts as the unsigned integer of its width; with a REAL it is REAL.
+    The result is the type that the other one widens to. For a signed and an unsigned integer it is
+    the signed type that holds both. A bit string counts as the unsigned integer of its width. With
+    a REAL it is REAL.
     """
     if one == other:
         return one
@@ -112,7 +114,7 @@ def common(one: str, other: str) -> str:
 
 
 def fitting_integer(value: int) -> str:
-    """The smallest signed type that has the value, else ULINT, else empty."""
+    """Return the smallest signed type that holds the value, else ULINT, else empty."""
     for name in (*SIGNED, "ULINT"):
         low, high = INT_RANGE[name]
         if low <= value <= high:
@@ -120,12 +122,12 @@ def fitting_integer(value: int) -> str:
     return ""
 
 
-#: What functions that join texts give, where one of these is longer than a plain STRING.
+#: Length of the result of functions that join texts, if an argument is longer than a plain STRING.
 _JOINED = 255
 
 
 def joined(kinds: list[ElementaryType], *, longer: bool) -> ElementaryType:
-    """The STRING or WSTRING that has room for each of several; with `longer`, for two of them."""
+    """Return the text type that holds each of several; with `longer`, two of them joined."""
     length = max(string_length(kind) for kind in kinds)
     if longer and length > STRING_MAX:
         length = min(max(length, _JOINED), LONGEST_STRING)
@@ -134,7 +136,7 @@ def joined(kinds: list[ElementaryType], *, longer: bool) -> ElementaryType:
 
 
 def converted(value: Scalar, source: str, target: ElementaryType) -> Scalar:
-    """A constant of a type that widens to the target, as the target has it."""
+    """Return a constant of a type that widens to the target, in the form of the target."""
     if isinstance(value, str):
         return value[: string_length(target)]
     if target.name in ANY_REAL:

@@ -1,4 +1,8 @@
-"""Words of object orientation and references, which are names where they cannot be meant."""
+"""Keywords of object orientation and references that are also valid as names.
+
+Older programs use words such as METHOD, THIS or GET as names. They are keywords only if the words
+around them permit no other reading.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ import re
 
 __all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context"]
 
-#: What can stand before the name of a method, property, block or interface.
+#: Words that can stand before the name of a method, property, block or interface.
 ACCESS_WORDS = frozenset(
     ["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "FINAL", "ABSTRACT", "OVERRIDE"]
 )
@@ -16,7 +20,7 @@ _TO = re.compile(r"\s+TO\b", re.IGNORECASE)
 _NAME = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_]", re.IGNORECASE)
 _MEMBER = re.compile(r"\s*[.^]|\s*[;,)]")
 _END = re.compile(r"(?!\s*[:,)])")
-#: What follows each word where it is meant.
+#: Text that follows each word where it is a keyword.
 _FOLLOWS = {
     **dict.fromkeys(("POINTER", "REFERENCE"), _TO),
     **dict.fromkeys(("METHOD", "PROPERTY", "INTERFACE", "NAMESPACE", "USING"), _NAME),
@@ -27,27 +31,27 @@ _FOLLOWS = {
 }
 OBJECT_WORDS = frozenset(_FOLLOWS)
 _HEADS = ("METHOD", "PROPERTY", "FUNCTION_BLOCK", "INTERFACE", "FUNCTION")
-#: A name behind an access word, on its line, so that `METHOD Final` has that name.
+#: A name behind an access word on the same line. Without it, `Final` in `METHOD Final` is a name.
 _NAME_FOLLOWS = re.compile(
     r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_]\w*", re.IGNORECASE
 )
 
 
 class Context:
-    """Follows the words of a source and tells which are keywords where they stand."""
+    """The words seen so far in a source; the lexer uses it to recognise keywords."""
 
     def __init__(self) -> None:
         self._before = ""
         self._in_property = self._in_accessor = False
 
     def kind(self, word: str, previous: str, text: str, behind: int) -> str:
-        """The token of a word; empty where this module has nothing to say of it.
+        """Return the token kind of a word, or an empty string if it is not such a keyword.
 
         Args:
-            word: In upper case.
-            previous: Token before it.
+            word: The word in upper case.
+            previous: Kind of the token before it.
             text: The source.
-            behind: Where the word has ended.
+            behind: Offset in the text behind the word.
         """
         before, self._before = self._before, word
         if word in ACCESS_WORDS:
@@ -68,7 +72,11 @@ class Context:
         return word
 
     def _accessor(self, word: str) -> str:
-        """GET and SET are keywords where none of them is open, their ends where one is."""
+        """Return the word if it is a keyword here, else an empty string.
+
+        GET and SET are keywords if no accessor is open. END_GET and END_SET are keywords if one is
+        open.
+        """
         opens = not word.startswith("END_")
         if opens == self._in_accessor:
             return ""

@@ -1,4 +1,5 @@
-"""Mutation testing: small mistakes are made on purpose in Structured Text, one at a time.
+"""Mutation testing of Structured Text: small deliberate mistakes, one at a time.
 
-For each of them a test must fail. `mutant` makes them, `engine` puts one into compiled programs.
+A test must fail for each mistake. `mutant` creates the mutants, `engine` inserts one of them into
+compiled programs.
 """

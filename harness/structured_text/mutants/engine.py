@@ -1,7 +1,9 @@
-"""The built-in engine with exchangeable POUs: a program is compiled once, a mutant is put into it.
+"""The built-in engine with exchangeable POUs: compile a program once, then insert a mutant.
 
-Everything here is about one process: `Workshop.install` replaces how this process loads and
-compiles programs. Mutants are put in by its children only.
+Compiling each program again for each mutant would take long. Therefore a process compiles each
+program once, and each of its child processes replaces only the code of the mutated POU.
+`Workshop.install` replaces how this process loads and compiles programs; only the child processes
+insert mutants.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from structured_text.language.project import Project
 from structured_text.language.source import source_text
 from structured_text.output.paths import real
 
-# By name: the packages have functions of the same names.
+# Imported by name, because the packages have functions with the same names as these modules.
 front: Any = import_module("structured_text.language.load")
 chooser: Any = import_module("structured_text.engines.load")
 compiling: Any = import_module("structured_text.engines.builtin.compile")
@@ -37,7 +39,7 @@ __all__ = ["Checked", "Workshop", "bodies_of", "load_checked", "python_of", "rec
 
 @dataclass
 class Checked:
-    """A checked project, and what is needed to check one of its POUs anew."""
+    """A checked project, with the scopes that are needed to check one of its POUs again."""
 
     project: Project
     scopes: dict[str, Scope]
@@ -45,7 +47,7 @@ class Checked:
 
 @dataclass(frozen=True)
 class _Change:
-    """What a mutant changes; see `Workshop.put_in`."""
+    """The change that a mutant makes; see `Workshop.put_in`."""
 
     file: Path
     text: str
@@ -55,6 +57,8 @@ class _Change:
 
 @dataclass
 class _Compiled:
+    """A compiled program; `swapped` says that it already contains the current mutant."""
+
     checked: Checked
     module: Module
     storage: Storage
@@ -62,7 +66,7 @@ class _Compiled:
 
 
 def bodies_of(source: s.Source) -> dict[str, s.Pou | s.Method]:
-    """The POUs of a file with their methods, by upper-case names: `DRIVE`, `DRIVE.METHOD`."""
+    """Return the POUs of a file with their methods, by upper-case name: `DRIVE`, `DRIVE.METHOD`."""
     found: dict[str, s.Pou | s.Method] = {}
     for node in source.declarations:
         if isinstance(node, s.Pou):
@@ -79,7 +83,7 @@ def bodies_of(source: s.Source) -> dict[str, s.Pou | s.Method]:
 
 
 def rechecked(checked: Checked, name: str, body: tuple[s.Statement, ...]) -> t.Pou:
-    """A POU with another body; a function need not set its result there.
+    """Return a POU with another body; a function need not set its result there.
 
     Raises:
         InputError: the first mistake in the body.
@@ -95,7 +99,7 @@ def rechecked(checked: Checked, name: str, body: tuple[s.Statement, ...]) -> t.P
 
 
 def python_of(project: Project, pou: t.Pou, storage: Storage) -> str:
-    """The Python that a POU becomes."""
+    """Return the Python code of a POU."""
     writer = Writer(project, pou, storage)
     writer.write()
     return "\n".join([*writer.lines, ""])
@@ -103,7 +107,7 @@ def python_of(project: Project, pou: t.Pou, storage: Storage) -> str:
 
 @dataclass
 class Workshop:
-    """Loads and compiles the programs of this process.
+    """The loader and compiler for the programs of this process.
 
     Attributes:
         seen: Upper-case names of the POUs that have run since `watch` was last called.
@@ -117,7 +121,7 @@ class Workshop:
     _changed: _Change | None = None
 
     def install(self) -> None:
-        """From now on every program of this process comes from here."""
+        """Replace the loader and the compiler of this process by this workshop."""
         chooser.load = self.load
         chooser.BuiltinProgram = _Builder(self)
         chooser.find_matiec = lambda *_: None
@@ -126,13 +130,13 @@ class Workshop:
     # --- one mutant, in a child ---
 
     def put_in(self, file: Path, text: str, pou: str, body: tuple[s.Statement, ...] | None) -> None:
-        """Let a file have another text, in every program that is built from now on.
+        """Change the text of a file in every program that is built from now on.
 
         Args:
             file: The file of the library.
-            text: What it says instead.
-            pou: Upper-case name of its POU.
-            body: The statements of this POU; None where a declaration differs, too.
+            text: Its changed text.
+            pou: Upper-case name of the changed POU.
+            body: The changed statements of this POU; None if a declaration is changed as well.
         """
         self._changed = _Change(real(file), text, pou, body)
 
@@ -144,7 +148,7 @@ class Workshop:
     # --- which POUs run ---
 
     def watch(self) -> None:
-        """Forget which POUs have run, and note those that run from now on."""
+        """Clear `seen`, and record the POUs that run from now on."""
         self.seen = set()
         self._watching = True
         for names, key, function in self._watched:
@@ -152,7 +156,7 @@ class Workshop:
         self._watched = []
 
     def unwatch(self) -> None:
-        """Note nothing more: every program runs as it was compiled."""
+        """Stop recording; every program runs as it was compiled."""
         self.watch()
         self._watching = False
         for compiled in self._compiled.values():
@@ -161,6 +165,8 @@ class Workshop:
                     compiled.module.names[key] = getattr(value, "noted", value)
 
     def _noting(self, names: dict[str, Any], key: str, function: Any) -> Callable[..., Any]:
+        """Return a wrapper that records the first call of a POU and then removes itself."""
+
         def first(*arguments: Any) -> Any:
             self.seen.add(key[2:])
             names[key] = function
@@ -174,16 +180,20 @@ class Workshop:
 
     @property
     def programs(self) -> int:
-        """How many programs have been compiled."""
+        """Return the number of programs that have been compiled."""
         return len(self._compiled)
 
     def load(self, paths: Sequence[Path]) -> Project:
-        """A checked project; the same as before where the sources are the same."""
+        """Return a checked project; the same object if the sources are the same.
+
+        If a mutant is set, its body is inserted into the compiled program. A program that cannot
+        take the mutant, because a declaration is changed, is compiled again.
+        """
         key = tuple(source_text(path) for path in paths)
         found = self._compiled.get(key)
         if found is None or not self._fits(found):
             found = self._compile(paths)
-            if found is None:  # a mistake in the sources, told by the loader itself
+            if found is None:  # The sources have a mistake; the loader raises the error.
                 project: Project = front.load(paths)
                 return project
             self._compiled[key] = found
@@ -192,13 +202,13 @@ class Workshop:
         return found.checked.project
 
     def _fits(self, compiled: _Compiled) -> bool:
-        """Whether a program compiled earlier can take the mutant in, or does not have it."""
+        """Return whether a program compiled earlier can take the mutant, or lacks its POU."""
         if self._changed is None or compiled.swapped:
             return True
         return self._changed.body is not None or not self._has(compiled)
 
     def _has(self, compiled: _Compiled) -> bool:
-        """Whether a program has the POU that is changed."""
+        """Return whether a program contains the changed POU."""
         assert self._changed is not None
         scope = compiled.checked.scopes.get(self._changed.pou)
         return scope is not None and real(scope.where.file) == self._changed.file
@@ -228,6 +238,11 @@ class Workshop:
         return compiled
 
     def _swap(self, compiled: _Compiled) -> None:
+        """Insert the current mutant into a compiled program, once.
+
+        Only the body of the changed POU is checked and compiled again. Executing its code in the
+        module's names replaces the old function, so that all callers use the new one.
+        """
         if self._changed is None or compiled.swapped:
             return
         compiled.swapped = True
@@ -241,7 +256,11 @@ class Workshop:
         exec(compile(more, f"<{pou.name}, changed>", "exec"), compiled.module.names)
 
     def program(self, project: Project) -> BuiltinProgram:
-        """A program of a project that `load` of this workshop gave, or of any other."""
+        """Return a program of a project.
+
+        A project that `load` of this workshop returned is compiled already; any other is compiled
+        by the engine.
+        """
         found = self._by_project.get(id(project))
         if found is None:
             return BuiltinProgram.build(project)
@@ -249,21 +268,22 @@ class Workshop:
 
 
 class _Builder:
-    """Stands for the class BuiltinProgram where programs are built."""
+    """A replacement for the class BuiltinProgram where programs are built."""
 
     def __init__(self, workshop: Workshop) -> None:
         self._workshop = workshop
 
     def build(self, project: Project) -> BuiltinProgram:
+        """Return a program of the workshop."""
         return self._workshop.program(project)
 
 
 def load_checked(paths: list[Path], parsing: Callable[[Path], s.Source] = parse) -> Checked:
-    """Load a project and keep the scopes of its POUs.
+    """Load a project and save the scopes of its POUs.
 
     Args:
         paths: Its files.
-        parsing: Gives the syntax of a file.
+        parsing: A function that returns the syntax of a file.
 
     Raises:
         InputError: a mistake in the sources.

@@ -1,6 +1,6 @@
-"""Judges mutants: by outcomes that still hold, and by a run of the rest with progress.
+"""The verdict on mutants: outcomes that are still valid, and a run of the rest with progress.
 
-Who runs a mutant with its tests, and where, is not decided here.
+The caller decides how and on which computer a mutant runs with its tests.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from structured_text.output.results import Results
 
 __all__ = ["ENDLESS", "Judges", "Judging", "Outcome", "Task", "is_outcome"]
 
-#: What is said to have found a mutant with which a run does not end.
+#: The `by` of a mutant that makes a run endless.
 ENDLESS = "a test does not end"
 
 
 @dataclass(frozen=True)
 class Task:
-    """A mutant and its tests; `seconds` is what they take with the original."""
+    """A mutant and its tests; `seconds` is the time of the tests with the original."""
 
     mutant: Mutant
     tests: tuple[str, ...]
@@ -35,7 +35,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a mutant: killed, with what found it, or survived; processor time [s]."""
+    """The outcome of a mutant: killed by something, or survived; `seconds` is processor time."""
 
     task: Task
     killed: bool
@@ -44,31 +44,31 @@ class Outcome:
 
 
 def is_outcome(entry: Mapping[str, Any]) -> bool:
-    """Return whether an entry of the results has what is asked of it."""
+    """Return whether an entry of the results has all required fields."""
     types = {"killed": bool, "by": str, "tests": str}
     return all(isinstance(entry.get(name), one) for name, one in types.items())
 
 
 class Judges(Protocol):
-    """What is known of the tests."""
+    """The interface to the facts about the tests."""
 
     def state_of(self, file: str) -> str:
-        """A hash of a file of tests with all that they use."""
+        """Return a hash of a test file with all files that it uses."""
 
     def state(self, nodes: Iterable[str]) -> str:
-        """A hash of tests: their identifiers, and all that they consist of."""
+        """Return a hash of tests: their identifiers, and all files that they use."""
 
     def killed(self, pou: str, node: str) -> None:
-        """A test has found a mutant of a POU."""
+        """Record that a test has found a mutant of a POU."""
 
 
 @dataclass
 class Judging:
-    """Judges mutants by what is known, and by running their tests.
+    """The verdict on mutants by saved outcomes, and by running their tests.
 
     Attributes:
-        results: The outcomes that are kept.
-        until: Start none after this time of the monotonic clock [s]; None: run all.
+        results: The saved outcomes.
+        until: Start no mutant after this time of the monotonic clock [s]; None: run all.
     """
 
     console: Console
@@ -82,13 +82,15 @@ class Judging:
         judges: Judges,
         run: Callable[[Iterable[Task]], Iterator[Outcome]],
     ) -> list[Judged]:
-        """What came of the mutants, in their order; those that were not run are left out.
+        """Return the verdicts on the mutants in their order, without those that were not run.
+
+        A saved outcome is used if the tests have not changed since. All other mutants are run.
 
         Args:
-            title: Of the progress bar.
+            title: Title of the progress bar.
             tasks: The mutants with their tests.
-            judges: What is known of the tests.
-            run: Runs mutants with their tests; what became of each, as it ends.
+            judges: The facts about the tests.
+            run: Runs mutants with their tests, and yields each outcome as soon as it is known.
         """
         judged: list[Judged] = []
         waiting: list[Task] = []
@@ -133,7 +135,7 @@ class Judging:
         )
 
     def _has_survived(self, task: Task) -> bool:
-        """Whether it has survived before; such mutants take long and come last."""
+        """Return whether it survived an earlier run; such mutants take long, so they run last."""
         known = self.results.get(task.key)
         return known is not None and not known["killed"]
 
@@ -145,12 +147,12 @@ class Judging:
 
 
 def _tests(by: str, task: Task, judges: Judges) -> str:
-    """The state of what has judged: of the test that has failed, or of all that have not."""
+    """Return the state of the test that failed, or of all tests if none failed."""
     return judges.state_of(by.partition("::")[0]) if "::" in by else judges.state(task.tests)
 
 
 def _holds(known: Mapping[str, Any], task: Task, judges: Judges) -> bool:
-    """Whether an outcome of an earlier run still holds with the tests as they are now."""
+    """Return whether an outcome of an earlier run is still valid with the tests as they are now."""
     by = known["by"]
     if "::" in by and by not in task.tests:
         return False

@@ -1,4 +1,4 @@
-"""The mutants of a file: what the operators make of it, without what does not compile or change."""
+"""The mutants of a file: the changes of the operators that compile and have an effect."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ class Mutant:
     """One mistake in one file.
 
     Attributes:
-        file: Its path from the repository on.
+        file: Its path relative to the repository.
         pou: Name of the POU.
         operator: A name of `operators.OPERATORS`.
-        line: Where the first changed line is.
-        before: The changed lines as they are.
-        after: What they become; empty where they are removed.
+        line: The line of the first change.
+        before: The original text of the changed lines.
+        after: Their changed text; empty if they are removed.
         text: The whole file with the mistake.
-        body: The statements of the POU with the mistake; None where a declaration is changed.
-        reach: The line of the innermost statement that the mistake is in: it shows only where that
-            is executed. 0 for a declaration.
+        body: The statements of the POU with the mistake; None if a declaration is changed.
+        reach: The line of the innermost statement that contains the mistake. The mistake has an
+            effect only if that statement is executed. 0 for a declaration.
     """
 
     file: str
@@ -58,14 +58,14 @@ class Mutant:
 
     @property
     def identity(self) -> str:
-        """The same for the same mistake in the same text."""
+        """Return a hash that is the same for the same mistake in the same text."""
         content = f"{self.file}\n{self.operator}\n{self.text}"
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 
 @dataclass
 class Counted:
-    """How many changes were no mutants, and why."""
+    """The number of changes that are not mutants: refused by the checker, or without effect."""
 
     refused: int = 0
     equal: int = 0
@@ -75,9 +75,9 @@ class Mutants:
     """The mutants of a library, or of a program.
 
     Args:
-        root: The repository; files are named from there on.
-        library: All ST files, with those of the library where a program needs it.
-        portable: What is no portable Structured Text is no mutant.
+        root: The repository; paths of files are relative to it.
+        library: All ST files, with those of the library if a program needs it.
+        portable: If True, a change that is not portable Structured Text is not a mutant.
 
     Raises:
         InputError: a mistake in the sources.
@@ -97,15 +97,15 @@ class Mutants:
         self.counted = Counted()
 
     def of(self, file: Path) -> Iterator[Mutant]:
-        """The mutants of one file in their order.
+        """Yield the mutants of one file in their order.
 
-        Changes that the checker refuses are left out, and those that the engine compiles to the
-        same as the original, or as an earlier mutant.
+        Changes that the checker refuses are skipped. Changes whose compiled code equals that of the
+        original or of an earlier mutant are skipped, too.
         """
         yield from self._of(file, list)
 
     def sample(self, file: Path, most: int, seed: int) -> list[Mutant]:
-        """At most so many mutants of one file: of each operator one, then each another one."""
+        """Return at most `most` mutants of one file, drawn in rounds of one per operator."""
         chance = Random(f"{seed}:{file.name}")
 
         def drawn(found: Iterable[Change]) -> list[Change]:
@@ -125,6 +125,11 @@ class Mutants:
     def _of_pou(
         self, file: Path, key: str, body: Body, found: Sequence[Change]
     ) -> Iterator[Mutant]:
+        """Yield the mutants of a POU.
+
+        A change is compared by its compiled code. If the code equals that of the original or of an
+        earlier change, no test could tell them apart.
+        """
         text, pou = body.source.text, body.scope.pou.name
         path = _named(file, self._root)
         seen = {"", self._initial(key, text, file)}
@@ -148,7 +153,7 @@ class Mutants:
             yield replace(mutant, reach=reach.of(change))
 
     def _initial(self, name: str, text: str, file: Path) -> str:
-        """The initial values that the declarations of a POU give."""
+        """Return the initial values in the declarations of a POU, as text to compare."""
         scope = self.checked.scopes[name]
         found = []
         for section in bodies_of(self._parse(text, file))[name].sections:
@@ -163,13 +168,13 @@ class Mutants:
 
 
 class _Checker:
-    """Checks and compiles the one statement of a body that a change is in.
+    """The check and compilation of the one statement of a body that a change is in.
 
     Args:
         checked: The library.
         name: Upper-case name of the POU.
         body: The POU.
-        parsing: Gives the syntax of a changed statement.
+        parsing: A function that returns the syntax of a changed statement.
     """
 
     def __init__(
@@ -184,9 +189,9 @@ class _Checker:
         self._as_it_is = [self._code(index, (one,)) for index, one in enumerate(node.body)]
 
     def changed(self, edits: tuple[Edit, ...]) -> tuple[str, tuple[s.Statement, ...]]:
-        """The Python of the changed statement, and the body with it.
+        """Return the Python code of the changed statement, and the body with it.
 
-        The Python is empty where it is that of the original.
+        The code is empty if it equals that of the original.
 
         Raises:
             InputError: the statement is not correct.
@@ -216,7 +221,7 @@ class _Checker:
 
 
 class _Reach:
-    """Finds the statement that a change is in.
+    """A search for the statement that contains a change.
 
     Args:
         body: The POU.
@@ -228,7 +233,11 @@ class _Reach:
         ]
 
     def of(self, change: Change) -> int:
-        """Its line; of a change behind all of them, that of the first; of a declaration, 0."""
+        """Return the line of the innermost statement that contains a change.
+
+        If the change is after all statements, return the line of the first one; for a declaration,
+        0.
+        """
         start = min(edit.span.start for edit in change.edits)
         if change.operator == "default" or not self._found:
             return 0
@@ -237,7 +246,7 @@ class _Reach:
 
 
 def _named(file: Path, root: Path) -> str:
-    """A file as it is named from a folder on."""
+    """Return the path of a file relative to a folder, if it is inside."""
     file = real(file)
     return (file.relative_to(root) if file.is_relative_to(root) else file).as_posix()
 
@@ -245,7 +254,7 @@ def _named(file: Path, root: Path) -> str:
 def in_rounds(
     found: Iterable[_Found], operator: Callable[[_Found], str], chance: Random
 ) -> list[_Found]:
-    """Shuffled: of each operator one, then of each another one, and so on."""
+    """Return the items shuffled in rounds; each round has at most one item per operator."""
     kinds: dict[str, list[_Found]] = {}
     for one in found:
         kinds.setdefault(operator(one), []).append(one)
@@ -262,7 +271,7 @@ def mutant_of(
     edits: tuple[Edit, ...],
     body: tuple[s.Statement, ...] | None = None,
 ) -> Mutant:
-    """The mutant that some edits make of the text of a file; the rest as in Mutant."""
+    """Return the mutant that edits make from the text of a file; other fields as in `Mutant`."""
     start = min(edit.span.start for edit in edits)
     end = max(edit.span.end for edit in edits)
     lines = whole_lines(text, Span(start, end))
@@ -284,5 +293,5 @@ def mutant_of(
 
 
 def _plain(text: str) -> str:
-    """Lines without what surrounds them, each in one piece."""
+    """Return the lines without surrounding blanks, with single spaces inside."""
     return "\n".join(" ".join(line.split()) for line in text.splitlines() if line.strip())

@@ -1,4 +1,4 @@
-"""The mistakes that are made on purpose: one function per kind, each gives edits of the text."""
+"""The mutation operators: one function per kind of mistake, which yields edits of the text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.mutants.walk import Body, Place, places
 
 __all__ = ["OPERATORS", "Change", "changes", "changes_nothing", "constants"]
 
-#: The operators by name, each with what it does.
+#: The operators by name, each with a description of the change.
 OPERATORS = {
     "relational": "another comparison: < for <=, <> for =",
     "wrap": "< or > for <> of counters, which holds until they wrap",
@@ -68,7 +68,10 @@ _NOTHING = ("FALSE", "0", "0.0", "''", "BYTE#16#00", "WORD#16#0000", "DWORD#16#0
 
 
 def changes(body: Body) -> Iterator[Change]:
-    """Every mistake that the operators can make in a POU, type-correct or not, in its order."""
+    """Yield every change that the operators can make in a POU, in order.
+
+    The changes need not be type-correct; the checker removes those that are not.
+    """
     for place in places(body):
         for operator in _OPERATORS:
             yield from operator(place, body)
@@ -101,7 +104,7 @@ def _boolean(place: Place, body: Body) -> Iterator[Change]:
         other = "OR" if node.op == "AND" else "AND"
         whole = body.source.span(node)
         left, right = body.source.operands(node)
-        # In parentheses, because AND binds more tightly than OR.
+        # The whole expression gets parentheses, because AND binds more tightly than OR.
         edits = (Edit(body.source.operator(node), other),)
         around = (Edit(Span(whole.start, whole.start), "("), Edit(Span(whole.end, whole.end), ")"))
         yield Change("boolean", (*edits, *around))
@@ -157,6 +160,10 @@ def _time_out(place: Place, body: Body) -> Iterator[Change]:
 
 
 def _dropped(place: Place, body: Body) -> Iterator[Change]:
+    """Yield the removal of a statement.
+
+    The only statement of a branch stays in an `IF FALSE`, because a branch must not be empty.
+    """
     node = place.node
     if isinstance(node, s.Assign):
         reset = body.source.of(node.value) in _NOTHING
@@ -229,7 +236,10 @@ def _swapped(place: Place, body: Body) -> Iterator[Change]:
 
 
 def _twin(function: str, body: Body) -> str | None:
-    """The function that one is taken for: SHR for SHL, that of the high word for the low one's."""
+    """Return the function that is easily confused with this one, or None.
+
+    Examples are SHR for SHL, and the function of the high word for that of the low word.
+    """
     if function in _TWINS:
         return _TWINS[function]
     other = _HALF.sub(lambda found: _HALVES[found[0]], function)
@@ -238,7 +248,7 @@ def _twin(function: str, body: Body) -> str | None:
 
 
 def _value(argument: s.Argument, body: Body) -> Span:
-    """The value of a named argument with its parentheses."""
+    """Return the span of a named argument's value with its parentheses."""
     assert argument.name is not None
     whole = body.source.span(argument)
     start = body.source.token_after(body.source.span(argument.name), "ASSIGN").end + 1
@@ -262,7 +272,7 @@ def _labels(place: Place, body: Body) -> Iterator[Change]:
 
 
 def _cancel(body: Body) -> Iterator[Change]:
-    """At the end of a block: what it shows is taken back where Execute is FALSE."""
+    """Yield changes at the end of a block that clear an output while Execute is FALSE."""
     execute = body.scope.symbol("EXECUTE")
     if execute is None or not body.pou.body:
         return
@@ -299,10 +309,11 @@ _OPERATORS: tuple[Callable[[Place, Body], Iterator[Change]], ...] = (
 
 
 def changes_nothing(node: s.Assign, body: Body) -> bool:
-    """Whether a variable of a function gets the value that it has at the start of every call.
+    """Return whether an assignment sets a variable of a function to the value it already has.
 
-    It does where the value is that of its declaration, and nothing before it in the function
-    writes to the variable. The library has such lines for compilers that ask for them.
+    This is so if the value is the default value, the declaration sets no other value, and no
+    earlier statement in the function writes the variable. The library has such lines because some
+    compilers require them.
     """
     if body.scope.pou.kind != "FUNCTION" or not isinstance(node.target, s.Name):
         return False
@@ -319,7 +330,7 @@ def changes_nothing(node: s.Assign, body: Body) -> bool:
 
 
 def _written_before(statements: tuple[Any, ...], node: s.Assign, key: str) -> bool:
-    """Whether the variable may have been written when the statement is reached."""
+    """Return whether the variable may have been written before the statement is reached."""
     for statement in statements:
         if statement is node:
             return False
@@ -329,7 +340,7 @@ def _written_before(statements: tuple[Any, ...], node: s.Assign, key: str) -> bo
         elif isinstance(statement, (s.If, s.Case)):
             inner = next(branch for branch in bodies(statement) if _holds(branch, node))
             return _written_before(inner, node, key)
-        else:  # in a loop what comes after it may have been before
+        else:  # In a loop, statements after it may have run in an earlier round.
             return True
     return True
 
@@ -355,15 +366,15 @@ _ERRORS = range(0x8000, 0x8100)
 def constants(
     place: Place, body: Body, kind: Type | None = None
 ) -> Iterator[tuple[str, Span, str]]:
-    """Other values of a literal or a member of an enumeration.
+    """Yield other values of a literal or a member of an enumeration.
 
     Args:
-        place: Where it stands.
+        place: Its place.
         body: The POU.
-        kind: Its type, where the place gives it one.
+        kind: Its type, if the place determines it.
 
     Yields:
-        The operator, what is replaced, and by what.
+        The operator, the replaced span, and the new text.
     """
     node = place.node
     if isinstance(node, s.Literal):
@@ -417,7 +428,7 @@ def _typed(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _pattern(value: int, width: int) -> Iterator[tuple[str, int]]:
-    """Other bit patterns: a mask slides by one place, a code counts on."""
+    """Yield other bit patterns: a mask is shifted by one place, a code is incremented."""
     if value in _ERRORS and value != 0x8000:
         yield "error-id", value + 1
         return
@@ -436,6 +447,6 @@ def _pattern(value: int, width: int) -> Iterator[tuple[str, int]]:
 
 
 def _is_run(value: int) -> bool:
-    """Whether the set bits are side by side."""
+    """Return whether the set bits are adjacent."""
     value //= value & -value
     return value & (value + 1) == 0

@@ -1,4 +1,4 @@
-"""What a run of pytest is to do with a mutant, as a file, and what it answers, as another."""
+"""The order to a run of pytest with a mutant, and its answer; both are JSON files."""
 
 from __future__ import annotations
 
@@ -10,21 +10,23 @@ from typing import Any
 
 __all__ = ["VARIABLE", "Order"]
 
-#: Names the file of the order in the environment of the run.
+#: The environment variable with the path of the order's file.
 VARIABLE = "RCX_MUTANT_ORDER"
 
 
 @dataclass(frozen=True)
 class Order:
-    """What to run.
+    """The tests to run, and how.
 
     Attributes:
-        folder: A temporary one, for all that the run writes.
-        tests: Identifiers of the tests, in their order; None: all, and note what each runs.
-        instead: Copies with a mistake, by the resolved files that they stand for.
-        port: Take further orders there, and do each of them in a copy of the process; 0: do this.
-        seconds: Processor time that such a copy may take.
-        sources: Files to read before.
+        folder: A temporary folder for all files that the run writes.
+        tests: Identifiers of the tests, in their order. None: run all, and record what each
+            executes.
+        instead: The changed copies, by the resolved files that they replace.
+        port: The port to take further orders from; each runs in a copy of the process. 0: carry out
+            this order.
+        seconds: Limit for the processor time of such a copy.
+        sources: Files to read first.
     """
 
     folder: Path
@@ -35,7 +37,7 @@ class Order:
     sources: tuple[Path, ...] = ()
 
     def write(self) -> Path:
-        """Write it into its folder."""
+        """Write it into its folder and return the file."""
         file = self.folder / "order.json"
         instead = {str(original): str(copy) for original, copy in self.instead.items()}
         content = vars(self) | {"folder": str(self.folder), "instead": instead}
@@ -45,7 +47,7 @@ class Order:
 
     @classmethod
     def read(cls, file: Path) -> Order:
-        """What `write` has written."""
+        """Read an order that `write` has written."""
         found = json.loads(file.read_text(encoding="utf-8"))
         found["tests"] = None if found["tests"] is None else tuple(found["tests"])
         found["instead"] = {Path(one): Path(copy) for one, copy in found["instead"].items()}
@@ -53,12 +55,12 @@ class Order:
         return cls(**found | {"folder": Path(found["folder"])})
 
     def answer(self, content: Mapping[str, Any]) -> None:
-        """Say what came of it."""
+        """Write the answer of the run."""
         text = json.dumps(content)
         (self.folder / "answer.json").write_text(text, encoding="utf-8")
 
     def answered(self) -> Any:
-        """What the run has said; None where it came to no end."""
+        """Return the answer of the run; None if it did not write one."""
         try:
             return json.loads((self.folder / "answer.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""What came of the mutants: figures, a table, and the survivors with their reasons."""
+"""The report on mutants: figures, a table, and the survivors with their reasons."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ class Judged:
     by: str
 
 
-#: What a row of the table says.
+#: The fields of a row of the table.
 _ROW = ("block", "line", "becomes", "reason")
 
 
 class Reasons:
-    """The table of known survivors, by block, changed lines and what they become.
+    """The table of known survivors, by block, changed lines and their new text.
 
-    A block may be a pattern with `*`, for what several have in common.
+    A block may be a pattern with `*`, so that one row covers several blocks.
 
     Raises:
-        InputError: it is no TOML, or a row lacks something.
+        InputError: the file is not TOML, or a row is incomplete.
     """
 
     def __init__(self, file: Path) -> None:
@@ -59,7 +59,7 @@ class Reasons:
             self._reasons[row["block"], row["line"].strip(), row["becomes"].strip()] = row["reason"]
 
     def of(self, mutant: Mutant) -> str:
-        """Why it survives; empty where nobody has said."""
+        """Return the reason why a mutant survives; empty if the table has none."""
         for key, reason in self._reasons.items():
             if _fits(key, mutant):
                 self._used.add(key)
@@ -67,14 +67,17 @@ class Reasons:
         return ""
 
     def idle(self, killed: Sequence[Mutant]) -> list[str]:
-        """Rows of the table whose mutant has been found by a test."""
+        """Return the rows of the table whose mutant was killed by a test."""
         idle = [key for key in self._reasons if key not in self._used]
         return [
             f"{key[0]}: {key[2]}" for key in idle if any(_fits(key, mutant) for mutant in killed)
         ]
 
     def lost(self, mutants: Sequence[Mutant], blocks: Collection[str]) -> list[str]:
-        """Rows of blocks, all of whose mutants are given, that are about none of them."""
+        """Return the rows of some blocks that match none of the mutants.
+
+        `mutants` must contain every mutant of these blocks.
+        """
         return [
             f"{key[0]}: {key[2]}"
             for key in self._reasons
@@ -92,13 +95,13 @@ def figures(
     folder: Callable[[str], str],
     whole: Collection[str] = (),
 ) -> dict[str, Any]:
-    """The figures of a run.
+    """Return the figures of a run.
 
     Args:
-        judged: All mutants, and what became of them.
-        reasons: Why some survive.
-        folder: Says to which group a file belongs.
-        whole: Names of the POUs of which there is no sample, but every mutant.
+        judged: All mutants with their verdicts.
+        reasons: The reasons for survivors.
+        folder: A function that returns the group of a file.
+        whole: Names of the POUs whose mutants are complete, not a sample.
     """
     survivors = [one.mutant for one in judged if not one.killed]
     rows = [

@@ -1,7 +1,7 @@
-"""Runs of the user's tests: of his command in a process of its own, or in copies of one process.
+"""Runs of the user's tests: his command in its own process, or copies of one prepared process.
 
-A run of pytest takes longest to begin. Where a process can copy itself, one that has collected
-the tests stays, and each mutant is tried in a copy of it.
+The start of pytest takes most of the time of a run. If a process can copy itself, one process
+collects the tests once, and each mutant runs in a copy of it.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from structured_text.output.system import COPIES
 __all__ = ["Judge", "Run"]
 
 _PYTEST = ("pytest", "py.test")
-#: What a run may take: so often the time of its tests, and so much besides [s]. Tests that wait do
-#: so in virtual time, and the engine ends a loop without end: few come to this.
+#: Time limit of a run: this multiple of the time of its tests, plus this many seconds. Few runs
+#: reach it, because tests wait in virtual time and the engine ends an endless loop.
 _SLOWER, _BESIDES_S = 10.0, 60.0
-#: How often it is looked whether a process that is to answer has ended [s].
+#: Interval of the check whether a process that should connect has ended [s].
 _LOOK_S = 0.2
 
 
 @dataclass(frozen=True)
 class Run:
-    """Runs the user's command in his folder.
+    """The user's test command in his folder.
 
     Attributes:
         command: Words that end in a run of pytest.
@@ -49,16 +49,16 @@ class Run:
 
     @classmethod
     def of(cls, words: Sequence[str], folder: Path) -> Run:
-        """The run of what he types; `pytest` is that of this Python."""
+        """Return the run of the words that the user types; `pytest` means that of this Python."""
         first, *rest = words
         command = [sys.executable, "-m", "pytest"] if first in _PYTEST else [first]
         return cls((*command, *rest), real(folder))
 
     def started(self, order: Order) -> Program:
-        """Start it with an order; what it prints goes to a file in the order's folder.
+        """Start it with an order; its output goes to a file in the order's folder.
 
         Raises:
-            InputError: there is no such command.
+            InputError: the command does not exist.
         """
         options = ["-o", f"cache_dir={order.folder / 'cache'}"]
         options += ["--basetemp", str(order.folder / "tests")]
@@ -79,7 +79,7 @@ class Run:
             raise InputError(told, hint="write `-- pytest` and its options") from None
 
     def __call__(self, order: Order, seconds: float | None = None) -> int | None:
-        """Run it to its end; the exit code, or None where it took longer than `seconds`."""
+        """Run it to its end; return the exit code, or None if it took longer than `seconds`."""
         process = self.started(order)
         try:
             return process.wait(seconds)
@@ -92,12 +92,12 @@ class Run:
 
 @dataclass(frozen=True)
 class Judge:
-    """Runs mutants with their tests.
+    """The runner for mutants with their tests; the farm sends it to its workers.
 
     Attributes:
-        run: Runs the tests.
-        base: A temporary folder, for those of the runs.
-        sources: Files that all of them read.
+        run: The user's tests.
+        base: A temporary folder for the folders of the runs.
+        sources: Files that all runs read.
     """
 
     run: Run
@@ -106,15 +106,15 @@ class Judge:
 
     @property
     def there(self) -> Path | None:
-        """The folder, if this computer has it; else the usual one for what is temporary."""
+        """Return the folder if this computer has it, else None for the default temporary folder."""
         return self.base if self.base.is_dir() else None
 
     def prepare(self) -> Callable[[Task], Outcome]:
-        """What runs one mutant."""
+        """Return a function that runs one mutant."""
         return _Copies(self) if COPIES else self
 
     def __call__(self, task: Task) -> Outcome:
-        """Run one in a process of its own."""
+        """Run one mutant in its own process."""
         started = time.monotonic()
         with TemporaryDirectory(dir=self.there, ignore_cleanup_errors=True) as name:
             order = self.order(task, Path(name))
@@ -123,7 +123,7 @@ class Judge:
             return outcome(task, order, how, time.monotonic() - started)
 
     def order(self, task: Task, folder: Path) -> Order:
-        """The order for one mutant, with the copy that has the mistake."""
+        """Return the order for one mutant; write the changed copy of its file."""
         original = real(self.run.folder / task.mutant.file)
         copy = folder / "sources" / original.name
         copy.parent.mkdir()
@@ -133,16 +133,19 @@ class Judge:
 
 
 def outcome(task: Task, order: Order, how: str, seconds: float) -> Outcome:
-    """What became of a mutant; `how` its run has ended counts where that has said nothing."""
+    """Return the outcome of a mutant; `how` is used if the run has not written an answer."""
     said = order.answered()
     by = how if said is None else said["failed"]
     return Outcome(task, by is not None, by or "", seconds)
 
 
 class _Copies:
-    """Runs mutants in copies of a process that has collected the tests.
+    """A runner for mutants in copies of a process that has collected the tests.
 
-    A copy that comes to no end, or ends by itself, decides nothing: a process of its own does.
+    If a copy does not end, or ends without an answer, the mutant runs again in its own process. The
+    first process connects to a socket, reads the path of an order from each line, and answers with
+    a
+    line when the copy for that order has ended.
     """
 
     def __init__(self, judge: Judge) -> None:
@@ -152,7 +155,7 @@ class _Copies:
         self._given_up = False
 
     def __call__(self, task: Task) -> Outcome:
-        """Run one."""
+        """Run one mutant."""
         started = time.monotonic()
         with TemporaryDirectory(dir=self._judge.there, ignore_cleanup_errors=True) as name:
             order = self._judge.order(task, Path(name))
@@ -161,7 +164,7 @@ class _Copies:
         return self._judge(task)
 
     def _done(self, order: Order) -> bool:
-        """Whether the process has done it."""
+        """Return whether the process has carried out the order."""
         try:
             if self._lines is None and not self._given_up:
                 self._start()
@@ -175,7 +178,7 @@ class _Copies:
         return False
 
     def _start(self) -> None:
-        self._given_up = True  # unless it answers
+        self._given_up = True  # Until the process connects.
         with socket.create_server(("127.0.0.1", 0)) as server:
             server.settimeout(_LOOK_S)
             folder = Path(mkdtemp(dir=self._judge.there))

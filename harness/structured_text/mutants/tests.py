@@ -1,4 +1,4 @@
-"""The tests of a user's project: what each of them executes, and what it consists of."""
+"""The tests of a user's project: the lines that each executes, and the state of their files."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from structured_text.output.paths import real
 
 __all__ = ["Tests"]
 
-#: Files that tests may rest on, and folders in which none of them is.
+#: Kinds of files that tests may depend on, and folders that are not searched for them.
 _KINDS = {".py", ".st", ".toml", ".ini", ".cfg", ".json", ".jsonl", ".csv", ".yaml", ".yml", ".txt"}
 _FOREIGN = ("__pycache__", "node_modules", "out", "build", "dist", "site-packages")
 
 
 @dataclass
 class Tests:
-    """Which tests judge a mutant, and in which state they are.
+    """The tests that judge mutants, and their state.
 
     Args:
-        folder: The project; from there on files of mutants are named.
-        root: From there on tests are named.
+        folder: The project; paths of mutated files are relative to it.
+        root: The folder to which identifiers of tests are relative.
         ran: The lines of the statements that each test has executed, by file.
         seconds: Processor time of each test.
         listed: The lines of all statements of a file.
-        left_out: Files on which they do not rest as others: of those there are mutants, or they
-            say what came of these.
+        left_out: Files that are not part of the tests' state: the mutated files, and the files of
+            results.
     """
 
     folder: Path
@@ -44,10 +44,10 @@ class Tests:
     _kills: dict[str, Counter[str]] = field(default_factory=dict)
 
     def of(self, mutant: Mutant) -> tuple[str, ...]:
-        """The tests that execute the statement that is changed.
+        """Return the tests that execute the changed statement.
 
-        Of a changed declaration, and of a statement that is not counted, those that execute
-        anything of the sources, or of its file.
+        For a changed declaration, return the tests that execute any statement of the sources. For a
+        statement that is not counted, return the tests that execute any statement of its file.
         """
         file = str(self.folder / mutant.file)
         if not mutant.reach:
@@ -61,7 +61,11 @@ class Tests:
         return tuple(nodes)
 
     def ordered(self, mutant: Mutant, nodes: Sequence[str]) -> list[str]:
-        """The tests in the order in which they most likely find something soonest."""
+        """Return the tests, ordered so that those most likely to fail soon come first.
+
+        A test that has killed mutants of the same POU in little time comes first, then the fast
+        tests.
+        """
         kills = self._kills.get(mutant.pou, Counter())
 
         def rank(node: str) -> tuple[float, float]:
@@ -71,11 +75,11 @@ class Tests:
         return sorted(nodes, key=rank)
 
     def killed(self, pou: str, node: str) -> None:
-        """Remember that a test has found a mutant of a POU."""
+        """Record that a test has found a mutant of a POU."""
         self._kills.setdefault(pou, Counter())[node] += 1
 
     def state_of(self, file: str) -> str:
-        """A hash of a file of tests, and of all in the project that tests may use."""
+        """Return a hash of a test file, and of all files in the project that tests may use."""
         if file not in self._states:
             digest = hashlib.sha256(self._common().encode())
             path = self.root / file
@@ -84,7 +88,7 @@ class Tests:
         return self._states[file]
 
     def state(self, nodes: Iterable[str]) -> str:
-        """A hash of tests: their identifiers, and the texts that they consist of."""
+        """Return a hash of tests: their identifiers, and the files that they use."""
         names = sorted(nodes)
         digest = hashlib.sha256("\n".join(names).encode())
         for file in sorted({name.partition("::")[0] for name in names}):
@@ -92,7 +96,10 @@ class Tests:
         return digest.hexdigest()[:16]
 
     def _common(self) -> str:
-        """A hash of what all tests may use: each file but the tests and what is mutated."""
+        """Return a hash of the files that all tests may use.
+
+        Test files and mutated files are not among them.
+        """
         if "" not in self._states:
             tests = {self.root / node.partition("::")[0] for node in self.ran}
             digest = hashlib.sha256()

@@ -1,4 +1,4 @@
-"""Where the parts of a POU stand in its file: from nodes of the syntax tree to offsets."""
+"""The positions of syntax nodes in their file: from nodes of the syntax tree to offsets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _OPENING = {
 
 @dataclass(frozen=True)
 class Span:
-    """Characters from `start` up to `end`, which is not part of it."""
+    """The characters from `start` up to, but not including, `end`."""
 
     start: int
     end: int
@@ -31,21 +31,21 @@ class Span:
 
 @dataclass(frozen=True)
 class Edit:
-    """A span that gets another text; an insertion where the span is empty."""
+    """A replacement of a span by a text; an insertion if the span is empty."""
 
     span: Span
     text: str
 
 
 def edited(text: str, edits: tuple[Edit, ...]) -> str:
-    """The text with the edits made; their spans do not overlap."""
+    """Return the text with the edits applied; their spans must not overlap."""
     for edit in sorted(edits, key=lambda edit: edit.span.start, reverse=True):
         text = text[: edit.span.start] + edit.text + text[edit.span.end :]
     return text
 
 
 def whole_lines(text: str, span: Span) -> Span:
-    """The whole lines that a span touches."""
+    """Return the span of all lines that a span touches."""
     start = text.rfind("\n", 0, span.start) + 1
     end = text.find("\n", span.end)
     return Span(start, len(text) if end < 0 else end + 1)
@@ -54,9 +54,12 @@ def whole_lines(text: str, span: Span) -> Span:
 class SourceText:
     """The text of a file with its tokens; `span` finds a node in it.
 
+    The syntax tree records only where a node begins. The end is found by counting tokens, and
+    parentheses around a node are found by matching them.
+
     Args:
         text: The whole source.
-        file: Where it comes from.
+        file: Its path, for errors.
     """
 
     def __init__(self, text: str, file: Path) -> None:
@@ -79,37 +82,37 @@ class SourceText:
     # --- nodes ---
 
     def span(self, node: Any) -> Span:
-        """Where a node stands, without parentheses around it."""
+        """Return the span of a node, without parentheses around it."""
         first, last = self._range(node)
         return self._span(first, last)
 
     def of(self, node: Any) -> str:
-        """The text of a node."""
+        """Return the text of a node."""
         span = self.span(node)
         return self.text[span.start : span.end]
 
     def operator(self, node: s.Binary | s.Unary) -> Span:
-        """Where the operator of an expression stands."""
+        """Return the span of an expression's operator."""
         index = self._at(node.at)
         return self._span(index, index)
 
     def operands(self, node: s.Binary) -> tuple[Span, Span]:
-        """Both operands with the parentheses around each of them."""
+        """Return the spans of both operands, with the parentheses around each of them."""
         operator = self._at(node.at)
         first, last = self._range(node)
         return self._span(first, operator - 1), self._span(operator + 1, last)
 
     def operand(self, node: s.Unary) -> Span:
-        """The operand with the parentheses around it."""
+        """Return the span of the operand with the parentheses around it."""
         first, last = self._range(node)
         return self._span(first + 1, last)
 
     def offset(self, at: s.Position) -> int:
-        """Offset of a position."""
+        """Return the offset of a position."""
         return self._starts[self._at(at)]
 
     def token_after(self, span: Span, kind: str) -> Span:
-        """The next token of a kind after a span."""
+        """Return the span of the next token of a kind after a span."""
         index = bisect_right(self._starts, span.end - 1)
         while self._tokens[index].type != kind:
             index += 1
@@ -125,7 +128,7 @@ class SourceText:
         return Span(self._starts[first], self._starts[last] + len(end))
 
     def _range(self, node: Any) -> tuple[int, int]:
-        """First and last token of a node, without parentheses around it."""
+        """Return the first and last token of a node, without parentheses around it."""
         if isinstance(node, (s.Name, s.Literal)):
             index = self._at(node.at)
             return index, index
@@ -168,10 +171,14 @@ class SourceText:
 
     @staticmethod
     def _wrapped(start: int, inner: tuple[int, int]) -> int:
-        """Last token of an operand that begins at `start` with its parentheses."""
+        """Return the last token of an operand that begins at `start` with its parentheses.
+
+        As many parentheses close after the operand as open before it.
+        """
         return inner[1] + inner[0] - start
 
     def _statement(self, node: Any) -> tuple[int, int]:
+        """Return the first and last token of a statement."""
         first = self._at(node.at)
         index, depth = first, 0
         while True:
@@ -181,7 +188,8 @@ class SourceText:
             elif kind in _OPENING.values():
                 depth -= 1
                 if depth == 0 and self._kind(index + 1) != "SEMICOLON":
-                    return first, index  # what many tools let pass
+                    # Many tools accept a missing semicolon after END_IF and the like.
+                    return first, index
             elif kind == "SEMICOLON" and depth == 0:
                 return first, index
             index += 1

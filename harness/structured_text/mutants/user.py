@@ -1,4 +1,4 @@
-"""The mutants of a user's program, and what his tests make of them."""
+"""The mutants of a user's program, and their verdicts by his tests."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from structured_text.projects.sources import SourceFiles
 
 __all__ = ["UNREACHED", "UserMutants"]
 
-#: What of a mutant that no test can find.
+#: The `by` of a mutant that no test executes.
 UNREACHED = "no test runs it"
 
 
@@ -33,11 +33,11 @@ class UserMutants:
 
     Args:
         sources: The program.
-        run: Runs the tests.
-        written: Files that no test rests on: what was found out.
+        run: The user's tests.
+        written: Result files, which no test depends on.
 
     Raises:
-        InputError: sources that do not compile or are no ST files; tests that fail.
+        InputError: sources that do not compile or are not ST files.
     """
 
     def __init__(self, sources: SourceFiles, run: Run, written: Iterable[Path] = ()) -> None:
@@ -52,7 +52,7 @@ class UserMutants:
         self._mutants = Mutants(run.folder, self._all, portable=False)
 
     def baseline(self) -> Tests:
-        """Run the original, and note what each test executes.
+        """Run the original program, and record the lines that each test executes.
 
         Raises:
             InputError: a test fails, or none runs the program.
@@ -88,10 +88,10 @@ class UserMutants:
         return Tests(self._run.folder, root, ran, said["seconds"], said["listed"], own)
 
     def tasks(self, tests: Tests) -> tuple[list[Task], list[Mutant]]:
-        """The mutants in the order in which they are run, and those that no test runs.
+        """Return the mutants in the order in which they are run, and those that no test executes.
 
-        That order is the same in each run; whatever the time ends, all files and all kinds of
-        mistakes have had their share.
+        The order is the same in each run. If the time limit ends a run early, all files and all
+        kinds of mistakes have had their share.
         """
         by_file: list[list[Task]] = []
         unreached: list[Mutant] = []
@@ -112,7 +112,7 @@ class UserMutants:
     def judged(
         self, tests: Tests, judging: Judging, farm: Farm, reasons: Reasons
     ) -> dict[str, Any]:
-        """Run them; the figures, as `report.figures` gives them, and what was not run."""
+        """Run the mutants, and return the figures of `report.figures`, with more about the run."""
         tasks, unreached = self.tasks(tests)
 
         def run(todo: Iterable[Task]) -> Iterator[Outcome]:
@@ -121,7 +121,7 @@ class UserMutants:
             ) as name:
                 judge = Judge(self._run, real(name), tuple(self._all))
                 for task, outcome in farm.as_ready(judge, todo):
-                    yield replace(outcome, task=task)  # it has come back as a copy
+                    yield replace(outcome, task=task)  # The farm returns a copy of the task.
 
         judged = judging.of("mutants", tasks, tests, run)
         judged += [Judged(mutant, False, UNREACHED) for mutant in unreached]
@@ -144,7 +144,7 @@ class UserMutants:
     def _whole(
         judged: Sequence[Judged], tasks: Sequence[Task], unreached: Sequence[Mutant]
     ) -> set[str]:
-        """The POUs, where all of their mutants were run."""
+        """Return the POUs if all mutants were run, else an empty set."""
         if len(judged) < len(tasks) + len(unreached):
             return set()
         return {one.mutant.pou for one in judged}

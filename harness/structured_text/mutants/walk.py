@@ -1,4 +1,4 @@
-"""The places of a POU that operators look at: every statement and expression, with its context."""
+"""The places of a POU that operators examine: each statement and expression, with its context."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Place:
 
     Attributes:
         node: A statement, an argument or an expression.
-        written: A variable that the statement gives a value to, or a block that it calls.
-        alone: A statement that is the only one of its branch.
-        denied: The operand of a NOT.
+        written: It is a variable that the statement assigns, or a block that it calls.
+        alone: It is the only statement of its branch.
+        denied: It is the operand of a NOT.
     """
 
     node: Any
@@ -35,7 +35,7 @@ class Place:
 
 
 class Body:
-    """The POU that is mutated: its syntax, its text, and what its names mean.
+    """The POU that is mutated: its syntax, its text, and the meaning of its names.
 
     Args:
         pou: The POU as parsed, or a method of it.
@@ -50,28 +50,28 @@ class Body:
         self._expressions = Expressions(scope)
 
     def type_of(self, node: Any) -> Type | None:
-        """The type of an expression; None where it has none by itself."""
+        """Return the type of an expression; None if it has no type by itself."""
         try:
             return self._expressions.infer(node)
         except InputError:
             return None
 
     def type_name(self, node: Any) -> str:
-        """Name of the type of an expression, or empty."""
+        """Return the name of the type of an expression, or ""."""
         return getattr(self.type_of(node), "name", "")
 
     def symbols(self) -> list[t.Symbol]:
-        """The variables of the POU in order of declaration."""
+        """Return the variables of the POU in order of declaration."""
         return list(self.scope.pou.symbols.values())
 
 
 def places(body: Body) -> Iterator[Place]:
-    """Every statement and expression, each before those inside it."""
+    """Yield every statement and expression, each before those inside it."""
     yield from _statements(body.pou.body)
 
 
 def statements(body: Body) -> Iterator[Any]:
-    """Every statement, each before those inside it."""
+    """Yield every statement, each before those inside it."""
     kinds = get_args(s.Statement)
     yield from (place.node for place in places(body) if isinstance(place.node, kinds))
 

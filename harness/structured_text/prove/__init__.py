@@ -1,1 +1,1 @@
-"""Proof: the checked Structured Text as formulas, and what a solver says of them."""
+"""Proofs: translate checked Structured Text into formulas, and let a solver (Z3) decide them."""

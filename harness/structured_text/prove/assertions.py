@@ -1,7 +1,7 @@
-"""Assertions in comments, `(* prove: NOT (Gripper AND Conveyor) *)`, made statements.
+"""Assertions in comments, `(* prove: NOT (Gripper AND Conveyor) *)`, translated into statements.
 
-A statement that stands for one stops the program where the assertion does not hold: on an engine
-with an error in that line, in a proof as something that must not happen.
+The statement that replaces an assertion shifts by a negative literal if the assertion does not
+hold. An engine stops there with an error in that line; a proof has an obligation there.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from structured_text.language.source import Extract, origin, source_text
 
 __all__ = ["STOPS", "VARIABLE", "Assertion", "Copies", "with_assertions"]
 
-#: What a broken assertion is to a machine: no program shifts by a literal below 0 otherwise.
+#: The kind of a broken assertion's obligation. No other statement shifts by a literal below 0; file
+#: and line distinguish an assertion from a shift by a variable.
 STOPS = "shift"
 _COMMENT = re.compile(
     r"\(\*\s*prove\s*:(?P<block>.*?)\*\)|//\s*prove\s*:(?P<line>[^\n]*)", re.S | re.I
@@ -29,7 +30,7 @@ VARIABLE = "HarnessProveHere"
 
 @dataclass(frozen=True)
 class Assertion:
-    """One assertion: its file and line, and what it says."""
+    """An assertion: its file, its line and its text."""
 
     file: str
     line: int
@@ -38,12 +39,12 @@ class Assertion:
 
 @dataclass(frozen=True)
 class Copies:
-    """Copies of a program's files, with statements for its assertions.
+    """Copies of a program's files in which assertions are statements.
 
     Attributes:
-        files: The copies; lines are where they were.
-        assertions: What is asserted.
-        originals: The file that each copy is of.
+        files: The copies; each line is where it was in the original.
+        assertions: The assertions found.
+        originals: The original file of each copy.
     """
 
     files: tuple[Path, ...]
@@ -51,15 +52,15 @@ class Copies:
     originals: dict[str, str]
 
     def original(self, file: str | None) -> str:
-        """The user's file; a file of the library is itself."""
+        """Return the user's file for a copy; a file of the library is returned as it is."""
         return self.originals.get(file or "", file or "")
 
 
 def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
-    """Copy a program's files into a folder, with statements for its assertions.
+    """Copy a program's files into a folder, with a statement for each assertion.
 
     Raises:
-        InputError: an assertion that is empty or outside of a program, block or function.
+        InputError: an assertion is empty, or outside a program, block or function.
     """
     copies: list[Path] = []
     found: list[Assertion] = []
@@ -69,7 +70,7 @@ def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
         copy.parent.mkdir(parents=True)
         copy.write_text(text, encoding="utf-8")
         lines = getattr(file, "lines", None)
-        if lines is not None:  # taken out of a project: each line is where it was there
+        if lines is not None:  # Extracted from a project file; it keeps the line numbers there.
             changed = zip(lines, text.splitlines(), strict=True)
             copy = Extract.make(copy, tuple(replace(old, text=new) for old, new in changed))
         copies.append(copy)
@@ -96,7 +97,8 @@ def _with_statements(file: Path) -> tuple[str, list[tuple[int, str]]]:
         heads.add(head)
         pieces.append(text[end : one.start()])
         statement = f"IF NOT ({said}) THEN {VARIABLE} := SHL({VARIABLE}, -1); END_IF;"
-        # All in the line where the comment begins: that is where an engine stops.
+        # The statement is on the line where the comment begins, because an engine reports that
+        # line.
         pieces.append(" ".join(statement.split()) + "\n" * one[0].count("\n"))
         assertions.append((line, " ".join(said.split())))
         end = one.end()
@@ -105,7 +107,10 @@ def _with_statements(file: Path) -> tuple[str, list[tuple[int, str]]]:
 
 
 def _declared(text: str, heads: set[int]) -> str:
-    """The variable in each POU with assertions; heads are counted before any statement."""
+    """Return the text with the variable declared in each POU that has assertions.
+
+    `heads` counts the POUs with assertions in the text before any statement was inserted.
+    """
     number = len(heads)
     if not number:
         return text

@@ -1,4 +1,4 @@
-"""Checked expressions as terms of the solver."""
+"""Translation of checked expressions into terms of the solver."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _name(kind: Type) -> str:
 
 
 class _Machine(Protocol):
-    """What expressions need of a `machine.Machine`; see there."""
+    """The interface of `machine.Machine` that `Expressions` uses."""
 
     project: Project
 
@@ -79,7 +79,7 @@ class _Machine(Protocol):
 
 
 class Expressions:
-    """Evaluates expressions in the memory of a machine."""
+    """The evaluation of expressions in the memory of a machine; `Machine` owns one."""
 
     def __init__(self, machine: _Machine) -> None:
         self._machine = machine
@@ -87,7 +87,14 @@ class Expressions:
     # --- variables ---
 
     def places(self, node: t.Expression) -> Alternatives:
-        """Where a variable is, or the result of a function that is no scalar."""
+        """Return the places of a variable, or of a function result that is a structure or an array.
+
+        A constant index adds one step to the path. An index that is not constant gives one
+        alternative per element, with the condition that the index selects it.
+
+        Raises:
+            UnsupportedError: an expression of another kind.
+        """
         if isinstance(node, t.Use):
             return self._machine.root(node.symbol)
         if isinstance(node, t.Member):
@@ -109,7 +116,11 @@ class Expressions:
         raise UnsupportedError(f"{type(node).__name__} of a structure or an array")
 
     def _position(self, node: t.Index) -> Value:
-        """Row-major position of an element from 0 on, as DINT; the bounds are an obligation."""
+        """Return the row-major position of an element as DINT, from 0 on.
+
+        Record the obligation that each index is inside its bounds. A constant index is clamped, so
+        that the evaluation can go on after the obligation.
+        """
         kind = node.base.type
         assert isinstance(kind, ArrayType)
         position: Value = 0
@@ -131,7 +142,7 @@ class Expressions:
         return position
 
     def long_element(self, node: t.Expression) -> tuple[Alternatives, ArrayType, Value] | None:
-        """Array, its type and position, where the variable is an element of a long array."""
+        """Return array, type and position of an element of a long array, or None."""
         if not isinstance(node, t.Index):
             return None
         (leaf, *_) = self._machine.leaves(node.base.type)
@@ -152,14 +163,18 @@ class Expressions:
     # --- values ---
 
     def exact(self, node: t.Expression) -> Value:
-        """The value of an expression, of its type exactly."""
+        """Return the value of an expression in its own type; a REAL has single precision."""
         if isinstance(node, t.Constant):
             return values.constant(node.type, node.value)
         value = self.value(node)
         return reals.settled(value, _name(node.type)) if isinstance(value, reals.Real) else value
 
     def value(self, node: t.Expression) -> Value:
-        """The value of an expression; a REAL possibly not rounded yet."""
+        """Return the value of an expression; a REAL may still have double precision.
+
+        As in the engines, an untyped literal keeps double precision in REAL arithmetic until the
+        result is stored or passed.
+        """
         if isinstance(node, t.Constant):
             if _name(node.type) == "REAL" and not node.typed:
                 return reals.constant(float(node.value), "REAL", wide=True)
@@ -208,7 +223,8 @@ class Expressions:
             )
             return values.compare(op, left, right, node.left.type)
         if name == "BOOL":
-            # As in both engines, what stands on the right is not looked at where it is of no use.
+            # As in both engines, the right operand is not evaluated if the left one decides the
+            # result.
             left = self.exact(node.left)
             looked_at = {"AND": left, "OR": negated(left), "XOR": True}[op]
             with self._machine.under(looked_at):
@@ -230,7 +246,7 @@ class Expressions:
         return reals.arithmetic(op, left, right, name)
 
     def _scaled(self, node: t.Binary, time: Value, factor: reals.Real) -> Value:
-        """A TIME times or by a REAL, cut towards zero."""
+        """Return a TIME multiplied or divided by a REAL, truncated towards zero."""
         number = reals.from_integer(time, "LREAL", signed=True)
         exact = self._real(node.op, number, reals.widened(factor), "LREAL")
         result = self._cut(exact, TIME_BITS, _TIME)
@@ -238,7 +254,7 @@ class Expressions:
         return result
 
     def _cut(self, number: reals.Real, width: int, kind: Type) -> Value:
-        """A number cut towards zero."""
+        """Return a number truncated towards zero; record the obligation that it fits."""
         signed = _name(kind) in MOMENTS or _name(kind) in SIGNED
         self._machine.oblige("conversion", negated(reals.fits(number, width, signed=signed)))
         return reals.cut(number, width, signed=signed)
@@ -260,7 +276,8 @@ class Expressions:
         name, kind = node.name, node.type
         arguments = [self.exact(item) for item in node.arguments]
         types = [item.type for item in node.arguments]
-        # The engine says nothing of a number that does not fit what it is converted to.
+        # The engine does not report a REAL that does not fit the target type, so these conversions
+        # are always translated, with an obligation.
         cut = name == "TRUNC" or (
             "_TO_" in name and _name(types[0]) in ANY_REAL and _name(kind) != "STRING"
         )
@@ -305,7 +322,7 @@ class Expressions:
         raise UnsupportedError(f"the standard function {name}")
 
     def _known(self, node: t.Standard, arguments: list[Value]) -> None:
-        """Note what leaves its type with known arguments."""
+        """Record arithmetic with known arguments that may leave its type."""
         source, kind = node.arguments[0].type, node.type
         if not is_known(arguments[0]):
             return
@@ -323,7 +340,10 @@ class Expressions:
             self._machine.computes(node, lambda _: overflow.conversion(number, source, kind))
 
     def _as_the_engine(self, node: t.Standard, arguments: list[Value]) -> Value:
-        """The result for known arguments, by the code of the built-in engine."""
+        """Return the result for known arguments, computed with the code of the built-in engine.
+
+        If that code raises an error, record an obligation that is always broken here.
+        """
         plain = [_plain(argument) for argument in arguments]
         code = settle(standard_call(node, [_code(item) for item in plain]), node.type)
         try:
@@ -391,7 +411,8 @@ class Expressions:
             none = values.compare("=", count, 0, node.arguments[1].type)
             return value if name in ("ROL", "ROR") else both(value, none)
         if name in ("ROL", "ROR") and not is_known(count):
-            # The width is a power of two: a remainder by it is the lowest bits of the count.
+            # The width is a power of two, so the lowest bits of the count are the remainder by the
+            # width.
             low = z3.Extract(min(count.size(), width.bit_length() - 1) - 1, 0, count)
             amount = z3.ZeroExt(width - low.size(), low)
             amount = amount if name == "ROL" else -amount & width - 1
@@ -479,7 +500,11 @@ class Expressions:
         raise UnsupportedError(f"the conversion {node.name}")
 
     def _text_cut(self, value: texts.Text, to: Type) -> Value:
-        """A text or character as another STRING or a CHAR has it."""
+        """Return a text or character converted to another STRING or a CHAR.
+
+        Raises:
+            UnsupportedError: a STRING that may not have length 1 is converted to CHAR.
+        """
         assert isinstance(to, ElementaryType)
         if to.name == "STRING":
             most = string_length(to)
@@ -489,7 +514,13 @@ class Expressions:
         return value
 
     def _to_moment(self, source: str, target: str, value: Value, node: t.Standard) -> Value:
-        """Numbers convert in seconds, L types in ns; of a DT its day or time of day is taken."""
+        """Return a number or moment converted to a TIME or date type.
+
+        Numbers count seconds; numbers of the L types count nanoseconds.
+
+        Raises:
+            UnsupportedError: a date and time is converted to its date or its time of day.
+        """
         unit = _unit(target)
         if source in MOMENTS:
             same = source.removeprefix("L") == target.removeprefix("L")
@@ -513,7 +544,7 @@ class Expressions:
             whole = values.combine("/", value, unit, _TIME)
             self._machine.computes(node, lambda _: overflow.conversion(whole, _TIME, to))
             return resized(whole, _TIME, values.bits(to))
-        # Up to here a double holds every nanosecond, so that it is rounded once.
+        # Up to 2^53 a double holds every nanosecond exactly, so the result is rounded only once.
         exact = 1 << 53
         inside = both(
             values.compare(">=", value, -exact, _TIME), values.compare("<=", value, exact, _TIME)
@@ -526,17 +557,17 @@ class Expressions:
 
 _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
 
-#: What is folded here: the engine's code for these has no need to be asked.
+#: Functions that this module folds itself, also with known arguments, without the engine's code.
 _OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")
 
 
 def _unit(moment: str) -> int:
-    """Nanoseconds of what a moment is as a number."""
+    """Return the number of nanoseconds in the unit in which a moment is a number."""
     return 1 if moment.startswith("L") else 1_000_000_000
 
 
 def _refusal(name: str) -> str:
-    """What must not happen in a function: the same whether its arguments are known or not."""
+    """Return the kind of the obligation of a function; the same for known and unknown arguments."""
     if name in ("SHL", "SHR"):
         return "shift"
     if name in ("DIV", "MOD"):
@@ -547,14 +578,14 @@ def _refusal(name: str) -> str:
 
 
 def _plain(value: Value) -> Any:
-    """A known value as the engine holds it."""
+    """Return a known value in the representation of the engine."""
     if isinstance(value, reals.Real):
         return value.value
     return texts.plain(value) if isinstance(value, texts.Text) else value
 
 
 def _code(value: Any) -> str:
-    """Python for a known value, infinities and NaN among them."""
+    """Return the Python code of a known value, including infinities and NaN."""
     if isinstance(value, float) and not math.isfinite(value):
         return f"float({str(value)!r})"
     return f"({value!r})" if isinstance(value, (int, float)) and value < 0 else repr(value)
@@ -573,7 +604,7 @@ def _logic(op: str, left: Bool, right: Bool) -> Bool:
 
 
 def _overflows(op: str, left: Value, right: Value, kind: Type) -> Bool:
-    """Whether the result does not fit a bit-vector of a TIME."""
+    """Return the condition that the result does not fit the bit-vector of a TIME."""
     a, b = values.scalar(kind, left), values.scalar(kind, right)
     if op == "*":
         fits = z3.And(z3.BVMulNoOverflow(a, b, True), z3.BVMulNoUnderflow(a, b))

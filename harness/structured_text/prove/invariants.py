@@ -1,4 +1,10 @@
-"""Invariants of a user's variables, found by trying: all that a scan does not break are kept."""
+"""Inductive invariants of a user's variables: generate candidates, discard those a scan breaks.
+
+The induction step starts from any state, also from states that no run reaches. Invariants exclude
+such states. Candidates are simple relations between variables and constants of the program. The
+Houdini method finds the largest subset that is inductive as a whole: it assumes all candidates,
+runs one scan, and discards each candidate that the solver can break, until none is broken.
+"""
 
 from __future__ import annotations
 
@@ -21,16 +27,16 @@ from structured_text.prove.machine import Machine, Path
 
 __all__ = ["Candidate", "candidates", "kept"]
 
-#: Of more BOOL than these the pairs are not tried.
+#: Highest number of BOOL variables for which pairs are tried.
 _PAIRS = 40
 
-#: The scalars of a memory, as terms.
+#: A function that returns a scalar of a memory as a term.
 Look = Callable[[Path], Any]
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Something that may hold after every scan: `of` makes it a term of a memory."""
+    """A relation that may hold after every scan; `of` returns it as a term of a memory."""
 
     says: str
     of: Callable[[Look], Any]
@@ -38,13 +44,15 @@ class Candidate:
 
 @dataclass(frozen=True)
 class _Variable:
+    """A variable of the user's own code, with its place, type and initial value."""
+
     path: Path
     type: Type
     initial: Any
 
 
 def candidates(project: Project, copies: Copies, inputs: set[Path]) -> list[Candidate]:
-    """What is tried of the user's own variables that are no inputs."""
+    """Return the candidates for the user's own variables that are not inputs."""
     own = [
         one
         for name, block in project.instances.items()
@@ -96,7 +104,11 @@ def _compared(op: str, one: _Variable, number: Any) -> Callable[[Look], Any]:
 
 
 def _pairs(own: list[_Variable]) -> Iterator[Candidate]:
-    """Two BOOL exclude, or follow from, each other; or a BOOL goes with a member."""
+    """Yield candidates about two variables: two BOOL, or a BOOL and an enumeration.
+
+    Two BOOL may exclude or imply each other, or at least one of them may be TRUE. A BOOL may
+    exclude a member of an enumeration, or be implied by it.
+    """
     flags = [one for one in own if one.type == ElementaryType("BOOL")]
     stages = [one for one in own if isinstance(one.type, EnumType)]
     if len(flags) > _PAIRS:
@@ -144,13 +156,17 @@ def kept(
     scan: tuple[Machine, Mapping[Path, Any], Mapping[Path, Any]],
     limit_s: float,
 ) -> list[Candidate]:
-    """Those that hold at the start and that no scan breaks, given all of them (Houdini).
+    """Return the candidates that hold at the start and that no scan breaks (Houdini).
+
+    Each round assumes all remaining candidates before the scan and asks the solver for a scan after
+    which at least one fails. Every candidate that fails in this model is discarded. The result is
+    inductive as soon as the solver finds no such scan.
 
     Args:
-        tried: What is tried.
+        tried: The candidates.
         start: A machine with the memory of the start.
         scan: A machine with the memory before a scan from any state, and after it.
-        limit_s: Seconds; none is kept where they do not do.
+        limit_s: Time limit in seconds; if it is exceeded, the result is empty.
     """
     end = time.monotonic() + limit_s
     machine, first = start
@@ -178,7 +194,7 @@ def _look(machine: Machine, memory: Mapping[Path, Any]) -> Look:
 
 
 def constants(project: Project, files: Container[str]) -> set[int]:
-    """Return the whole numbers in the code of some files, with bounds of arrays, and 1 less."""
+    """Return the integers in the code and array bounds of some files, and each of them minus 1."""
     found = {0, 1}
     for pou in project.pous.values():
         if pou.file not in files:

@@ -1,4 +1,7 @@
-"""Truth values: Python's where they are known, terms of the solver where they are not."""
+"""Truth values: a Python `bool` if known, else a term of the solver.
+
+The functions simplify known operands, so that terms stay small.
+"""
 
 from __future__ import annotations
 
@@ -13,16 +16,16 @@ Bool = Any
 
 
 class UnsupportedError(Exception):
-    """Something of the program that is not translated; the message names it."""
+    """The error for a construct that is not translated; the message names it."""
 
 
 def is_known(value: Any) -> bool:
-    """Whether it is a Python number or truth value."""
+    """Return whether it is a Python number or truth value."""
     return isinstance(value, (bool, int))
 
 
 def truth(term: Any) -> Bool:
-    """A Boolean term as `bool` where it is one."""
+    """Return a Boolean term as `bool` if it is constant, else the term."""
     if isinstance(term, bool):
         return term
     if z3.is_true(term):
@@ -31,14 +34,14 @@ def truth(term: Any) -> Bool:
 
 
 def negated(value: Bool) -> Bool:
-    """NOT."""
+    """Return NOT of a value."""
     if isinstance(value, bool):
         return not value
     return value.arg(0) if z3.is_not(value) else z3.Not(value)
 
 
 def both(*values: Bool) -> Bool:
-    """All of them hold."""
+    """Return the conjunction of all values."""
     rest = [value for value in values if value is not True]
     if any(value is False for value in rest):
         return False
@@ -48,7 +51,7 @@ def both(*values: Bool) -> Bool:
 
 
 def either(*values: Bool) -> Bool:
-    """One of them holds."""
+    """Return the disjunction of all values."""
     rest = [value for value in values if value is not False]
     if any(value is True for value in rest):
         return True
@@ -58,7 +61,7 @@ def either(*values: Bool) -> Bool:
 
 
 def equal(left: Any, right: Any) -> Bool:
-    """Two terms of one sort are equal."""
+    """Return the condition that two terms of the same sort are equal."""
     if left.eq(right):
         return True
     return truth(left == right) if z3.is_const(left) or z3.is_const(right) else left == right

@@ -1,9 +1,10 @@
-"""Runs checked Structured Text on terms of the solver: one scan, for every value at once.
+"""Symbolic execution of checked Structured Text: one scan, for all values at once.
 
 Memory is a table of scalars by path (`("MAIN", "Y", 3)`); a long array of scalars is one array
-term. Both branches of an IF are run and joined; a loop is unrolled until its condition cannot hold
-any more. What would stop the engine (an index outside of its array, a division by zero, a
-conversion out of range) is noted as an obligation, with the condition under which it happens.
+term. Both branches of an IF are run and joined. A loop is unrolled until its condition cannot hold
+any more. Some operations would stop an engine: an index outside its array, a division by zero, a
+conversion out of range. Each is recorded as an obligation, with the condition under which it
+happens.
 """
 
 from __future__ import annotations
@@ -33,16 +34,19 @@ __all__ = ["Alternatives", "Call", "Machine", "Obligation", "Path", "leaves"]
 
 _BOOL = ELEMENTARY["BOOL"]
 
-#: Rounds of a loop; more are refused.
+#: Highest number of rounds to which a loop is unrolled; a longer loop is refused.
 _ROUNDS = 4096
-#: After so many rounds the solver is asked only once in so many whether another one is possible:
-#: a round too many changes nothing.
+#: Number of rounds after which the solver checks only every 16th time whether another round is
+#: possible. A superfluous round changes nothing, because its condition cannot hold.
 _ASKED = 16
 
 
 @dataclass(frozen=True)
 class Obligation:
-    """Something that must not happen: its `kind` (index, division ...), where, and when."""
+    """An operation that must not fail: its `kind` (index, division, ...), place and condition.
+
+    `when` is the condition under which it fails. `properties.Watch` reads these.
+    """
 
     kind: str
     file: str
@@ -61,27 +65,27 @@ class Call:
 
 @dataclass
 class _Frame:
-    """A POU under way: where its variables are."""
+    """The frame of a running POU: the places of its variables."""
 
     pou: t.Pou
     roots: dict[str, Alternatives] = field(default_factory=dict)
 
 
 class Machine(Memory):
-    """A program's memory as terms, and what runs on it.
+    """A symbolic machine: a program's memory as terms, and the execution of code on it.
 
     Args:
         project: The checked sources.
-        summaries: What stands for a call of a function instead of its body: takes the machine and
-            the arguments, gives the result. Each has to be proved of the body on its own. Of a
-            block without VAR_IN_OUT it takes the instance, and gives its variables values. Also of
-            a standard function that no term says.
+        summaries: Replacements for the bodies of functions and blocks, by upper-case name. Each
+            takes the machine and the arguments, and returns the result; each must be proved against
+            the body separately. For a block without VAR_IN_OUT it takes the instance and sets its
+            variables. A summary can also stand for a standard function that has no term.
 
     Attributes:
         now: The PLC's time in nanoseconds.
-        obligations: What must not happen, of all that was run.
-        calls: The calls of blocks, of all that was run.
-        operations: Arithmetic that may leave its type, of all that was run.
+        obligations: The operations in all code run so far that must not fail.
+        calls: The calls of blocks in all code run so far.
+        operations: The arithmetic in all code run so far that may leave its type.
     """
 
     def __init__(
@@ -100,33 +104,40 @@ class Machine(Memory):
         self.expressions = Expressions(self)
         self._at: tuple[str, int] = ("", 0)
 
-    # --- what is under way ---
+    # --- the running POU and its conditions ---
 
     @property
     def frame(self) -> _Frame:
-        """The POU that runs."""
+        """Return the frame of the running POU."""
         return self._frames[-1]
 
     def oblige(self, kind: str, bad: Bool) -> None:
-        """Note what must not happen here."""
+        """Record an obligation: under the current conditions, `bad` must not hold."""
         when = both(*self._guards, bad)
         if when is not False:
             self.obligations.append(Obligation(kind, *self._at, when))
 
     def computes(self, node: t.Expression, leaves: Callable[[Span], Bool]) -> None:
-        """Note arithmetic, which may leave its type."""
+        """Record an arithmetic operation that may leave its type."""
         pou, guards = self.frame.pou.name, tuple(self._guards)
         self.operations.append(Operation(node, pou, *self._at, guards, leaves))
 
     @contextmanager
     def under(self, condition: Bool) -> Iterator[None]:
-        """What is evaluated meanwhile is evaluated only under a condition."""
+        """Add a condition to the guards while the `with` block runs.
+
+        Obligations that are recorded meanwhile apply only if the condition holds.
+        """
         self._guards.append(condition)
         yield
         self._guards.pop()
 
     def possible(self, condition: Bool) -> bool:
-        """Whether a condition can hold here; True also where the solver cannot tell in time."""
+        """Return whether a condition can hold here; also True if the solver times out.
+
+        An undecided condition must count as possible: then the loop is unrolled one round too far,
+        which does no harm. The opposite would omit runs and make a proof unsound.
+        """
         if isinstance(condition, bool):
             return condition
         self._solver.push()
@@ -143,7 +154,7 @@ class Machine(Memory):
         block: str,
         in_outs: Mapping[str, Path | Alternatives],
     ) -> None:
-        """Run the body of a block on an instance, with the variables of its VAR_IN_OUT."""
+        """Run the body of a block on an instance; `in_outs` are the places of its VAR_IN_OUT."""
         self.calls.append(Call(instance, block, both(*self._guards)))
         if block in BLOCKS:
             standard.run(self, instance, block)
@@ -164,7 +175,11 @@ class Machine(Memory):
         self._run(frame)
 
     def call_function(self, name: str, arguments: list[Value | Alternatives | None]) -> Any:
-        """Run a function; scalars are values, structures and arrays the places they are at."""
+        """Run a function and return its result.
+
+        Scalars are passed and returned as values; structures and arrays are passed and returned as
+        their places.
+        """
         if name in self.summaries:
             return self.summaries[name](self, arguments)
         pou = self.project.pous[name]
@@ -199,7 +214,7 @@ class Machine(Memory):
         self._at = at
 
     def root(self, symbol: t.Symbol) -> Alternatives:
-        """Where a variable of the POU that runs is."""
+        """Return the places of a variable of the running POU."""
         name = symbol.name.upper()
         if symbol.section == "VAR_EXTERNAL":
             name = symbol.source or name
@@ -212,9 +227,15 @@ class Machine(Memory):
             return found
         return [(condition, (*path, name)) for condition, path in self.frame.roots[""]]
 
-    # --- statements: each gives the conditions under which what follows is not reached ---
+    # --- statements: each returns the conditions under which the code after it is not reached ---
 
     def _statements(self, statements: tuple[t.Statement, ...]) -> _Left:
+        """Run statements in order; return the conditions under which the POU or loop is left.
+
+        If a statement may have left it (RETURN, EXIT) under a condition, the remaining statements
+        run as one branch under the negated condition. If it has left it in any case, the remaining
+        statements are not run.
+        """
         left = _Left()
         for number, statement in enumerate(statements):
             gone = left.all()
@@ -235,11 +256,14 @@ class Machine(Memory):
         return left
 
     def _guarded(self, condition: Bool, body: Callable[[], None]) -> None:
-        """Run something whose effect holds only under a condition."""
+        """Run `body`; its effects apply only under a condition."""
         self._branches([(condition, body)])
 
     def _branches(self, branches: list[tuple[Bool, Callable[[], None]]]) -> None:
-        """Run each from the same memory, then join: the first whose condition holds counts."""
+        """Run each body on a copy of the memory and join the results.
+
+        The first branch with a true condition takes effect.
+        """
         before = self._memory
         results: list[tuple[Bool, dict[Path, Value]]] = []
         none: Bool = True
@@ -265,6 +289,13 @@ class Machine(Memory):
         results: list[tuple[Bool, dict[Path, Value]]],
         covered: bool,
     ) -> dict[Path, Value]:
+        """Return the memory after several branches, with a choice for each changed value.
+
+        `results` holds the memory at the end of each branch with the condition of that branch.
+        `covered` says that one of the branches was taken in any case; otherwise `before` is a
+        further alternative. Only values that differ from `before` by identity are joined, so that
+        terms stay small.
+        """
         if not results:
             return before
         if covered and len(results) == 1:
@@ -275,7 +306,7 @@ class Machine(Memory):
         joined = dict(before)
         for path in changed:
             if path not in before:
-                continue  # a temporary of a function: nobody reads it again
+                continue  # A temporary variable of a function is not read again.
             *first, (_, last) = results
             value = last[path] if covered else before[path]
             for condition, memory in reversed(first if covered else results):
@@ -343,7 +374,11 @@ class Machine(Memory):
                 self.copy(self.expressions.places(variable), source, pins[pin].type)
 
     def _connected(self, node: t.Variable, written_back: list[Callable[[], None]]) -> Alternatives:
-        """Where a VAR_IN_OUT is; of an element of a long array a copy, to be written back."""
+        """Return the places of a variable that is connected to a VAR_IN_OUT.
+
+        An element of a long array is not a place of its own. It is copied into a temporary
+        variable, and a function that writes it back is added to `written_back`.
+        """
         found = self.expressions.long_element(node)
         if found is None:
             return self.expressions.places(node)
@@ -364,8 +399,9 @@ class Machine(Memory):
         branches: list[tuple[Bool, Callable[[], None]]] = []
         none: Bool = True
         bodies = [body for _, body in node.branches]
-        # A condition is evaluated on the memory before all branches: in Structured Text it has no
-        # effect; what it obliges to holds only where no branch before was right.
+        # All conditions are evaluated on the memory before the branches, because a condition in
+        # Structured Text has no side effects. Their obligations apply only if no earlier branch was
+        # taken.
         for ask, body in zip(tests, bodies, strict=True):
             with self.under(none):
                 test = ask()
@@ -392,14 +428,24 @@ class Machine(Memory):
         branches.append((test, run))
 
     def _loop(self, node: t.For | t.While | t.Repeat) -> _Left:
-        """Each round runs under the condition that the loop has not ended before."""
+        """Run a loop by unrolling it, and return the conditions under which the POU was left.
+
+        Round n runs under the guards that the loop has not ended in rounds 1 to n-1. Each guard
+        that is not constant saves the memory before it. After the last round the memories are
+        joined from the inside out, so that each round takes effect only if its guard holds. The
+        solver decides if another round is possible; with a constant loop condition it is not
+        needed.
+
+        Raises:
+            UnsupportedError: the loop may have more than `_ROUNDS` rounds.
+        """
         left = _Left()
         ends = _Ends(self, node)
         depth = len(self._guards)
         before: list[dict[Path, Value]] = []
 
         def enter(condition: Bool) -> bool:
-            """Go on under a condition; whether it can hold."""
+            """Add a guard and return True, or return False if the guard cannot hold."""
             asked = count < _ASKED or count % _ASKED == 0
             if condition is False or (asked and not self.possible(condition)):
                 return False
@@ -425,7 +471,10 @@ class Machine(Memory):
 
 
 class _Ends:
-    """When a loop goes on: before a round, and after it."""
+    """The conditions of a loop, before and after each round.
+
+    The end of a FOR loop is evaluated once, before the first round.
+    """
 
     def __init__(self, machine: Machine, node: t.For | t.While | t.Repeat) -> None:
         self._node = node
@@ -438,6 +487,7 @@ class _Ends:
             machine.assign(start)
 
     def first(self) -> Bool:
+        """Return the condition, before a round, under which the round is run."""
         node = self._node
         if isinstance(node, t.While):
             return self._machine.expressions.exact(node.condition)
@@ -450,6 +500,7 @@ class _Ends:
         return values.choose(values.compare(">", step, 0, kind), up, down, _BOOL)
 
     def last(self) -> Bool:
+        """Return the condition, after a round, under which the loop goes on; step a FOR counter."""
         node = self._node
         if isinstance(node, t.Repeat):
             return negated(self._machine.expressions.exact(node.condition))
@@ -460,15 +511,17 @@ class _Ends:
 
 @dataclass
 class _Left:
-    """Under which condition a POU (RETURN) or a loop (EXIT) has been left."""
+    """The conditions under which a POU (RETURN) or a loop (EXIT) has been left."""
 
     returns: Bool = False
     exits: Bool = False
 
     def all(self) -> Bool:
+        """Return the condition under which either has been left."""
         return either(self.returns, self.exits)
 
     def take(self, other: _Left, under: Bool = True) -> None:
+        """Add the conditions of statements that ran under a further condition."""
         self.returns = either(self.returns, both(under, other.returns))
         self.exits = either(self.exits, both(under, other.exits))
 

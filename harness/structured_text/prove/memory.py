@@ -1,4 +1,4 @@
-"""A program's memory as terms: a table of scalars by path, and how it is read and written.
+"""A program's memory as terms: a table of scalars by path, with access to read and write it.
 
 A long array of scalars is one array term.
 """
@@ -24,9 +24,9 @@ __all__ = ["Alternatives", "Leaf", "Memory", "Path", "leaves"]
 
 #: Names and positions, from the outermost variable inwards.
 Path = tuple[Any, ...]
-#: The places that an access may mean, each with its condition; one of them holds.
+#: The places that an access may refer to, each with its condition; one of the conditions holds.
 Alternatives = list[tuple[Bool, Path]]
-#: Arrays of scalars with more elements than this are one term.
+#: Arrays of scalars with more elements than this are stored as one array term.
 _LONG = 64
 
 
@@ -39,7 +39,7 @@ class Leaf:
 
     @property
     def long(self) -> bool:
-        """It is an array, held as one term."""
+        """Return whether it is an array that is stored as one term."""
         return isinstance(self.type, ArrayType)
 
 
@@ -49,7 +49,7 @@ def _standard_memory(name: str) -> tuple[tuple[str, str], ...]:
 
 
 def leaves(kind: Type, project: Project) -> tuple[Leaf, ...]:
-    """The scalars of a variable of this type, in order."""
+    """Return the scalars of a variable of this type, in order."""
     return tuple(_leaves(kind, project))
 
 
@@ -87,14 +87,14 @@ def _count(kind: ArrayType) -> int:
 
 
 class Memory:
-    """Variables as terms.
+    """The variables of a program as terms.
 
     Args:
         project: The checked sources.
 
     Attributes:
-        assumptions: What is taken for granted: the range of each value that may be anything.
-        places: The variable behind each name that the solver was given for one of any value.
+        assumptions: The conditions that are assumed, for example the range of an arbitrary value.
+        places: The variable behind the name of each solver variable that stands for any value.
     """
 
     def __init__(self, project: Project) -> None:
@@ -109,18 +109,18 @@ class Memory:
         self._solver.set("timeout", 2000)
 
     def leaves(self, kind: Type) -> tuple[Leaf, ...]:
-        """The scalars of a variable of this type."""
+        """Return the scalars of a variable of this type."""
         if kind not in self._leaves:
             self._leaves[kind] = leaves(kind, self.project)
         return self._leaves[kind]
 
     def fresh(self, name: str) -> str:
-        """A name that no other variable of the solver has."""
+        """Return a name that no other variable of the solver has."""
         self._fresh += 1
         return f"{name}!{self._fresh}"
 
     def create(self, path: Path, kind: Type, initial: Any = None) -> None:
-        """A variable with its initial value; of a block with those of its variables."""
+        """Create a variable with its initial value; a block gets those of its variables."""
         if isinstance(kind, BlockType):
             if kind.name in BLOCKS:
                 for leaf in self.leaves(kind):
@@ -145,7 +145,7 @@ class Memory:
             self._memory[path] = values.constant(kind, initial)
 
     def havoc(self, path: Path, kind: Type) -> None:
-        """Let a variable be anything that its type allows."""
+        """Set a variable to an arbitrary value of its type."""
         for leaf in self.leaves(kind):
             place = path + leaf.suffix
             self._types[place] = leaf.type
@@ -161,7 +161,7 @@ class Memory:
             self._memory[place] = value
 
     def assume(self, condition: Bool) -> None:
-        """Take something for granted from here on."""
+        """Add an assumption."""
         if condition is not True:
             self.assumptions.append(
                 condition if not isinstance(condition, bool) else z3.BoolVal(condition)
@@ -178,34 +178,34 @@ class Memory:
         return path in self._memory
 
     def term(self, path: Path, memory: Mapping[Path, Value] | None = None) -> Any:
-        """A scalar as a term of the solver, also where its value is known; of a `snapshot`."""
+        """Return a scalar as a term, even if its value is known; `memory` is a snapshot to read."""
         value = (self._memory if memory is None else memory)[path]
         kind = self._types[path]
         return value if isinstance(kind, ArrayType) else values.scalar(kind, value)
 
     def type_of(self, path: Path) -> Type:
-        """The type of a scalar, or of a long array."""
+        """Return the type of a scalar, or of a long array."""
         return self._types[path]
 
     def snapshot(self) -> dict[Path, Value]:
-        """All of the memory as it is."""
+        """Return a copy of the memory."""
         return dict(self._memory)
 
     def restore(self, memory: Mapping[Path, Value]) -> None:
-        """Bring back what `snapshot` gave."""
+        """Restore the memory from a `snapshot`."""
         self._memory = dict(memory)
 
     # --- reading and writing by alternatives ---
 
     def load(self, places: Alternatives, kind: Type) -> Value:
-        """The scalar that an access means."""
+        """Return the scalar that an access refers to, as a choice among its places."""
         result = self._memory[places[-1][1]]
         for condition, path in reversed(places[:-1]):
             result = values.choose(condition, self._memory[path], result, kind)
         return result
 
     def store(self, places: Alternatives, kind: Type, value: Value) -> None:
-        """Write a scalar where an access means."""
+        """Write a scalar to the places that an access may refer to, each under its condition."""
         if len(places) == 1:
             self._memory[places[0][1]] = value
             return
@@ -213,7 +213,7 @@ class Memory:
             self._memory[path] = values.choose(condition, value, self._memory[path], kind)
 
     def element(self, array: Alternatives, kind: ArrayType, index: Value) -> Value:
-        """An element of a long array; `index` counts from 0."""
+        """Return an element of a long array; `index` counts from 0."""
         result = None
         for condition, path in reversed(array):
             value = z3.Select(self._memory[path], _index(index))
@@ -221,7 +221,7 @@ class Memory:
         return result
 
     def set_element(self, array: Alternatives, kind: ArrayType, index: Value, value: Value) -> None:
-        """Write an element of a long array."""
+        """Write an element of a long array; `index` counts from 0."""
         for condition, path in array:
             before = self._memory[path]
             after = z3.Store(before, _index(index), values.scalar(kind.element, value))

@@ -1,4 +1,4 @@
-"""A state that the solver has found, in the words of the program: names as declared, literals."""
+"""A state that the solver has found, in the words of the program: declared names and literals."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _REALS = {"REAL": "f", "LREAL": "d"}
 
 
 class Names:
-    """Names and values of what the solver speaks of.
+    """The names and values of solver variables, for messages.
 
     Args:
-        memory: Where its variables were made.
+        memory: The memory that created the variables.
         around: The surroundings of the program.
     """
 
@@ -43,7 +43,8 @@ class Names:
     def told(self, model: Any, variable: Any) -> str:
         """Return `Main.Stage = CELL_IDLE` for a variable of the solver.
 
-        Empty for what is no variable of the program: the clock, and what a timer has inside.
+        The result is empty for a variable that is not in the program, such as the clock or the
+        inner state of a timer.
         """
         name = variable.decl().name()
         place = self._memory.places.get(name)
@@ -65,7 +66,7 @@ class Names:
         return ""
 
     def declared(self, place: Path) -> tuple[str, Type] | None:
-        """Return the path of a variable as a user writes it, and its type; None for no variable."""
+        """Return the path of a variable as in the source, and its type; else None."""
         if place[:2] not in self._roots:
             return None
         text, kind = self._roots[place[:2]]

@@ -1,4 +1,7 @@
-"""When arithmetic leaves its type: what PLCs then do differs, and is seldom meant."""
+"""Conditions under which arithmetic leaves its type.
+
+PLCs differ in the result of such arithmetic, and it is seldom intended.
+"""
 
 from __future__ import annotations
 
@@ -27,22 +30,22 @@ __all__ = [
 
 
 Span = tuple[int, int]
-#: What a TIME of 64 bits holds.
+#: The range of a TIME of 64 bits.
 NANOSECONDS: Span = (-(1 << 63), (1 << 63) - 1)
 
 
 @dataclass(frozen=True)
 class Operation:
-    """Arithmetic that was run, with where it stands.
+    """An arithmetic operation that was run, with its place.
 
     Attributes:
         node: The operation.
-        pou: The POU that it stands in.
+        pou: The POU that contains it.
         file: Its file.
         line: The line where its statement begins.
         reached: The conditions under which it is run.
-        leaves: Whether the result leaves its type, given what a TIME holds; made only where it is
-            asked for.
+        leaves: Returns whether the result leaves its type, given the range of a TIME. The term is
+            created only on request.
     """
 
     node: t.Expression
@@ -53,7 +56,7 @@ class Operation:
     leaves: Callable[[Span], Bool]
 
     def when(self, time: Span = NANOSECONDS) -> Bool:
-        """The condition under which it is run and leaves its type."""
+        """Return the condition under which it is run and leaves its type."""
         leaves = self.leaves(time)
         return False if leaves is False else both(*self.reached, leaves)
 
@@ -67,14 +70,14 @@ def _is_signed(kind: Type) -> bool:
 
 
 def _span(kind: Type, time: Span = NANOSECONDS) -> Span | None:
-    """The lowest and the highest number of a type; None of one that is not counted in."""
+    """Return the lowest and the highest number of a type; None if the type is not numeric."""
     if _name(kind) in ANY_DATE:
         return NANOSECONDS
     return time if values.is_duration(kind) else INT_RANGE.get(_name(kind))
 
 
 def resized(value: Value, kind: Type, width: int) -> Value:
-    """An integer brought to another width: sign or zeros in front, or cut."""
+    """Return an integer with another width: extended by sign or zeros, or truncated."""
     if is_known(value) or value.size() == width:
         return value
     if value.size() > width:
@@ -84,7 +87,10 @@ def resized(value: Value, kind: Type, width: int) -> Value:
 
 
 def _outside(value: Value, low: int, high: int, kind: Type) -> Bool:
-    """A value of a type is below or above what the type itself need not be able to hold."""
+    """Return the condition that a value is below `low` or above `high`.
+
+    The limits may exceed the range of the value's own type; such a limit needs no comparison.
+    """
     if is_known(value):
         return not low <= value <= high
     least, most = (0, (1 << value.size()) - 1)
@@ -97,16 +103,17 @@ def _outside(value: Value, low: int, high: int, kind: Type) -> Bool:
 
 
 def outside(value: Value, kind: Type, time: Span) -> Bool:
-    """Whether a value that was computed with room does not fit its type."""
+    """Return the condition that a value computed with spare bits does not fit its type."""
     limits = _span(kind, time)
     return False if limits is None else _outside(value, *limits, kind)
 
 
 def arithmetic(op: str, left: Value, right: Value, kind: Type, time: Span) -> Bool:
-    """Whether a sum, difference, product, quotient or remainder leaves the type.
+    """Return the condition that the result of an operation leaves the type.
 
-    Both operands have the width of the type. The remainder of the lowest number by -1 counts,
-    too: many processors divide to find it.
+    The operation is a sum, difference, product, quotient or remainder. Both operands have the width
+    of the type. The remainder of the lowest number by -1 counts as well, because many processors
+    divide to compute it.
     """
     limits = _span(kind, time)
     if limits is None:
@@ -132,7 +139,7 @@ def arithmetic(op: str, left: Value, right: Value, kind: Type, time: Span) -> Bo
 
 
 def _with_known(op: str, left: Value, number: int, low: int, high: int, kind: Type) -> Bool:
-    """Whether a value plus, minus or times a number leaves the range: one comparison or two."""
+    """Return the condition for an operation with a constant, as at most two comparisons."""
     if op in "+-":
         by = number if op == "+" else -number
         return _outside(left, low - by if by < 0 else low, high - by if by > 0 else high, kind)
@@ -152,14 +159,14 @@ def _product(left: Value, right: Value, low: int, high: int, kind: Type) -> Bool
 
 
 def negation(value: Value, kind: Type, time: Span) -> Bool:
-    """Whether -value, or the value without its sign, leaves the type."""
+    """Return the condition that -value, or the absolute value, leaves the type."""
     return arithmetic("-", 0, value, kind, time)
 
 
 def conversion(value: Value, source: Type, target: Type) -> Bool:
-    """Whether a number of one type is none of the other, or bits are lost.
+    """Return the condition that a number does not fit the target type, or that bits are lost.
 
-    A bit string of the same width takes the pattern of a number, and gives it, as it is.
+    A bit string and a number of the same width exchange the bit pattern unchanged.
     """
     bits = [one for one in (source, target) if _name(one) in ANY_BIT]
     limits = INT_RANGE.get(_name(target))

@@ -1,4 +1,7 @@
-"""The machine that runs a user's program: it tells his own calls from those inside the library."""
+"""The machine that runs a whole program of a user symbolically.
+
+It distinguishes calls in the user's own code from calls inside the library.
+"""
 
 from __future__ import annotations
 
@@ -22,19 +25,23 @@ __all__ = ["ProgramMachine"]
 
 
 class ProgramMachine(Machine):
-    """A machine for a whole program.
+    """A symbolic machine for a whole program.
+
+    `Search` uses it with exact semantics; the induction step of `user` uses it for proofs.
 
     Args:
         project: The sources.
         library: The files of the library.
-        exact: For runs: nothing is taken for more than it is. Else for proofs.
-        outline: A block or function of the library may do anything to what it is connected to,
-            as long as its outputs keep the contract.
-        milliseconds: A function of the library that counts those of a duration in a long loop.
+        exact: If True, functions give exactly the result of their body (for runs). If False, a
+            summarized function may give any result in its range (for proofs).
+        outline: A block or function of the library may write anything to its VAR_IN_OUT variables
+            and outputs, provided the outputs keep the contract.
+        milliseconds: The name of a library function that counts the milliseconds of a duration in a
+            long loop.
 
     Attributes:
-        own: The calls of blocks of the library in the user's own code; `calls` are all.
-        until: When it is given up (`time.monotonic`).
+        own: The calls of library blocks in the user's own code; `calls` holds all calls.
+        until: The time (`time.monotonic`) at which the machine gives up.
     """
 
     def __init__(
@@ -52,9 +59,13 @@ class ProgramMachine(Machine):
         self.until = math.inf
 
     def possible(self, condition: Bool) -> bool:
-        """Whether a condition can hold here, in a state that may be anything.
+        """Return whether a condition can hold at this point, in a state that may be anything.
 
-        A new solver each time is far faster on terms as large as these.
+        The check uses a new solver each time. For terms as large as these, that is far faster than
+        an incremental solver.
+
+        Raises:
+            UnsupportedError: `until` has passed.
         """
         if isinstance(condition, bool):
             return condition
@@ -68,7 +79,12 @@ class ProgramMachine(Machine):
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
     ) -> None:
-        """Run a block, or let it do anything."""
+        """Run a block, or replace the call by arbitrary results (`outline`).
+
+        In outline mode the body of a library block is not run. All variables of the instance and
+        its VAR_IN_OUT variables get arbitrary values; only the contract of the outputs is assumed.
+        A property that holds for arbitrary results holds for the results of the body as well.
+        """
         if block in BLOCKS or self.project.pous[block.upper()].file not in self._library:
             super().call_block(instance, block, in_outs)
             return
@@ -87,7 +103,10 @@ class ProgramMachine(Machine):
                 self.havoc(path, symbol.type)
 
     def _keep_contract(self, instance: Path) -> None:
-        """Done, Busy and Error exclude each other; ErrorID goes with Error."""
+        """Assume the contract of a block's outputs.
+
+        At most one of Done, Busy and Error is TRUE. Error is TRUE if and only if ErrorID is not 0.
+        """
         pins = [(*instance, name) for name in ("DONE", "BUSY", "ERROR")]
         flags = [self[pin] for pin in pins if pin in self and z3.is_bool(self[pin])]
         for one, other in combinations(flags, 2):
@@ -97,7 +116,7 @@ class ProgramMachine(Machine):
             self.assume(self[error] == (self.term(code) != 0))
 
     def call_function(self, name: str, arguments: list[Any]) -> Any:
-        """Run a function, or let it give anything."""
+        """Run a function; in outline mode, return any legal value for a library function."""
         pou = self.project.pous[name]
         outside = self._outline and pou.file in self._library and pou.result is not None
         if not outside or not is_scalar(pou.result.type):  # type: ignore[union-attr]

@@ -1,4 +1,4 @@
-"""What is to be proved of a user's program, and when each of it is broken in a scan."""
+"""The properties that are proved of a user's program, and the conditions that break them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from structured_text.prove.program import ProgramMachine
 
 __all__ = ["ONCE", "STEADY", "Key", "Library", "Watch", "inner_written", "title"]
 
-#: What a property is about: its kind, and a file and line where it has a place.
+#: The identity of a property: its kind, and the file and line if it has a place (else "" and 0).
 Key = tuple[str, str, int]
 
 ONCE: Key = ("once", "", 0)
@@ -41,7 +41,7 @@ _TITLES = {
 
 
 def title(key: Key, copies: Copies) -> str:
-    """A property for people."""
+    """Return the text of a property for messages and reports."""
     for one in copies.assertions:
         if key[0] == "assert" and (one.file, one.line) == key[1:]:
             return one.text
@@ -50,15 +50,17 @@ def title(key: Key, copies: Copies) -> str:
 
 @dataclass(frozen=True)
 class Library:
-    """What a library demands of the programs that call it, and what is known of its functions.
+    """The requirements of a library on the programs that call it, and facts about its functions.
 
     Attributes:
-        areas: Blocks that begin (`read`) and end (`write`) the scan of its user, by upper-case
-            names: each is called once in a scan, and no busy block is left out of a scan that ends.
-        reference: A structure into which nobody but the library writes; empty: there is none.
-        milliseconds: A function that counts the milliseconds of a duration in a long loop.
-        counts: What that function gives, for people.
-        calls: What a call of the library may do, for people.
+        areas: Blocks that begin (`read`) and end (`write`) the scan of their user, by upper-case
+            name. Each may be called only once in a scan, and every busy block must be called in a
+            scan that ends.
+        reference: The name of a structure that only the library may write; empty if there is none.
+        milliseconds: The name of a function that counts the milliseconds of a duration in a long
+            loop.
+        counts: The assumption about that function's result, as text for reports.
+        calls: The assumption about a call of the library, as text for reports.
     """
 
     areas: Mapping[str, str] = field(default_factory=dict)
@@ -70,12 +72,12 @@ class Library:
 
 @dataclass(frozen=True)
 class Watch:
-    """Says, scan by scan, when each property is broken.
+    """The observer that says, for each scan, under which condition each property is broken.
 
     Args:
         project: The checked copies, with the library.
         copies: The user's files.
-        library: What the library demands.
+        library: The requirements of the library.
     """
 
     project: Project
@@ -88,7 +90,7 @@ class Watch:
 
     @cached_property
     def _busy(self) -> list[Path]:
-        """The pins Busy of the library's blocks that the user's own code calls."""
+        """Return the Busy pins of the library blocks that the user's own code calls."""
         return [
             (*path, "BUSY")
             for name, block in self.project.instances.items()
@@ -110,7 +112,10 @@ class Watch:
                     yield place
 
     def broken(self, machine: ProgramMachine, before: Mapping[Path, Any]) -> dict[Key, Bool]:
-        """Of the scan that has just run, from this memory on."""
+        """Return when each property is broken in the scan that has just run.
+
+        `before` is the memory before that scan.
+        """
         found: dict[Key, Bool] = dict.fromkeys(self.always, False)
         found |= {ONCE: self._twice(machine), STEADY: self._left_out(machine, before)}
         for one in machine.obligations:
@@ -120,7 +125,7 @@ class Watch:
         return found
 
     def wraps(self, machine: ProgramMachine) -> dict[Key, tuple[str, Bool]]:
-        """Arithmetic of the user's own, line by line: its text, and when it leaves its type."""
+        """Return the user's arithmetic by line: its text, and when it leaves its type."""
         found: dict[Key, tuple[str, Bool]] = {}
         for one in machine.operations:
             when = one.when() if one.file in self.copies.originals else False
@@ -135,16 +140,16 @@ class Watch:
 
     @property
     def always(self) -> list[Key]:
-        """What every program is asked for, and its assertions."""
+        """Return the properties that apply to every program, and the assertions of this one."""
         return [ONCE, STEADY, *(("assert", *place) for place in sorted(self._asserted))]
 
     def alone(self, key: Key, when: Bool, machine: ProgramMachine) -> Bool:
-        """Broken while nothing else of this scan stops the program."""
+        """Return the condition that a property is broken and no other obligation stops the scan."""
         others = [one.when for one in machine.obligations if self._key(one) != key]
         return both(when, *map(negated, others))
 
     def stops(self, machine: ProgramMachine) -> list[Bool]:
-        """When an engine would not get to the end of the scan that has just run."""
+        """Return the conditions under which an engine would not reach the end of the last scan."""
         return [one.when for one in machine.obligations if one.when is not True]
 
     def _key(self, one: Obligation) -> Key:
@@ -152,7 +157,7 @@ class Watch:
         return ("assert" if asserted else one.kind, one.file, one.line)
 
     def _left_out(self, machine: ProgramMachine, before: Mapping[Path, Any]) -> Bool:
-        """Busy, and not called in a scan in which an area is written."""
+        """Return the condition that a busy block is not called in a scan that writes an area."""
         called: dict[Path, Bool] = {}
         writes: Bool = False
         for call in machine.own:
@@ -165,6 +170,7 @@ class Watch:
         )
 
     def _twice(self, machine: ProgramMachine) -> Bool:
+        """Return the condition that a block with Busy, or an area block, is called twice."""
         times: dict[Path, list[Bool]] = {}
         for call in machine.own:
             busy = (*call.instance, "BUSY") in machine
@@ -181,7 +187,7 @@ class Watch:
 
 
 def _blocks(path: Path, kind: Type) -> Iterator[tuple[Path, BlockType]]:
-    """The instances that a variable holds."""
+    """Yield the instances that a variable holds."""
     if isinstance(kind, BlockType):
         yield path, kind
     elif isinstance(kind, ArrayType) and isinstance(kind.element, (ArrayType, BlockType)):
@@ -193,7 +199,7 @@ def _blocks(path: Path, kind: Type) -> Iterator[tuple[Path, BlockType]]:
 def inner_written(
     project: Project, copies: Copies, reference: str
 ) -> Iterator[tuple[str, int, str]]:
-    """Yield where the program's own code writes into a structure that is the library's alone.
+    """Yield the places where the program's own code writes into a structure of the library.
 
     Args:
         project: The checked copies, with the library.
@@ -201,7 +207,7 @@ def inner_written(
         reference: The type of that structure.
 
     Yields:
-        File, line and what is written.
+        File, line and the name of the variable.
     """
     for pou in project.pous.values():
         if pou.file not in copies.originals:
@@ -213,7 +219,10 @@ def inner_written(
 
 
 def _into_reference(variable: Any, reference: str, statement: Any) -> str | None:
-    """The reference that an access writes into; passing one on whole as VAR_IN_OUT is no write."""
+    """Return the name of the reference that an access writes into, or None.
+
+    Passing a whole reference as VAR_IN_OUT does not count as a write.
+    """
     kind = getattr(variable.type, "name", "")
     passed = any(variable is given for _, given in getattr(statement, "in_outs", ()))
     node = variable

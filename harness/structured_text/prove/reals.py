@@ -1,8 +1,9 @@
-"""REAL and LREAL as terms of the solver.
+"""REAL and LREAL values as terms of the solver.
 
-A stored REAL is its IEEE 754 pattern of 32 bits, on which comparisons, signs and powers of two are
-exact and cheap; all else is the solver's floating point. As in the engines, an untyped literal
-keeps double precision in REAL arithmetic until the result is stored or passed (`wide`).
+A stored REAL is its IEEE 754 pattern of 32 bits. On patterns, comparisons, signs and powers of two
+are exact and cheap; all other operations use the solver's floating point. As in the engines, an
+untyped literal keeps double precision in REAL arithmetic until the result is stored or passed
+(`wide`).
 """
 
 from __future__ import annotations
@@ -45,10 +46,10 @@ class Real:
     """A number.
 
     Attributes:
-        value: A Python float where it is known; of a REAL its pattern, a bit-vector of 32 bits;
-            of an LREAL and of what is wide a double-precision term.
+        value: A Python float if it is known. Otherwise a REAL is its pattern, a bit-vector of 32
+            bits; an LREAL, or a REAL with double precision, is a double-precision term.
         double: It is an LREAL, or a REAL that is not rounded yet.
-        halved: +1 or -1: the value is a pattern, and to be doubled or halved.
+        halved: +1 or -1: the value is a pattern that is still to be doubled or halved.
     """
 
     value: Any
@@ -57,26 +58,26 @@ class Real:
 
     @property
     def known(self) -> bool:
-        """Whether it is a Python number."""
+        """Return whether it is a Python number."""
         return isinstance(self.value, float)
 
 
 def constant(value: float, kind: str, *, wide: bool = False) -> Real:
-    """A literal."""
+    """Return the value of a literal."""
     if kind == "REAL" and not wide:
         return Real(c_float(value).value)
     return Real(value, double=True)
 
 
 def anything(name: str, kind: str) -> Real:
-    """Any number, infinities and NaN among them."""
+    """Return an arbitrary number, including infinities and NaN."""
     if kind == "REAL":
         return Real(z3.BitVec(name, 32))
     return Real(z3.FP(name, z3.Float64()), double=True)
 
 
 def _pattern(number: Real) -> Any:
-    """The bits of a REAL that is not wide."""
+    """Return the bits of a REAL with single precision."""
     if number.known:
         return int(struct.unpack("<I", struct.pack("<f", c_float(number.value).value))[0])
     return number.value
@@ -111,7 +112,7 @@ def _narrow(term: Any) -> Real:
 
 
 def settled(number: Real, kind: str) -> Real:
-    """The number as it is stored: a REAL rounded to single precision."""
+    """Return the number as it is stored: a REAL is rounded to single precision."""
     if kind == "LREAL" or not number.double:
         return number
     if number.known:
@@ -145,7 +146,7 @@ def _half(pattern: Any) -> Any:
 
 
 def choose(condition: Any, yes: Real, no: Real) -> Real:
-    """`yes` where the condition holds, else `no`."""
+    """Return `yes` if the condition holds, else `no`."""
     if (
         yes.known
         and no.known
@@ -166,7 +167,7 @@ def _is_nan(number: Real) -> Bool:
 
 
 def _key(number: Real) -> Any:
-    """Bits that are in unsigned order as the numbers are, both zeros the same."""
+    """Return bits whose unsigned order is the order of the numbers; both zeros have the same."""
     pattern = _pattern(number)
     if isinstance(pattern, int):
         pattern = 0 if pattern == _SIGN else pattern
@@ -190,7 +191,7 @@ _MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "=": "=", "<>": "<>"}
 
 
 def compare(op: str, left: Real, right: Real) -> Bool:
-    """A comparison, in which NaN is unequal to everything."""
+    """Return a comparison, in which NaN is unequal to everything."""
     if left.known and right.known:
         return bool(_PYTHON[op](left.value, right.value))
     if op == "<>":
@@ -206,7 +207,11 @@ def compare(op: str, left: Real, right: Real) -> Bool:
 
 
 def _against(op: str, number: Real, limit: float) -> Bool:
-    """A REAL against a double: it lies between two neighbours of single precision."""
+    """Return the comparison of a REAL with a double.
+
+    A double lies on a single-precision number or between two of them. The comparison with the
+    appropriate neighbour has the same result, and needs no floating-point term.
+    """
     if math.isnan(limit):
         return False
     below = c_float(limit).value
@@ -237,7 +242,7 @@ _ARITHMETIC = {
 
 
 def arithmetic(op: str, left: Real, right: Real, kind: str) -> Real:
-    """+ - * / in the precision that the engines use.
+    """Return the sum, difference, product or quotient in the precision that the engines use.
 
     Raises:
         UnsupportedError: a power.
@@ -259,7 +264,7 @@ def arithmetic(op: str, left: Real, right: Real, kind: str) -> Real:
 
 
 def negative(number: Real) -> Real:
-    """-x."""
+    """Return -x."""
     if number.known:
         return Real(-number.value, number.double)
     if number.double:
@@ -268,7 +273,7 @@ def negative(number: Real) -> Real:
 
 
 def absolute(number: Real) -> Real:
-    """ABS."""
+    """Return ABS."""
     if number.known:
         return Real(abs(number.value), number.double)
     if number.double:
@@ -277,20 +282,20 @@ def absolute(number: Real) -> Real:
 
 
 def from_integer(value: Any, kind: str, *, signed: bool) -> Real:
-    """A number from an integer, rounded to the nearest."""
+    """Return a number from an integer, rounded to the nearest."""
     if isinstance(value, int):
         return constant(float(value), kind)
     sort = z3.Float32() if kind == "REAL" else z3.Float64()
     convert = z3.fpSignedToFP if signed else z3.fpUnsignedToFP
     if kind == "REAL" and value.size() > 53:
-        # As in the built-in engine, where it is a double first.
+        # The built-in engine converts such a number to a double first.
         return _narrow(z3.fpFPToFP(z3.RNE(), convert(z3.RNE(), value, z3.Float64()), sort))
     term = convert(z3.RNE(), value, sort)
     return _narrow(term) if kind == "REAL" else Real(term, double=True)
 
 
 def in_range(number: Real, low: int, high: int) -> Bool:
-    """Whether the nearest whole number lies within these limits."""
+    """Return whether the nearest whole number lies within these limits."""
     if number.known:
         return math.isfinite(number.value) and low <= round(number.value) <= high
     rounded = z3.fpRoundToIntegral(z3.RNE(), _double(number))
@@ -302,7 +307,10 @@ def _float(value: int) -> Any:
 
 
 def to_integer(number: Real, width: int, *, signed: bool) -> Any:
-    """The nearest whole number, halves to even; below 0 it is 0 in an unsigned type."""
+    """Return the nearest whole number, halves to even.
+
+    A negative number is 0 in an unsigned type.
+    """
     if number.known:
         whole = math.isfinite(number.value) and (signed or number.value >= 0)
         value = round(number.value) if whole else 0
@@ -316,7 +324,7 @@ def to_integer(number: Real, width: int, *, signed: bool) -> Any:
 
 
 def fits(number: Real, width: int, *, signed: bool) -> Bool:
-    """Whether the number, cut towards zero, is one of this many bits."""
+    """Return whether the number, truncated towards zero, has at most this many bits."""
     low, high = (-(1 << width - 1), 1 << width - 1) if signed else (0, 1 << width)
     if number.known:
         return math.isfinite(number.value) and low <= math.trunc(number.value) < high
@@ -325,7 +333,7 @@ def fits(number: Real, width: int, *, signed: bool) -> Bool:
 
 
 def cut(number: Real, width: int, *, signed: bool) -> Any:
-    """The whole number towards zero, where it `fits`."""
+    """Return the number truncated towards zero; it must satisfy `fits`."""
     if number.known:
         value = math.trunc(number.value) if math.isfinite(number.value) else 0
         low = -(1 << width - 1) if signed else 0
@@ -335,12 +343,15 @@ def cut(number: Real, width: int, *, signed: bool) -> Any:
 
 
 def root(number: Real, kind: str) -> Real:
-    """SQRT: rounding the double result once more gives that of single precision."""
+    """Return SQRT.
+
+    Rounding the double result once more gives the single-precision result.
+    """
     if kind == "LREAL":
         return Real(z3.fpSqrt(z3.RNE(), _double(number)), double=True)
     return _narrow(z3.fpSqrt(z3.RNE(), _single(number)))
 
 
 def widened(number: Real) -> Real:
-    """REAL_TO_LREAL."""
+    """Return REAL_TO_LREAL."""
     return Real(number.value if number.known else _double(number), double=True)

@@ -1,4 +1,4 @@
-"""Bounded search: a run of a whole program from its start that breaks a claim."""
+"""Bounded search: find a run of a whole program, from its start, that breaks a property."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ __all__ = ["Run", "Search", "SearchEndedError", "Step", "value_of"]
 
 @dataclass(frozen=True)
 class Step:
-    """What happens before a scan: bytes and status of each device, and the inputs by path."""
+    """The input before one scan: bytes and status of each device, and the inputs by path."""
 
     t_us: int
     areas: dict[int, tuple[bytes, bool]]
@@ -30,12 +30,12 @@ class Step:
 
 @dataclass(frozen=True)
 class Run:
-    """A run from the start.
+    """A run from the start of the program.
 
     Attributes:
         scan_us: The period of its scans.
-        steps: What happens before each of them; the last is the scan that breaks the claim.
-        states: After each scan the scalars of the program, by their place in a machine.
+        steps: The input before each scan; the last scan is the one that breaks the property.
+        states: The scalars of the program after each scan, by their place in a machine.
     """
 
     scan_us: int
@@ -44,24 +44,24 @@ class Run:
 
 
 class SearchEndedError(Exception):
-    """The limit was reached before the search was through."""
+    """The error for a search that reached its time limit without a decision."""
 
 
 @dataclass
 class Search:
-    """Unrolls a program scan by scan, with all that its surroundings may do.
+    """A bounded search that unrolls a program scan by scan, with all inputs from its surroundings.
 
     Args:
         project: The sources, with the programs that run.
         scan_us: The period of the scans; the first is at 0.
-        around: Its surroundings, where they are known already.
-        library: The files of the library: then `machine.own` are the calls in all others.
+        around: Its surroundings, if they are already known.
+        library: The files of the library; `machine.own` holds the calls in all other files.
         milliseconds: See `ProgramMachine`.
 
     Attributes:
-        given: What the surroundings do before each scan.
+        given: The input from the surroundings before each scan.
         states: The memory after each scan.
-        names: What the names stand for that values of earlier scans got.
+        names: Equations between the names for values of earlier scans and these values.
     """
 
     project: Project
@@ -80,7 +80,7 @@ class Search:
 
     @property
     def scans(self) -> int:
-        """How many scans have been unrolled."""
+        """Return the number of scans that have been unrolled."""
         return len(self.given)
 
     def scan(self) -> None:
@@ -94,9 +94,11 @@ class Search:
         self.states.append(self.machine.snapshot())
 
     def _name(self, number: int) -> None:
-        """Give each value a name, so that the next scan's terms are no larger than this one's.
+        """Give each value a name, so that the terms of the next scan do not grow.
 
-        A duration that is one of a few literals stays so: functions are run on each of them.
+        Without names, each scan would contain the terms of all scans before it. A duration that is
+        a choice among a few literals stays such a choice, because functions are run on each
+        literal.
         """
         memory: dict[Path, Any] = {}
         for path, value in self.machine.snapshot().items():
@@ -112,14 +114,14 @@ class Search:
         self.machine.restore(memory)
 
     def find(self, broken: Bool, limit_s: float) -> Run | None:
-        """A run in which something is so by now; None if there is none.
+        """Return a run in which `broken` holds in the scans unrolled so far, or None.
 
         Raises:
             SearchEndedError: not decided in so many seconds.
         """
         if broken is False:
             return None
-        # A new solver each time: what it does before it searches is worth more than what it knows.
+        # A new solver each time is faster: its preprocessing saves more than learned clauses would.
         solver = z3.SolverFor("QF_AUFBVFP")
         solver.set("timeout", max(int(limit_s * 1000), 1))
         solver.add(*self.machine.assumptions, *self.names, broken)
@@ -129,6 +131,7 @@ class Search:
         return self._run(solver.model()) if found == z3.sat else None
 
     def _run(self, model: Any) -> Run:
+        """Return the run that a model of the solver describes."""
         assert self.around is not None
         kinds = {one.name: one.type for one in self.around.inputs}
         steps = []
@@ -145,9 +148,10 @@ class Search:
         return Run(self.scan_us, tuple(steps), states)
 
     def _state(self, model: Any, state: dict[Path, Any]) -> dict[Path, Any]:
-        """The scalars of a state; all in one question, whose parts share what they have in common.
+        """Return the numeric scalars of a state in a model.
 
-        Temporary variables and those that are no number are left out.
+        All values are evaluated as one concatenated term, because they share subterms. Temporary
+        variables and values that are not numbers are omitted.
         """
         paths = [
             path
@@ -168,7 +172,7 @@ class Search:
 
 
 def is_temporary(path: Path) -> bool:
-    """Whether it is a variable of a function, or a VAR_TEMP, of a call that is over."""
+    """Return whether a path is a variable of a function, or a VAR_TEMP, of a finished call."""
     return str(path[0]).startswith("#")
 
 
@@ -183,7 +187,7 @@ def _as_bits(term: Any) -> Any:
 
 
 def signed(kind: Type, raw: int) -> Any:
-    """The bits of a value as the number that they mean."""
+    """Return the number, truth value or member that the bits of a value mean."""
     if kind == ElementaryType("BOOL"):
         return bool(raw)
     width = values.bits(kind)
@@ -193,7 +197,7 @@ def signed(kind: Type, raw: int) -> Any:
 
 
 def value_of(model: Any, term: Any, kind: Type) -> Any:
-    """A scalar's value in a case that the solver found."""
+    """Return the value of a scalar in a model of the solver."""
     raw = model.eval(_as_bits(term), model_completion=True).as_long()
     return signed(kind, raw)
 

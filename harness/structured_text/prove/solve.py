@@ -1,4 +1,4 @@
-"""Asks the solver: does a claim follow from what is assumed?"""
+"""A query to the solver: does a claim follow from assumptions?"""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import z3
 
 __all__ = ["PROVED", "REFUTED", "UNKNOWN", "Answer", "ask"]
 
-#: The claim holds for every value; there are values for which it does not; nothing was found out.
+#: The claim holds for all values; it fails for some values; the solver did not decide.
 PROVED, REFUTED, UNKNOWN = "proved", "refuted", "unknown"
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What the solver says.
+    """The answer of the solver.
 
     Attributes:
         status: `proved`, `refuted` or `unknown`.
-        seconds: How long it took.
-        values: Where it is refuted: what was asked for, in the case that was found.
-        reason: Where it is unknown: why.
+        seconds: Time spent.
+        values: If it is refuted: the values of the requested terms in the counterexample.
+        reason: If it is unknown: the solver's reason.
     """
 
     status: str
@@ -38,13 +38,13 @@ def ask(
     limit_s: float,
     show: Mapping[str, Any] | Callable[[], Mapping[str, Any]] | None = None,
 ) -> Answer:
-    """Whether `claim` holds wherever all of `assumed` does.
+    """Check whether `claim` holds in all cases in which all of `assumed` hold.
 
     Args:
         assumed: Boolean terms.
         claim: A Boolean term.
-        limit_s: Seconds of the solver after which it is unknown.
-        show: Terms whose values are of use where the claim does not hold; or what finds them then.
+        limit_s: Time limit of the solver in seconds; after it the answer is `unknown`.
+        show: Terms to evaluate in a counterexample, or a function that returns them.
     """
     begin = time.monotonic()
     solver = z3.SolverFor("QF_AUFBVFP")

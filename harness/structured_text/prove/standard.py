@@ -1,4 +1,4 @@
-"""The standard function blocks on terms: the second writing of `engines.builtin.blocks`."""
+"""The standard function blocks on terms: the counterpart of `engines.builtin.blocks`."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def _kind(name: str) -> str:
 
 
 def memory(name: str) -> tuple[tuple[str, str], ...]:
-    """Names and elementary types of all that an instance keeps, its pins first."""
+    """Return the names and elementary types of an instance's variables, its pins first."""
     pins = [(pin.name, getattr(pin.type, "name", "")) for pin in BLOCKS[name].variables]
     return (*pins, *_MEMORY.get(_kind(name), ()))
 
 
 class _Machine(Protocol):
-    """Memory and time of a `machine.Machine`."""
+    """The memory and time of a `machine.Machine`."""
 
     now: Value
 
@@ -46,7 +46,7 @@ class _Machine(Protocol):
 
 
 class _Instance:
-    """An instance whose pins and memory are read and written by name."""
+    """An instance with access to its pins and memory by name."""
 
     def __init__(self, machine: _Machine, path: tuple[Any, ...], name: str) -> None:
         self._machine = machine
@@ -55,6 +55,7 @@ class _Instance:
 
     @property
     def now(self) -> Value:
+        """Return the PLC's time in nanoseconds."""
         return self._machine.now
 
     def __getitem__(self, slot: str) -> Value:
@@ -62,19 +63,22 @@ class _Instance:
         return self._machine[path]
 
     def set(self, when: Bool, **slots: Value) -> None:
-        """Give slots these values under a condition."""
+        """Set slots to these values under a condition."""
         for slot, value in slots.items():
             path = (*self._path, slot)
             before = self._machine[path]
             self._machine[path] = values.choose(when, value, before, self._types[slot])
 
     def kind(self, slot: str) -> Type:
+        """Return the type of a slot."""
         return self._types[slot]
 
     def is_phase(self, phase: int) -> Bool:
+        """Return whether a timer is in a phase: 0 idle, 1 running, 2 ended."""
         return values.compare("=", self["phase"], phase, _PHASE)
 
     def elapsed(self) -> Value:
+        """Return the time since the timer was started."""
         return values.combine("-", self.now, self["start"], _TIME)
 
 
@@ -82,7 +86,7 @@ def run(machine: _Machine, path: tuple[Any, ...], name: str) -> None:
     """Run one call.
 
     Raises:
-        UnsupportedError: a counter of a type that is not translated.
+        UnsupportedError: a block that is not translated.
     """
     body = _BODIES.get(_kind(name))
     if body is None:
@@ -109,7 +113,7 @@ def _rs(s: Any) -> None:
 
 
 def _times(s: Any, running: Bool, **at_end: Value) -> None:
-    """A timer that runs: ET, and its end once ET has reached PT."""
+    """Update ET of a running timer, and end its time when ET has reached PT."""
     elapsed = s.elapsed()
     over = both(running, values.compare(">=", elapsed, s["PT"], _TIME))
     s.set(running, ET=elapsed)

@@ -1,4 +1,7 @@
-"""What stands for a function that counts in a long loop, so that a program can be run on terms."""
+"""Summaries for functions that count in a long loop, so that a program can be run on terms.
+
+Unrolling such a loop would give as many rounds as there are milliseconds.
+"""
 
 from __future__ import annotations
 
@@ -13,30 +16,33 @@ from structured_text.prove.values import TIME_BITS
 
 __all__ = ["Summaries", "literals", "one_of", "summaries"]
 
-#: 20 days.
+#: Largest result of such a function: 20 days in milliseconds.
 _LONGEST_MS = 1_728_000_000
-#: More durations than these are not tried one by one.
+#: Highest number of durations that are tried one by one.
 _MOST = 32
 
 
-#: What stands for functions, by upper-case names: takes the machine and the arguments.
+#: Replacements for functions by upper-case name; each takes the machine and the arguments.
 Summaries: TypeAlias = dict[str, Callable[[Machine, list[Any]], Any]]
 
 
 def summaries(milliseconds: str, *, exact: bool) -> Summaries:
-    """Return what stands for a function that counts the milliseconds of a duration.
+    """Return the summary of a function that counts the milliseconds of a duration.
 
     Args:
-        milliseconds: Its name; empty: there is none.
-        exact: The result is exactly that of its body: for runs. Else it is anything in its range:
-            for proofs.
+        milliseconds: Its name; empty if there is none.
+        exact: If True, the result is exactly that of its body (for runs). If False, it is any
+            number in its range (for proofs).
     """
     name = milliseconds.upper()
     return {name: partial(_each_duration if exact else _any_count, name)} if name else {}
 
 
 def _each_duration(name: str, machine: Machine, arguments: list[Any]) -> Any:
-    """The function itself, of each literal that its argument may be; else of any duration."""
+    """Run the function for each literal that its argument may be, and return a choice among them.
+
+    If the argument is not a choice among few literals, run the body itself.
+    """
     (given,) = arguments
     tried = None if isinstance(given, int) else literals(given)
     if tried is None:
@@ -50,7 +56,10 @@ def _each_duration(name: str, machine: Machine, arguments: list[Any]) -> Any:
 
 
 def _any_count(name: str, machine: Machine, arguments: list[Any]) -> Any:
-    """Any number that the function can give: who names it proves that there is no other."""
+    """Return any number in the range of the function.
+
+    The library that names the function must prove that range.
+    """
     if isinstance(arguments[0], int):
         return _body(name, machine, arguments)
     result = z3.BitVec(machine.fresh("milliseconds"), 32)
@@ -67,7 +76,10 @@ def _body(name: str, machine: Machine, arguments: list[Any]) -> Any:
 
 
 def literals(term: Any) -> set[int] | None:
-    """The numbers that a nest of choices ends in; None if something else is among them."""
+    """Return the literals at the leaves of a nest of choices, or None.
+
+    The result is None if a leaf is not a literal, or if there are more than `_MOST`.
+    """
     found: set[int] = set()
     seen: set[int] = set()
     waiting = [term]
@@ -88,7 +100,7 @@ def literals(term: Any) -> set[int] | None:
 
 
 def one_of(term: Any, numbers: set[int]) -> Any:
-    """A term that is one of these numbers, written as a choice among them."""
+    """Return a term equal to `term`, written as a choice among the numbers that it can be."""
     first, *rest = sorted(numbers)
     result = z3.BitVecVal(first, term.size())
     for number in rest:

@@ -1,4 +1,4 @@
-"""A whole program on terms: where it starts, what its surroundings may do to it, and its scans."""
+"""A whole program on terms: its start, its inputs from outside, and its scans."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["Given", "Input", "Surroundings", "path_of"]
 
 @dataclass(frozen=True)
 class Input:
-    """A variable that the surroundings may set before each scan: its name is its path in a cell."""
+    """A variable that may be set from outside before each scan; the name is its path in a cell."""
 
     name: str
     path: Path
@@ -33,7 +33,7 @@ class Input:
 
     @property
     def searched(self) -> bool:
-        """A stimulus can set it to any value that the solver chooses."""
+        """Return whether a stimulus can set it to any value that the solver chooses."""
         if isinstance(self.type, EnumType):
             return True
         name = self.type.name if isinstance(self.type, ElementaryType) else ""
@@ -42,23 +42,24 @@ class Input:
 
 @dataclass(frozen=True)
 class Given:
-    """What the surroundings do before a scan, as terms: bytes and status of each device, inputs."""
+    """The input before a scan, as terms: bytes and status of each device, and the inputs."""
 
     areas: dict[int, tuple[list[Any], Any]]
     inputs: dict[str, Any]
 
 
 class Surroundings:
-    """The program of a project with all that may happen to it from outside.
+    """A project's programs with all inputs that may change from outside.
 
-    This one is a program without a process image: its inputs are set, and nothing else happens.
-    What is derived from it sets more in `give_areas`, and says in `held` what that is.
+    This class is a program without a process image: only its inputs change. A derived class sets
+    more
+    in `give_areas`, and returns the places it sets in `held`.
 
     Args:
         project: The sources, with the programs that run.
 
     Attributes:
-        inputs: Variables that no program writes: those of the panel, of the scanner, of others.
+        inputs: Variables that no program writes, for example those of a panel or a scanner.
         linked: Places of the status of each device's connection, by the number of the device.
     """
 
@@ -74,21 +75,21 @@ class Surroundings:
         self.inputs = [one for one in self._inputs() if one.path not in held]
 
     def held(self) -> Iterator[Path]:
-        """Yield the places that are no inputs, since `give_areas` sets them."""
+        """Yield the places that are not inputs, because `give_areas` sets them."""
         return iter(())
 
     def give_areas(self, machine: Machine, number: int) -> dict[int, tuple[list[Any], Any]]:
-        """Put into the process image what comes from each device before a scan.
+        """Write the data of each device into the process image before a scan.
 
         Returns:
-            By the number of the device its bytes, and whether it is connected, as terms; their
-            names begin with `area.` and `connected.`, followed by its number.
+            The bytes of each device and its connection status as terms, by the number of the
+                device. Their names begin with `area.` and `connected.`, followed by that number.
         """
         del machine, number
         return {}
 
     def byte_name(self, number: str) -> str:
-        """Return how people call a byte of an area."""
+        """Return the name of a byte of an area for reports."""
         return f"byte {number}"
 
     def _inputs(self) -> Iterator[Input]:
@@ -114,12 +115,12 @@ class Surroundings:
     # --- memory ---
 
     def start(self, machine: Machine) -> None:
-        """Everything with its initial value."""
+        """Create all variables with their initial values."""
         for path, symbol in self.roots():
             machine.create(path, symbol.type, symbol.initial)
 
     def anything(self, machine: Machine) -> None:
-        """Any state: all that can change may be anything."""
+        """Create an arbitrary state: every variable that is not constant may have any value."""
         for path, symbol in self.roots():
             if symbol.constant:
                 machine.create(path, symbol.type, symbol.initial)
@@ -127,7 +128,7 @@ class Surroundings:
                 machine.havoc(path, symbol.type)
 
     def roots(self) -> Iterator[tuple[Path, t.Symbol]]:
-        """Yield the variables of the programs, global and located ones, each with its place."""
+        """Yield the variables of the programs, and global and located ones, with their places."""
         for symbol in self.project.global_symbols.values():
             slot = address_slot(symbol.address) if symbol.address else symbol.name.upper()
             yield ("", slot), symbol
@@ -142,17 +143,18 @@ class Surroundings:
     # --- scans ---
 
     def give(self, machine: Machine, number: int, *, everything: bool = False) -> Given:
-        """Let the surroundings do what they may before a scan.
+        """Set the inputs to arbitrary values before a scan.
 
-        Inputs that no stimulus can set to what the solver chooses (REAL, STRING, arrays) stay as
-        they are, or are anything where `everything` is to be thought of.
+        A stimulus cannot set inputs of the types REAL, STRING and array to a value that the solver
+        chooses. They stay unchanged, or are arbitrary if `everything` is True.
         """
         areas = self.give_areas(machine, number)
         inputs: dict[str, Any] = {}
         for one in self.inputs:
             if one.searched:
                 value = values.anything(one.type, f"{one.name}.{number}")
-                if values.is_duration(one.type) and not everything:  # as a file writes it
+                # Whole milliseconds, as in a stimulus file.
+                if values.is_duration(one.type) and not everything:
                     whole = z3.BitVec(f"{one.name}.{number}", 32)
                     value = z3.ZeroExt(values.TIME_BITS - 32, whole) * 1_000_000
                 inputs[one.name] = value
@@ -164,7 +166,7 @@ class Surroundings:
         return Given(areas, inputs)
 
     def scan(self, machine: ProgramMachine, number: int) -> None:
-        """Run the scan with this number; what a machine has noted is then of this scan."""
+        """Run the scan with this number; the records of the machine then belong to this scan."""
         machine.calls.clear()
         machine.own.clear()
         machine.obligations.clear()
@@ -176,7 +178,7 @@ class Surroundings:
 
 
 def path_of(project: Project, name: str) -> tuple[Path, Type]:
-    """Where a machine has what a cell calls `Main.Stage`."""
+    """Return the place in a machine, and the type, of a variable such as `Main.Stage`."""
     found = resolve(project, name)
     if found.address is not None:
         inside = (step.upper() if isinstance(step, str) else step for step in found.inside)

@@ -1,4 +1,4 @@
-"""STRING as terms of the solver: a length and its characters, made as they are asked for."""
+"""STRING values as terms of the solver: a length, and characters that are created on demand."""
 
 from __future__ import annotations
 
@@ -42,8 +42,10 @@ class Text:
 
     Attributes:
         size: Number of characters, an `int` or a bit-vector of 16 bits.
-        most: What `size` cannot exceed.
-        make: The character at a place from 0 on; what lies behind the end means nothing.
+        most: The upper limit of `size`.
+        make: Returns the character at a position, from 0 on. A character after the end has no
+            meaning.
+        made: The characters created so far.
     """
 
     size: Any
@@ -52,7 +54,7 @@ class Text:
     made: dict[int, Any] = field(default_factory=dict, compare=False)
 
     def char(self, place: int) -> Any:
-        """An `int` or a bit-vector of 8 bits; 0 behind the longest end."""
+        """Return a character, an `int` or a bit-vector of 8 bits; 0 from position `most` on."""
         if place >= self.most:
             return 0
         if place not in self.made:
@@ -61,34 +63,34 @@ class Text:
 
 
 def constant(value: str) -> Text:
-    """A literal."""
+    """Return the text of a literal."""
     codes = [ord(letter) for letter in value]
     return Text(len(codes), len(codes), codes.__getitem__)
 
 
 def anything(name: str, most: int = STRING_MAX, *, exact: bool = False) -> Text:
-    """Any text of up to so many characters, or of exactly so many."""
+    """Return an arbitrary text of up to `most` characters, or of exactly `most`."""
     size = most if exact else z3.BitVec(f"{name}.len", 16)
     return Text(size, most, lambda i: z3.BitVec(f"{name}[{i}]", 8))
 
 
 def legal(text: Text) -> Bool:
-    """The length is one that the text can have."""
+    """Return the condition that the length is within its limit."""
     return True if is_known(text.size) else z3.ULE(text.size, text.most)
 
 
 def known(text: Text) -> bool:
-    """Whether all of it is."""
+    """Return whether the length and all characters are known."""
     return is_known(text.size) and all(is_known(text.char(i)) for i in range(text.size))
 
 
 def plain(text: Text) -> str:
-    """A known text."""
+    """Return a known text as `str`."""
     return "".join(chr(text.char(i)) for i in range(text.size))
 
 
 def length(text: Text, width: int) -> Any:
-    """LEN, as an integer of this width."""
+    """Return LEN, as an integer of this width."""
     if is_known(text.size):
         return text.size
     return z3.ZeroExt(width - 16, text.size) if width > 16 else z3.Extract(width - 1, 0, text.size)
@@ -105,7 +107,7 @@ def _pick(condition: Bool, yes: Any, no: Any, width: int) -> Any:
 
 
 def choose(condition: Any, yes: Text, no: Text) -> Text:
-    """`yes` where the condition holds, else `no`."""
+    """Return `yes` if the condition holds, else `no`."""
     return Text(
         _pick(condition, yes.size, no.size, 16),
         max(yes.most, no.most),
@@ -124,7 +126,7 @@ def _same(left: Any, right: Any) -> Bool:
 
 
 def equal(left: Text, right: Text) -> Bool:
-    """Same length, same characters."""
+    """Return the condition that two texts have the same length and the same characters."""
     if is_known(left.size) and is_known(right.size):
         sizes: Bool = left.size == right.size
     else:
@@ -135,7 +137,7 @@ def equal(left: Text, right: Text) -> Bool:
 
 
 def compare(op: str, left: Text, right: Text) -> Bool:
-    """A comparison by the codes of the first characters that differ."""
+    """Return the comparison of two texts, by the codes of the first characters that differ."""
     if op in ("=", "<>"):
         same = equal(left, right)
         return same if op == "=" else negated(same)
@@ -147,7 +149,7 @@ def compare(op: str, left: Text, right: Text) -> Bool:
 
 
 def _below(left: Text, right: Text) -> Bool:
-    """Whether the first of two texts is the lesser one."""
+    """Return whether the first text is less than the second."""
     if known(left) and known(right):
         return plain(left) < plain(right)
     result: Bool = False
@@ -168,7 +170,7 @@ def _implied(condition: Bool, value: Bool) -> Bool:
 
 
 def left(text: Text, count: Any) -> Text:
-    """LEFT for a count that is not negative."""
+    """Return LEFT for a count that is not negative."""
     if is_known(count) and is_known(text.size):
         size: Any = max(min(text.size, count), 0)
     else:
@@ -179,7 +181,7 @@ def left(text: Text, count: Any) -> Text:
 
 
 def _wide(value: Any) -> Any:
-    """A count that is not negative as 16 bits; what is more is the most that these hold."""
+    """Return a count that is not negative as 16 bits, limited to 65535."""
     if is_known(value):
         return z3.BitVecVal(min(max(value, 0), 0xFFFF), 16)
     if value.size() <= 16:
@@ -188,7 +190,7 @@ def _wide(value: Any) -> Any:
 
 
 def mid(text: Text, count: Any, position: Any) -> Text:
-    """MID for a count that is not negative and a position from 1 on."""
+    """Return MID for a count that is not negative and a position from 1 on."""
     limit = _wide(count)
     most = max(min(count, text.most), 0) if is_known(count) else text.most
     if is_known(position):
@@ -215,7 +217,11 @@ def mid(text: Text, count: Any, position: Any) -> Text:
 
 
 def find(text: Text, other: Text) -> Any:
-    """FIND as an integer of 16 bits: the first place from 1 on, 0 if there is none."""
+    """Return FIND as an integer of 16 bits: the first position from 1 on, or 0.
+
+    Raises:
+        UnsupportedError: the text to find may be longer than four characters.
+    """
     if known(text) and known(other):
         return plain(text).find(plain(other)) + 1 if other.size else 0
     if other.most > 4:
@@ -234,7 +240,7 @@ def find(text: Text, other: Text) -> Any:
 
 
 def concat(first: Text, second: Text) -> Text:
-    """CONCAT, cut at the longest STRING."""
+    """Return CONCAT, truncated to the longest STRING."""
     most = min(first.most + second.most, STRING_MAX)
     if is_known(first.size) and is_known(second.size):
         size: Any = min(first.size + second.size, STRING_MAX)

@@ -1,4 +1,10 @@
-"""Proves what can be proved of a user's program, and looks for runs that break the rest."""
+"""Proof of a user's program, and search for runs that break the properties that are not proved.
+
+A property is tried in several ways. First induction: one scan from an arbitrary state, with
+arbitrary results of library calls (outline). Then short searches from the start, induction with the
+library's code, and longer searches. Invariants found automatically exclude unreachable states
+before an induction. A run that is found is replayed on the built-in engine before it is reported.
+"""
 
 from __future__ import annotations
 
@@ -30,17 +36,17 @@ from structured_text.prove.values import TIME_BITS
 
 __all__ = ["NOTED", "Bench", "Replayed", "Result", "Settings", "prove"]
 
-#: It may be so, which is no fault by itself.
+#: Status of a property that may be broken without being a fault.
 NOTED = "noted"
 
-#: Scans this long come soon to what takes a robot's time [us].
+#: Scan period with which a search soon reaches events that take a robot's time [us].
 _LONG_US = 300_000
-#: Scans of each search.
+#: Highest number of scans of a search.
 _SCANS = 400
-#: Scans of the first search, by which what shows soon is shown at the period asked for.
+#: Scans of the first search; it finds early violations with the period that the user chose.
 _FIRST = 6
 _SHOWN = 8
-#: What stops no engine: no run can show it, so that it is proved or unknown.
+#: Kinds that do not stop an engine. No run can show them, so they are proved or unknown.
 _STOPS_NOTHING = ("conversion", "time", "overflow")
 
 _INPUTS = "Nothing but the inputs is set from outside of the program."
@@ -49,14 +55,14 @@ _CLOCK = "The clock never runs backwards and counts less than 2^62 ns; a TIME ha
 
 @dataclass(frozen=True)
 class Settings:
-    """How to prove.
+    """The settings of a proof.
 
     Attributes:
-        scan_us: Period of the scans of a run that is searched for.
-        limit_s: Seconds for each property.
-        out: Where stimulus files and charts go.
-        overflow: Arithmetic that may leave its type is a property like the others.
-        tell: Is told how far it is.
+        scan_us: Scan period of a run that is searched for [us].
+        limit_s: Time limit for each property [s].
+        out: Folder for stimulus files and charts.
+        overflow: Treat arithmetic that may leave its type as a property like the others.
+        tell: A function that is called with progress messages.
     """
 
     scan_us: int = 10_000
@@ -68,19 +74,19 @@ class Settings:
 
 @dataclass(frozen=True)
 class Result:
-    """What has become of a property.
+    """The result for a property.
 
     Attributes:
         name: Its kind and place.
-        says: What is claimed.
+        says: The claim.
         at: File and line, if it has a place.
-        status: `proved`, `refuted` or `unknown`; `noted` of arithmetic that may leave its type,
-            where that is not asked for.
-        seconds: How long it took.
-        assumes: What is taken for granted.
-        stimulus: The run that breaks it.
-        command: What replays that run.
-        note: Why it is unknown, with the state that a failed step starts from; or what is broken.
+        status: `proved`, `refuted` or `unknown`; `noted` for arithmetic that may leave its type,
+            unless `Settings.overflow` is set.
+        seconds: Time spent on it.
+        assumes: The assumptions.
+        stimulus: The stimulus file of the run that breaks it.
+        command: The command that replays that run.
+        note: Why it is unknown, with the state before the failing step; or what is broken.
     """
 
     name: str
@@ -96,13 +102,13 @@ class Result:
 
 @dataclass(frozen=True)
 class Replayed:
-    """What came of a run on the built-in engine.
+    """The result of a run on the built-in engine.
 
     Attributes:
-        scans: How many scans ran to their end.
-        error: What stopped the program, if something did.
-        differences: Where a variable has not the value that the run says; empty where they agree.
-        findings: The rules that were broken, in words.
+        scans: The number of scans that ran to their end.
+        error: The error that stopped the program, or None.
+        differences: Variables whose values differ from those of the run; empty if they agree.
+        findings: The broken rules, as text.
     """
 
     scans: int
@@ -112,21 +118,25 @@ class Replayed:
 
 
 class Bench(Protocol):
-    """What surrounds the programs that are proved, and runs them."""
+    """The interface to the environment of the programs under proof, and to its engine."""
 
     @property
     def name(self) -> str:
-        """The command, for messages."""
+        """Return the name of the command, for messages."""
 
     @property
     def library(self) -> Library:
-        """What the library demands, and what is known of it."""
+        """Return the requirements of the library and the facts known about it."""
 
     def surroundings(self, project: Project) -> Surroundings:
-        """Return what surrounds a program (InputError: it cannot be run here)."""
+        """Return the surroundings of a program.
+
+        Raises:
+            InputError: it cannot be run here.
+        """
 
     def blame(self, error: InputError) -> InputError:
-        """Return an error in the sources as people are told of it."""
+        """Return an error in the sources with the wording for users."""
 
     def replay(
         self,
@@ -142,22 +152,22 @@ class Bench(Protocol):
 
         Args:
             run: The run.
-            around: The surroundings of the program that it is of.
+            around: The surroundings of its program.
             files: The program's files.
-            stimulus: Where the stimulus file goes.
+            stimulus: The path of the stimulus file.
             about: Comment at the beginning of that file.
-            chart: Where the timing chart (SVG) of the run goes.
+            chart: The path of the timing chart (SVG) of the run.
 
         Raises:
-            InputError: a file cannot be written, or is there already and none of a search.
+            InputError: a file cannot be written, or exists already and was not written by a search.
         """
 
     def command(self, run: Run, around: Surroundings, stimulus: Path) -> str:
-        """Return the command that shows a run to people."""
+        """Return the command with which a user can replay the run."""
 
 
 def prove(sources: SourceFiles, settings: Settings, bench: Bench) -> tuple[list[Result], list[str]]:
-    """Prove a program's properties; also gives the names of its inputs.
+    """Prove a program's properties; return the results and the names of its inputs.
 
     Raises:
         InputError: an error in the sources, or a program that cannot be run.
@@ -190,7 +200,7 @@ def _told_of_original(error: InputError, copies: Copies) -> InputError:
 
 @dataclass
 class _Step:
-    """A scan from any state: when each property is broken in it, and the state it starts from."""
+    """A scan from an arbitrary state: when it breaks each property, and the state before it."""
 
     machine: ProgramMachine
     before: Mapping[Place, Any]
@@ -200,7 +210,7 @@ class _Step:
 
 @dataclass
 class _Work:
-    """One program under proof."""
+    """The proof of one program, with its open and decided properties."""
 
     bench: Bench
     copies: Copies
@@ -221,6 +231,11 @@ class _Work:
         self._searches: dict[int, Search] = {}
 
     def results(self) -> list[Result]:
+        """Return the results of all properties, after all methods have been tried.
+
+        Programs of several intervals are only searched, because induction considers every scan
+        alike.
+        """
         inner = [self._inner(self.bench.library.reference)] if self.bench.library.reference else []
         for key in self.watch.always:
             self.open[key] = self._named(key)
@@ -241,13 +256,13 @@ class _Work:
         return [*inner, *(every[key] for key in sorted(every))]
 
     def _only_note(self) -> None:
-        """What is left of arithmetic is told, and not looked into any further."""
+        """Set the status of the remaining arithmetic properties to `noted`, and close them."""
         for key in [key for key in self.open if key[0] == "overflow"]:
             seconds = self._spent.get(key, 0.0)
             self.done[key] = replace(self.open.pop(key), status=NOTED, seconds=seconds)
 
     def _try(self, way: Callable[[], None]) -> None:
-        """One way to decide what is open yet."""
+        """Run one method on the open properties; note an unsupported construct."""
         try:
             if self.open:
                 way()
@@ -268,6 +283,13 @@ class _Work:
     # --- induction ---
 
     def _induction(self, *, outline: bool) -> None:
+        """Try to prove the open properties by induction over one scan.
+
+        The scan starts from an arbitrary state in which the invariants hold. If no such scan breaks
+        a property, no run does. With `outline`, calls of the library have arbitrary results, which
+        keeps the terms small. If a scan breaks the property, its state may still be unreachable, so
+        the property stays open.
+        """
         how = "the program alone" if outline else "the program with the library"
         self.settings.tell(f"one scan from any state: {how}")
         step = self._any_scan(outline=outline)
@@ -302,7 +324,7 @@ class _Work:
         self.around.anything(machine)
         before = machine.snapshot()
         self.around.give(machine, 0, everything=True)
-        # A number that every program runs in: what runs more rarely runs in it, too.
+        # Scan 0: programs with a longer interval run in it as well.
         self.around.scan(machine, 0)
         wraps = self.watch.wraps(machine)
         self._operations |= {key: text for key, (text, _) in wraps.items()}
@@ -353,7 +375,7 @@ class _Work:
     # --- search ---
 
     def _search(self, scan_us: int, scans: int, share: float) -> None:
-        """Look for runs of so many scans, in a share of the time that is left."""
+        """Search for runs of up to `scans` scans, in a share of the remaining time."""
         end = time.monotonic() + share * max(map(self._left, self.open))
         going = self._searches.pop(scan_us, None)
         milliseconds = self.bench.library.milliseconds
@@ -366,10 +388,16 @@ class _Work:
         return self.settings.limit_s - self._spent.get(key, 0.0)
 
     def _sought(self) -> list[Key]:
-        """What a run can show to be broken."""
+        """Return the open properties that a run can show to be broken."""
         return [key for key in self.open if key[0] not in _STOPS_NOTHING]
 
     def _deeper(self, going: Search, scans: int, end: float) -> None:
+        """Unroll scan after scan, and look for a run that breaks an open property in the last scan.
+
+        A property that is looked for must be broken alone: an engine would stop at another broken
+        obligation first. After each scan its obligations are assumed to hold, because a run must
+        reach the next scan.
+        """
         while going.scans < scans and time.monotonic() < end and self._sought():
             begin = time.monotonic()
             before = going.machine.snapshot()
@@ -396,7 +424,11 @@ class _Work:
                 self._spent[key] = self._spent.get(key, 0.0) + time.monotonic() - begin
 
     def _found(self, key: Key, run: Run) -> None:
-        """A run breaks it: it does where the built-in engine says so, too."""
+        """Replay a run that the solver found, and record the result.
+
+        The property is refuted only if the built-in engine shows the violation, too. Otherwise the
+        translation is wrong; the result asks the user to report it.
+        """
         result = self.open[key]
         name = result.name.replace(" ", "-").replace(":", "-")
         stimulus, chart = self.settings.out / f"{name}.toml", self.settings.out / f"{name}.svg"
@@ -428,7 +460,7 @@ class _Work:
 
 
 def _state(model: Any, broken: Bool, names: Names) -> str:
-    """The values that matter: those that the condition is about."""
+    """Return the values of the variables that occur in the broken condition, as text."""
     found: dict[str, None] = {}
     waiting, seen = [] if isinstance(broken, bool) else [broken], set()
     while waiting and len(found) < _SHOWN:
@@ -444,6 +476,6 @@ def _state(model: Any, broken: Bool, names: Names) -> str:
 
 
 def _is_value(term: Any) -> bool:
-    """Is it a variable of the solver, and no array?"""
+    """Return whether a term is a variable of the solver and not an array."""
     named = z3.is_const(term) and term.decl().kind() == z3.Z3_OP_UNINTERPRETED
     return named and not z3.is_array(term)

@@ -1,9 +1,9 @@
-"""Values of a program as terms of the solver: machine arithmetic, exactly as the engines have it.
+"""Values of a program as terms of the solver, with the same machine arithmetic as the engines.
 
-A value is a Python number as long as it is known, and a term of z3 as soon as it is not: BOOL is
-`bool` or a Boolean term, integers, bit strings and enumerations are `int` or bit-vectors of their
-width, TIME and dates `int` or bit-vectors of `TIME_BITS` in nanoseconds, REAL and LREAL as
-`reals.Real`, STRING as `texts.Text`.
+A known value is a Python number; any other value is a term of z3. BOOL is `bool` or a Boolean
+term. Integers, bit strings and enumerations are `int` or bit-vectors of their width. TIME and
+dates are `int` or bit-vectors of `TIME_BITS` in nanoseconds. REAL and LREAL are `reals.Real`,
+STRING is `texts.Text`.
 """
 
 from __future__ import annotations
@@ -58,13 +58,13 @@ __all__ = [
 
 Value = Any
 
-#: A TIME literal has 64 bits; what the sums of a scan may add finds room in the others.
+#: Width of a TIME. A literal has 64 bits; the other 8 leave room for the sums of one scan.
 TIME_BITS = 72
 ENUM_BITS = 16
 
 
 def bits(kind: Type) -> int:
-    """Width of the bit-vector of a type that is a number; 0 for any other."""
+    """Return the width of the bit-vector of a numeric type; 0 for any other type."""
     if isinstance(kind, EnumType):
         return ENUM_BITS
     name = _name(kind)
@@ -76,7 +76,7 @@ def _name(kind: Type) -> str:
 
 
 def is_duration(kind: Type) -> bool:
-    """Whether it is TIME or LTIME."""
+    """Return whether the type is TIME or LTIME."""
     return _name(kind) in ANY_DURATION
 
 
@@ -86,7 +86,7 @@ def _signed(kind: Type) -> bool:
 
 
 def _is_text(kind: Type) -> bool:
-    """Whether it is a STRING or CHAR.
+    """Return whether the type is STRING or CHAR.
 
     Raises:
         UnsupportedError: it is a WSTRING or WCHAR.
@@ -98,7 +98,7 @@ def _is_text(kind: Type) -> bool:
 
 
 def constant(kind: Type, value: Scalar) -> Value:
-    """The value that a literal or an initial value gives."""
+    """Return the value of a literal or an initial value."""
     if _name(kind) in ANY_REAL:
         return reals.constant(float(value), _name(kind))
     if _is_text(kind):
@@ -107,7 +107,7 @@ def constant(kind: Type, value: Scalar) -> Value:
 
 
 def anything(kind: Type, name: str) -> Value:
-    """Any value of a scalar type, as a new variable of the solver."""
+    """Return an arbitrary value of a scalar type, as a new variable of the solver."""
     if _name(kind) == "BOOL":
         return z3.Bool(name)
     if _name(kind) in ANY_REAL:
@@ -119,7 +119,10 @@ def anything(kind: Type, name: str) -> Value:
 
 
 def legal(kind: Type, value: Value) -> Bool:
-    """What holds of every value of the type: members of an enumeration, durations of 64 bits."""
+    """Return the condition that holds for every legal value of the type.
+
+    An enumeration has only its members; a duration has 64 bits, a date is not negative.
+    """
     if is_known(value):
         return True
     if isinstance(kind, EnumType):
@@ -131,7 +134,11 @@ def legal(kind: Type, value: Value) -> Bool:
 
 
 def scalar(kind: Type, value: Value) -> z3.ExprRef:
-    """The value as a term, also where it is known."""
+    """Return the value as a term, even if it is known.
+
+    Raises:
+        TypeError: the value is a REAL or STRING, which is more than one term.
+    """
     if isinstance(value, (reals.Real, texts.Text)):
         raise TypeError("a REAL or STRING is no single term")
     if not is_known(value):
@@ -142,7 +149,7 @@ def scalar(kind: Type, value: Value) -> z3.ExprRef:
 
 
 def wrapped(kind: Type, value: int) -> int:
-    """A number brought into the range of an integer type, as the PLC's registers do."""
+    """Return a number wrapped into the range of an integer type, as the PLC's registers do."""
     name = _name(kind)
     if name not in INT_RANGE:
         return value
@@ -151,7 +158,7 @@ def wrapped(kind: Type, value: int) -> int:
 
 
 def choose(condition: Bool, yes: Value, no: Value, kind: Type) -> Value:
-    """`yes` where the condition holds, else `no`."""
+    """Return `yes` if the condition holds, else `no`."""
     if condition is True or yes is no:
         return yes
     if condition is False:
@@ -203,7 +210,7 @@ _UNSIGNED: dict[str, Callable[[Any, Any], Any]] = {
 
 
 def compare(op: str, left: Value, right: Value, kind: Type) -> Bool:
-    """A comparison of two values of one type: = <> < > <= >=."""
+    """Return the comparison (= <> < > <= >=) of two values of the same type."""
     if isinstance(left, reals.Real):
         return reals.compare(op, left, right)
     if isinstance(left, texts.Text):
@@ -221,9 +228,10 @@ def compare(op: str, left: Value, right: Value, kind: Type) -> Bool:
 
 
 def combine(op: str, left: Value, right: Value, kind: Type) -> Value:
-    """Sums, differences, products, quotients, remainders and bitwise operations of integers.
+    """Return the result of an arithmetic or bitwise operation on integers.
 
-    A quotient by 0 is what z3 makes of it: who calls this sees to it that there is none.
+    The operations are sum, difference, product, quotient, remainder, AND, OR and XOR. A division by
+    0 has the result that z3 defines; the caller must exclude it.
     """
     if is_known(left) and is_known(right):
         return _known(op, left, right, kind)
@@ -259,12 +267,12 @@ def _known(op: str, left: int, right: int, kind: Type) -> int:
 
 
 def negate(value: Value, kind: Type) -> Value:
-    """-value of an integer or TIME."""
+    """Return -value of an integer or TIME."""
     return wrapped(kind, -value) if is_known(value) else -value
 
 
 def concrete(value: Value) -> bool:
-    """Whether the value is known without the solver."""
+    """Return whether the value is known without the solver."""
     if isinstance(value, reals.Real):
         return value.known
     return texts.known(value) if isinstance(value, texts.Text) else is_known(value)

@@ -94,8 +94,11 @@ def test_the_page_of_a_block_that_has_gone_is_reported_and_then_removed(
     assert own.exists()
 
 
-def test_every_page_is_two_clicks_from_the_readme() -> None:
-    index = (ROOT / "docs/reference/blocks.md").read_text(encoding="utf-8")
+def test_every_page_is_two_clicks_from_the_readme_and_an_internal_block_three() -> None:
+    reference = ROOT / "docs/reference"
+    index = (reference / "blocks.md").read_text(encoding="utf-8")
+    assert "(internal-blocks.md)" in index
+    index += (reference / "internal-blocks.md").read_text(encoding="utf-8")
     assert "(docs/reference/blocks.md)" in (ROOT / "README.md").read_text(encoding="utf-8")
     for name in _BLOCKS:
         assert f"[{name}](blocks/{name}.md)" in index
@@ -278,3 +281,25 @@ def test_everything_that_is_generated_is_written_by_one_command() -> None:
     every = docs.every_page()
     assert every.keys() >= docs.pages().keys() | docs_blocks.files().keys()
     assert not docs.pages().keys() & docs_blocks.files().keys()
+
+
+@pytest.mark.parametrize(
+    ("name", "other"),
+    [
+        ("FB_WritePort", "FB_WriteIoPort"),
+        ("FB_ReturnToOrigin", "FB_ReturnToOriginRobot"),
+        ("FB_ServoOn", "FB_Servo"),
+        ("FB_ServoOn", "FB_ServoOnFromEmergencyStop"),
+    ],
+)
+def test_blocks_that_are_easily_confused_lead_to_each_other(name: str, other: str) -> None:
+    for page, link in ((name, other), (other, name)):
+        choice = _page(page).partition("## When to use it")[2].partition("\n## ")[0]
+        assert f"[{link}]({link}.md)" in choice
+
+
+def test_a_page_names_the_document_of_its_section_and_the_command_that_runs_its_tests() -> None:
+    """Source: remote command guide 4.2.1."""
+    page = _page("FB_MovePtp")
+    assert "| Manual | Remote command guide 4.2.1, MOVE, PTP" in page
+    assert "| Run them | `.venv/bin/python -m pytest tests/command/" in page

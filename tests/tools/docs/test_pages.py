@@ -64,6 +64,7 @@ def test_every_page_is_in_the_index_or_in_the_one_of_its_folder() -> None:
 def test_two_clicks_lead_from_the_readme_to_each_block_its_tests_and_the_room_of_a_rule() -> None:
     """A block's page is among them, with its section of the manual."""
     ways = [_ROOT / target for target, _ in _links("README.md") if target.endswith(".md")]
+    ways.append(_ROOT / "docs/reference/internal-blocks.md")  # one click more, for few readers
     reached = {
         (page.parent / target).resolve()
         for page in ways
@@ -76,6 +77,17 @@ def test_two_clicks_lead_from_the_readme_to_each_block_its_tests_and_the_room_of
         wanted = {head.file, *(_ROOT / test for test in head.tests), *page}
         assert not wanted - reached, head.name
     assert {_ROOT / "harness/rcx_harness/robot", _ROOT / "spec/rules.toml"} <= reached
+
+
+def test_the_index_of_blocks_has_no_internal_block_and_no_empty_cell_of_the_manual() -> None:
+    index = docs.pages()["docs/reference/blocks.md"]()
+    rows = re.findall(r"^\| \[?(F[BC]_\w+).*$", index, re.MULTILINE)
+    assert not [name for name in rows if name.startswith(("FB_Rcx", "FC_Rcx"))]
+    cells = [line.split(" | ") for line in index.splitlines() if line.startswith("| [FB_")]
+    assert len(cells) > 150
+    assert all(row[3].strip() for row in cells)
+    tasks = re.findall(r"\[(FB_\w+)\]\(blocks", index.partition("\n## area")[0])
+    assert set(tasks) <= set(rows)
 
 
 def test_the_changelog_begins_with_the_version_of_the_package() -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from rcx_harness import spec
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_tools.docs.blocks.examples import Snippet, own_pins, program, snippets, without
+from rcx_tools.docs.blocks.examples import FOLDER, Snippet, own_pins, program, snippets, without
 from rcx_tools.docs.blocks.ranges import range_of
 from rcx_tools.docs.blocks.runs import Run, run_of
 from rcx_tools.docs.blocks.source import ROOT, Pin, Pou, kinds, pous
@@ -53,7 +53,7 @@ def block_page(name: str) -> str:
     lines = [f"{MARK}; do not edit -->", "", f"# {name}", "", pou.does]
     for paragraph in pou.about:
         lines += ["", _linked(paragraph, name)]
-    lines += ["", *_facts(pou), *_pins(pou)]
+    lines += [*_choices(name), "", *_facts(pou), *_pins(pou)]
     if name in snippets():
         lines += _example(run_of(name))
     elif name in without():
@@ -96,9 +96,11 @@ def _facts(pou: Pou) -> Iterator[str]:
     yield "|---|---|"
     yield f"| Source | {_file(pou.file)} |"
     yield f"| Tests | {_tests(pou)} |"
-    if pou.section:
-        yield f"| Manual | {pou.section} |"
+    yield f"| Run them | `.venv/bin/python -m pytest {' '.join(pou.tests)}` |"
     block = library().blocks.get(pou.name)
+    if pou.section:
+        titles = [f"{one.title} command" for one in block.commands] if block else []
+        yield f"| Manual | {', '.join((_full(pou.section), *titles))} |"
     if block:
         shown = (f"[`{one.shown}` {one.name}](../commands.md#{one.name.lower()})"
                  for one in block.commands)  # fmt: skip
@@ -130,6 +132,35 @@ def _examples(name: str) -> list[str]:
         for file, text in _example_texts().items()
         if used.search(text)
     ]
+
+
+def _full(section: str) -> str:
+    """Return a section of the manual with the name of its document."""
+    if "guide" not in section:
+        return f"EtherNet/IP user's manual, {section}"
+    named = re.sub(r"^(?:remote command )?guide\b", "Remote command guide", section)
+    return re.sub(r"; chapter", "; EtherNet/IP user's manual, chapter", named)
+
+
+@cache
+def _alternatives() -> list[dict[str, str]]:
+    table: list[dict[str, str]] = load_toml(FOLDER / "choices.toml")["choice"]
+    return table
+
+
+def _choices(name: str) -> Iterator[str]:
+    """Yield for what a block is, and which blocks that are like it are for what."""
+    rows = {
+        other: text
+        for choice in _alternatives()
+        if name in choice
+        for other, text in ((name, choice[name]), *choice.items())
+    }
+    if not rows:
+        return
+    yield "\n## When to use it\n\n| Block | It |\n|---|---|"
+    for other, text in rows.items():
+        yield f"| {f'**{name}**' if other == name else _link_to(other)} | {text} |"
 
 
 def _tests(pou: Pou) -> str:

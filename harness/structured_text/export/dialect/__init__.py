@@ -1,1 +1,1 @@
-"""Structured Text in the dialect of a tool, in files below a folder."""
+"""Export to files in a folder, in the Structured Text dialect of a tool."""

@@ -1,4 +1,4 @@
-"""What a PLC tool calls types, names and values that IEC 61131-3 text calls otherwise."""
+"""The dialect of a PLC tool: its types, names and values that differ from IEC 61131-3."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from structured_text.language.types import ElementaryType, EnumType, Type
 
 __all__ = ["BYTES", "Dialect", "Function", "Names", "dialect_body"]
 
-#: Why a block with a process image of bytes cannot be had.
+#: The reason why a block with a process image of bytes is not supported, for messages.
 BYTES = "has an array of BYTE; take the block for words"
 
-#: Comes after a name that the tool refuses.
+#: Suffix of a name that the tool refuses.
 _SUFFIX = "_X"
 _MOMENTS = ("T", "TIME", "D", "DATE", "TOD", "TIME_OF_DAY", "DT", "DATE_AND_TIME")
 _BITS = ("BYTE", "WORD", "DWORD", "LWORD")
@@ -30,16 +30,17 @@ _ZEROS = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0", "TIME": "T#0s", "STRIN
 
 @dataclass(frozen=True)
 class Dialect:
-    """A tool's words.
+    """The words of a tool.
 
     Attributes:
         tool: Its name.
-        listed: Of its functions and blocks, in the folder `words`.
-        types: What its tables call an elementary type; one that is missing it does not have.
-        array: How its tables write an array of `{element}` from `{bounds}`.
-        words: Types that its statements call otherwise, in typed literals and conversions.
-        enumerations: Whether it has them; otherwise members are numbers of type INT.
-        bytes: Whether it has BYTE; otherwise a BYTE is a WORD whose upper half is 0.
+        listed: The name of its list of functions and blocks, in the folder `words`.
+        types: Names of elementary types in its tables; it does not have types that are missing
+            here.
+        array: The form of an array in its tables, with `{element}` and `{bounds}`.
+        words: Types with another name in its statements, in typed literals and conversions.
+        enumerations: Whether it has enumerations; otherwise members are numbers of type INT.
+        bytes: Whether it has BYTE; otherwise a BYTE is a WORD with an upper half of 0.
         refused: Names of variables that it refuses.
         arguments: Conversion of each argument of a standard function; "" for none.
         results: Conversion of a standard function's result.
@@ -58,26 +59,26 @@ class Dialect:
 
     @property
     def words_of(self) -> Words:
-        """Its list of functions and blocks."""
+        """Return its list of functions and blocks."""
         return words(self.listed)
 
     def name(self, text: str) -> str:
-        """A variable's, pin's or field's name here."""
+        """Return the name of a variable, pin or field in the tool."""
         return f"{text}{_SUFFIX}" if self.refused.fullmatch(text.upper()) else text
 
     def word(self, kind: str) -> str:
-        """An elementary type's name in statements."""
+        """Return the name of an elementary type in statements."""
         found = "WORD" if kind == "BYTE" and not self.bytes else kind
         return self.words.get(found, found)
 
     def typed(self, text: str) -> str:
-        """A typed literal such as `UINT#1`."""
+        """Return a typed literal such as `UINT#1`."""
         kind, _, value = text.partition("#")
         return text if kind.upper() in _MOMENTS else f"{self.word(kind.upper())}#{value}"
 
     @property
     def mask(self) -> str:
-        """The lower half of a WORD."""
+        """Return the mask of the lower half of a WORD."""
         return f"{self.word('WORD')}#16#00FF"
 
 
@@ -86,7 +87,7 @@ class Function:
     """A function of the sources.
 
     Attributes:
-        defaults: What stands for each parameter that is left out, in order, by upper-case name.
+        defaults: Values of omitted arguments in the order of the parameters, by upper-case name.
         result: Its type.
     """
 
@@ -95,7 +96,7 @@ class Function:
 
 
 class Names:
-    """What the names of the sources mean, and what they are in a dialect."""
+    """The names of the sources, their meaning, and their form in a dialect."""
 
     def __init__(self, sources: Sources, dialect: Dialect) -> None:
         self.dialect = dialect
@@ -118,7 +119,7 @@ class Names:
         }
 
     def spec(self, spec: s.TypeSpec) -> str:
-        """A type as the tool's tables have it."""
+        """Return a type as in the tool's tables."""
         if isinstance(spec, s.ArraySpec):
             bounds = ", ".join(
                 f"{expression_text(one.low)}..{expression_text(one.high)}"
@@ -137,7 +138,7 @@ class Names:
         return self.dialect.types["INT"]
 
     def cell(self, one: s.VarDecl, kind: Type, value: Any) -> str:
-        """The initial value of a scalar as the tool's tables have it; empty where it is zero."""
+        """Return the initial value of a scalar as in the tool's tables; empty if it is zero."""
         if one.initial is None and value == zero(kind):
             return ""
         if isinstance(kind, EnumType):
@@ -148,7 +149,7 @@ class Names:
         return number if mark and word.isalpha() and word.upper() not in _MOMENTS else text
 
     def literal(self, value: Any, kind: Type) -> str:
-        """A scalar's value as statements have it."""
+        """Return a scalar's value as in statements."""
         if isinstance(kind, EnumType):
             member = kind.members[value]
             named = f"{kind.name}#{member}"
@@ -158,12 +159,12 @@ class Names:
         return self.dialect.typed(text) if kind.name in _BITS else text
 
     def member(self, text: str) -> str:
-        """A member of an enumeration."""
+        """Return a member of an enumeration."""
         kind, value, name = self.members[text.upper()]
         return f"{kind}#{name}" if self.dialect.enumerations else f"{value} (* {name} *)"
 
     def zero(self, spec: s.TypeSpec) -> str:
-        """What a variable of an elementary or enumerated type begins with."""
+        """Return the default value of an elementary or enumerated type."""
         kind = self.base(spec)
         if isinstance(kind, s.EnumSpec):
             return self.member(kind.members[0].text)
@@ -171,25 +172,25 @@ class Names:
         return f"{self.dialect.word(name)}#16#0" if name in _BITS else _ZEROS.get(name, "0")
 
     def start(self, one: s.VarDecl, kind: Type, value: Any) -> str:
-        """What a scalar begins with, as statements have it."""
+        """Return the initial value of a scalar as in statements."""
         if one.initial is not None:
             return self._literal(one.initial)
         return self.zero(one.spec) if value == zero(kind) else self.literal(value, kind)
 
     def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
-        """What a named type stands for."""
+        """Return the type that a named type stands for."""
         while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
             spec = self.types[spec.name.key].spec
         return spec
 
     def is_byte(self, spec: s.TypeSpec | None) -> bool:
-        """Whether that is a BYTE which the tool does not have."""
+        """Return whether a type is a BYTE that the tool does not have."""
         kind = self.base(spec)
         named = isinstance(kind, s.NamedSpec) and kind.name.key == "BYTE"
         return named and not self.dialect.bytes
 
     def trouble(self, part: Part, known: Collection[str]) -> str:
-        """Why the tool cannot have the variables of a part; empty if it can.
+        """Return why the tool does not support the variables of a part; empty if it does.
 
         Args:
             part: A type, function, block or program.
@@ -243,21 +244,23 @@ _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 
 
 def dialect_body(text: str, scope: Scope, names: Names) -> str:
-    """Rewrite statements.
+    """Return statements rewritten in a dialect.
 
-    Arguments of functions lose their names and stand in the order of the parameters, left-out
-    ones are written out; members of enumerations, typed literals and conversions are the
-    tool's; where it has no BYTE, what could leave the lower half of a WORD is masked.
+    Arguments of functions lose their names, get the order of the parameters, and are written out if
+    they are omitted. Members of enumerations, typed literals and conversions get the tool's form.
+    If the tool has no BYTE, results that could exceed the lower half of a WORD are masked.
 
     Args:
         text: The statements.
-        scope: What the POU's names mean.
-        names: What the other names are here.
+        scope: The meaning of the POU's names.
+        names: The other names in the dialect.
     """
     return _Body(text, scope, names).all()
 
 
 class _Body(Body):
+    """A writer of statements in a dialect."""
+
     def __init__(self, text: str, scope: Scope, names: Names) -> None:
         super().__init__(text, scope, names.dialect.words_of)
         self._names = names
@@ -308,7 +311,7 @@ class _Body(Body):
         return f"({text} AND {self._dialect.mask})" if narrowed else text
 
     def _argument(self, key: str, place: int, first: int, last: int) -> str:
-        """An argument, converted where the tool's standard function wants another type."""
+        """Return an argument, converted if the tool's standard function has another type for it."""
         text = self._run(first, last)
         wanted = self._dialect.arguments.get(key, ())
         plain = last == first + 1 and self._kind(first) == "INTEGER"
@@ -317,7 +320,7 @@ class _Body(Body):
         return f"{wanted[place]}({text})"
 
     def _primary(self, at: int) -> int:
-        """Behind a variable, a literal, a call or what is in parentheses."""
+        """Return the index after a variable, a literal, a call or an expression in parentheses."""
         if self._kind(at) == "LPAR":
             return self._closed(at)
         at += 1
@@ -326,7 +329,7 @@ class _Body(Body):
         return at
 
     def _byte(self, at: int) -> bool:
-        """Whether an operand is a BYTE that the tool does not have."""
+        """Return whether an operand is a BYTE that the tool does not have."""
         token, kind = self._found[at], self._kind(at)
         if self._dialect.bytes:
             return False
@@ -347,7 +350,7 @@ class _Body(Body):
         return kind == "IDENT" and self._names.is_byte(self._type(at))
 
     def _byte_of_standard(self, at: int) -> bool:
-        """Whether a standard function's result is: one of its values is a BYTE."""
+        """Return whether the result of a standard function is a BYTE, because a value of it is."""
         key = self._found[at].upper()
         if key not in FUNCTIONS or FUNCTIONS[key].result != "T":
             return False

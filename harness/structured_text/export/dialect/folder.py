@@ -1,4 +1,4 @@
-"""A folder for tools that keep variables in tables: a body and its tables for each POU."""
+"""Export as a folder for tools with tables of variables: a body and its tables for each POU."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from structured_text.language.types import BlockType, StructType, Type
 __all__ = ["Row", "Tool", "cell", "tabbed", "to_folder"]
 
 _FLAG = "TRUE once the initial values are set"
-#: What to do instead of a CONFIGURATION.
+#: The advice for a CONFIGURATION, which is not exported.
 _CONFIGURATION = "assign the program to a task of your project"
 
 
@@ -31,9 +31,13 @@ class Row:
     """A line of a table, in the tool's words.
 
     Attributes:
+        name: Its name.
         section: VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT or VAR; RESULT of a function, FIELD of a
             structure, MEMBER of an enumeration.
-        initial: Its initial value; the number of a member; empty if there is none.
+        type: Its type.
+        initial: Its initial value; for a member its number; empty if there is none.
+        comment: Its comment.
+        constant: It is a constant.
         retain: It keeps its value when power is off.
     """
 
@@ -48,13 +52,14 @@ class Row:
 
 @dataclass(frozen=True)
 class Tool:
-    """What differs from tool to tool.
+    """The differences between tools.
 
     Attributes:
+        dialect: The words of the tool.
         retained: Sections whose variables can keep their values when power is off.
-        tables: Texts of a declaration's tables by what their names end in.
-        readme: What to do with the folder; `{renamed}`, `{order}` and the notes are filled in.
-        notes: What it says of the library, by subject, where that says nothing of itself.
+        tables: Returns the texts of a declaration's tables by the end of their names.
+        readme: Instructions for the folder; `{renamed}`, `{order}` and the notes are inserted.
+        notes: Texts about the library, by subject, for subjects on which the library has none.
     """
 
     dialect: Dialect
@@ -65,7 +70,10 @@ class Tool:
 
 
 def to_folder(sources: Sources, tool: Tool) -> Output:
-    """Write bodies and tables; what the tool has no type for is left out, and what needs it."""
+    """Write bodies and tables; omit declarations with types that the tool lacks.
+
+    Declarations that need an omitted one are omitted, too.
+    """
     writer = _Writer(sources, tool)
     files: dict[str, str] = {}
     for part in writer.carried:
@@ -82,16 +90,18 @@ def to_folder(sources: Sources, tool: Tool) -> Output:
 
 
 def cell(text: str) -> str:
-    """A comment as a table's cell: on one line, without tabs."""
+    """Return a comment as a table's cell: on one line, without tabs."""
     return " ".join(text.split())
 
 
 def tabbed(lines: Iterable[tuple[str, ...]]) -> str:
-    """A table to paste: cells separated by tabs, without a line of titles."""
+    """Return a table to paste: cells separated by tabs, without a line of titles."""
     return "".join("\t".join(line) + "\n" for line in lines)
 
 
 class _Writer:
+    """A writer of the files of a folder."""
+
     def __init__(self, sources: Sources, tool: Tool) -> None:
         self._names = Names(sources, tool.dialect)
         self._sources = sources
@@ -110,7 +120,7 @@ class _Writer:
         self.carried = list(self._choose(sources))
 
     def _choose(self, sources: Sources) -> Iterator[Part]:
-        """The parts that the tool can have; why it cannot have the others."""
+        """Yield the parts that the tool supports; record why it does not support the others."""
         known = {part.name.upper() for part in sources.parts} | set(BLOCKS)
         reasons = {
             part.name.upper(): self._names.trouble(part, known) or self._outside(part)
@@ -131,7 +141,7 @@ class _Writer:
                 yield part
 
     def _outside(self, part: Part) -> str:
-        """Why a POU cannot be had by itself; empty if it can."""
+        """Return why a POU cannot be exported by itself; empty if it can."""
         if not isinstance(part.node, s.Pou):
             return ""
         if isinstance(self._names.base(part.node.result), s.StructSpec | s.ArraySpec):
@@ -139,7 +149,7 @@ class _Writer:
         return reaching_out(part.node, "the tool")
 
     def files(self, part: Part) -> Iterator[tuple[str, str]]:
-        """Path and text of a declaration's files."""
+        """Yield path and text of a declaration's files."""
         rows = list(self._rows(part))
         for ending, text in self._tool.tables(rows).items():
             yield f"{part.folder}/{part.name}{ending}", text
@@ -148,7 +158,7 @@ class _Writer:
             self.missing += self._starts.lost(part, part.node)
 
     def numbers(self) -> str:
-        """All enumerations with the numbers of their members."""
+        """Return all enumerations with the numbers of their members."""
         lines = [
             f"{name}: {', '.join(f'{value} {member.text}' for value, member in members)}"
             for name, members in self._enumerations()
@@ -169,7 +179,7 @@ class _Writer:
         return "\n".join([head, *self._started(node), body, ""])
 
     def _started(self, node: s.Pou) -> Iterator[str]:
-        """What sets the initial values for which the tables have no place."""
+        """Yield statements for the initial values that the tables cannot contain."""
         if node.result is not None:
             yield f"  {node.name.text} := {self._names.zero(node.result)};"
         yield from self._starts.statements(
@@ -177,7 +187,7 @@ class _Writer:
         )
 
     def _is_kept(self, section: s.Section, symbol: Symbol) -> bool:
-        """Whether it keeps its value when power is off, and the tool can say so."""
+        """Return whether a variable is retained without power and the tool's table can say so."""
         able = section.kind in self._tool.retained and not isinstance(symbol.type, BlockType)
         return section.qualifier == "RETAIN" and able
 
@@ -222,7 +232,10 @@ class _Writer:
 
 
 def _written(part: Part, dialect: Dialect) -> bool:
-    """Whether a declaration has files: no named arrays, enumerations where the tool has them."""
+    """Return whether a declaration has files.
+
+    Named arrays have none, and enumerations only if the tool has them.
+    """
     if not isinstance(part.node, s.TypeDecl):
         return True
     spec = part.node.spec

@@ -1,1 +1,1 @@
-"""Rockwell's L5X: Add-On Instructions and a routine."""
+"""Export to Rockwell L5X, for Studio 5000 Logix Designer."""

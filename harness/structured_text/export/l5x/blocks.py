@@ -6,7 +6,7 @@ from structured_text.export.l5x.model import FIRST_SCAN, STANDARD_BLOCKS, Aoi, D
 
 __all__ = ["FBD_TIMER", "standard_blocks"]
 
-#: Inputs and outputs of the structure that the instruction TONR keeps its state in.
+#: Inputs and outputs of the structure that contains the state of the instruction TONR.
 FBD_TIMER = {
     "EnableIn": "BOOL",
     "TimerEnable": "BOOL",
@@ -26,12 +26,16 @@ _BOOL, _DINT = Data("BOOL"), Data("DINT")
 
 
 def standard_blocks() -> list[Aoi]:
-    """TON, R_TRIG and the first scan, each with a name of its own."""
+    """Return TON, R_TRIG and the first scan, each with its own name."""
     return [_ton(), _r_trig(), _first_scan()]
 
 
 def _ton() -> Aoi:
-    """TONR with its own preset as high as can be, so that PT may change while it runs."""
+    """Return TON by means of TONR.
+
+    TONR gets the highest preset and only counts the time; the code compares it with PT. So PT may
+    change while the timer runs.
+    """
     name = STANDARD_BLOCKS["TON"]
     return Aoi(
         name,
@@ -79,9 +83,10 @@ def _r_trig() -> Aoi:
 
 
 def _first_scan() -> Aoi:
-    """The Prescan routine runs when the controller starts (1756-PM010).
+    """Return the block for the first scan.
 
-    The flag S:FS is not for Structured Text: the vendor's help names it for XIC and XIO only.
+    It uses a Prescan routine, which runs when the controller starts (1756-PM010). The flag S:FS is
+    not for Structured Text: the vendor's help names it for XIC and XIO only.
     """
     return Aoi(
         FIRST_SCAN,

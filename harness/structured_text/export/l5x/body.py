@@ -38,7 +38,7 @@ __all__ = ["copied", "translated", "written"]
 
 
 def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
-    """Names of the variables that are assigned, or passed to a block that assigns them.
+    """Return the names of the variables that are assigned, or passed to a block that assigns them.
 
     Args:
         pou: A program or block.
@@ -74,16 +74,26 @@ def translated(part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images
     Args:
         part: Its text, for the comments.
         pou: Its checked form.
-        pous: All of the sources by upper-case name.
+        pous: All POUs of the sources by upper-case name.
         images: The types of process images.
 
     Raises:
-        NotCarriedError: something in it has no counterpart; the message says what.
+        NotCarriedError: something in it has no counterpart; the message names it.
     """
     return _Writer(part, pou, pous, images).aoi()
 
 
 class _Writer:
+    """A writer of one POU in the Structured Text of Logix.
+
+    A function sets its variables at the beginning of its logic, because a Logix tag keeps its value
+    between calls. A block sets them in its Prescan routine. A structure, array or STRING is passed
+    by
+    reference; for each such pin of an instance the caller has a companion tag. RETURN is not
+    written:
+    the code after an IF with RETURN moves into its ELSE.
+    """
+
     def __init__(self, part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> None:
         self._part, self._pou, self._pous, self._images = part, pou, pous, images
         self._expressions = Expressions(pous, images)
@@ -93,6 +103,7 @@ class _Writer:
         self._aoi = Aoi(check_name(pou.name), part.header)
 
     def aoi(self) -> Aoi:
+        """Return the translated POU; an error gets the position of the current statement."""
         try:
             return self._aoi_of_pou()
         except NotCarriedError as error:
@@ -123,7 +134,10 @@ class _Writer:
         return aoi
 
     def _first_scan(self) -> None:
-        """A program has no Prescan routine: an instruction that has one tells the first scan."""
+        """Make a program set its initial values in its first scan.
+
+        A program has no Prescan routine, so it calls an instruction that has one.
+        """
         aoi = self._aoi
         aoi.locals.append(Tag(f"{FIRST_SCAN}_1", Data(FIRST_SCAN), "Local", is_block=True))
         aoi.blocks[FIRST_SCAN] = None
@@ -189,7 +203,7 @@ class _Writer:
     # --- initial values -------------------------------------------------------------------
 
     def _cleared(self) -> Iterator[str]:
-        """What begins anew in each call: all variables of a function, and temporary ones."""
+        """Yield lines that set variables at each call: all of a function, and temporary ones."""
         function = self._pou.kind == "FUNCTION"
         first = self._pou.body[0] if self._pou.body else None
         at_once = first.target if isinstance(first, t.Assign) else None
@@ -202,9 +216,10 @@ class _Writer:
                 yield from self._begun(symbol)
 
     def _initialised(self) -> Iterator[str]:
-        """What brings all but inputs to their initial values when the controller starts.
+        """Yield lines that set all variables but inputs to their initial values at the start.
 
-        In a program these are the variables that it does not write: they come from elsewhere.
+        In a program, variables that it does not write are left alone, because they come from
+        outside.
         """
         own = written(self._pou, self._pous) if self._pou.kind == "PROGRAM" else None
         retained = retain(self._part)
@@ -225,7 +240,11 @@ class _Writer:
                     yield from self._inputs(symbol.name, symbol.type)
 
     def _check_set(self, symbol: t.Symbol) -> None:
-        """Refuse what statements at the start cannot set: a pin, what is kept, an image."""
+        """Refuse an initial value that statements at the start cannot set.
+
+        Raises:
+            NotCarriedError: it is the value of a pin, a retained variable or an image.
+        """
         given = symbol.section == "VAR_INPUT" and self._pou.kind == "FUNCTION"
         pin = symbol.section in ("VAR_INPUT", "VAR_OUTPUT", "RESULT") and not given
         kept = symbol.name.upper() in retain(self._part) and symbol.section == "VAR"
@@ -237,7 +256,10 @@ class _Writer:
             raise NotCarriedError(f"{symbol.name} has an initial value that is no single number")
 
     def _begun(self, symbol: t.Symbol) -> Iterator[str]:
-        """What brings a variable to its initial value; of a structure or array, each part."""
+        """Yield lines that set a variable to its initial value.
+
+        For a structure or array, a line sets each part that is not zero.
+        """
         if is_zero(symbol.initial) or not isinstance(symbol.type, StructType | ArrayType):
             yield self._initial(symbol)
             return
@@ -246,7 +268,7 @@ class _Writer:
         yield from (f"{path} := {value_text(value, kind)};" for path, value, kind in leaves)
 
     def _inputs(self, instance: str, block: BlockType) -> Iterator[str]:
-        """What brings the inputs of a block inside this one to their defaults."""
+        """Yield lines that set the inputs of an inner block to their defaults."""
         pou = self._pous.get(block.name.upper())
         for pin in block.variables:
             if pin.section == "VAR_INPUT" and not is_whole(pin.type):
@@ -261,7 +283,10 @@ class _Writer:
         return f"{name} := {value_text(initial, symbol.type)};"
 
     def _emptied(self, name: str, kind: Type) -> str:
-        """All of it 0: copied from a tag that nothing writes, for FLL is for ladder only."""
+        """Return a line that sets a whole tag to 0.
+
+        The line copies a tag with zeros that nothing writes, because FLL is for ladder only.
+        """
         data = data_of(kind, self._images)
         if data == Data("STRING"):
             return f"{name} := '';"
@@ -272,7 +297,7 @@ class _Writer:
     # --- statements -----------------------------------------------------------------------
 
     def _returned(self, body: Sequence[t.Statement], indent: str) -> list[str]:
-        """The statements of the whole POU: what follows an IF with RETURN goes into its ELSE."""
+        """Return the statements of the whole POU; code after an IF with RETURN becomes its ELSE."""
         lines: list[str] = []
         for place, one in enumerate(body):
             if _returns(one):
@@ -296,7 +321,7 @@ class _Writer:
         return [line for one in body for line in self._statement(one, indent)]
 
     def _noted(self, one: t.Statement, indent: str) -> list[str]:
-        """The comments up to the line of a statement that have not been written yet."""
+        """Return the comments up to a statement's line that have not been written yet."""
         lines = []
         while self._comments and self._comments[0][0] <= one.at.line:
             lines.append(f"{indent}(* {self._comments.pop(0)[1]} *)")
@@ -395,7 +420,10 @@ class _Writer:
         otherwise: tuple[t.Statement, ...],
         indent: str,
     ) -> list[str]:
-        """IF; an ELSIF whose condition needs statements before it becomes an IF in the ELSE."""
+        """Return the lines of an IF.
+
+        If the condition of an ELSIF needs statements before it, it becomes an IF in the ELSE.
+        """
         lines: list[str] = []
         for place, (condition, body) in enumerate(branches):
             self._expressions.begin()
@@ -442,14 +470,14 @@ def _array_name(node: t.Variable) -> str:
 
 
 def copied(source: str, target: str, kind: Type, images: Images) -> str:
-    """The instruction that copies a structure, an array or a text."""
+    """Return the instruction that copies a structure, an array or a STRING."""
     if size := data_of(kind, images).size:
         return f"COP({source}[0], {target}[0], {size});"
     return f"COP({source}, {target}, 1);"
 
 
 def _comments(part: Part) -> list[tuple[int, str]]:
-    """The comments between statements with their lines, counted in the file."""
+    """Return the comments between statements with their lines in the file."""
     return [
         (part.line + part.body.count("\n", 0, one.start()), " ".join(one[1].split()))
         for one in _COMMENT.finditer(part.body)

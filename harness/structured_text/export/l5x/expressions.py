@@ -1,8 +1,9 @@
-"""Expressions in the Structured Text of Logix: no functions in them, and DINT for all numbers.
+"""Expressions in the Structured Text of Logix, which cannot call user functions.
 
-What an expression cannot hold is done in statements before the one that uses it (`before`), its
-result in a temporary tag. Nothing in an expression of the library has a side effect, so that
-neither this order nor that Logix evaluates both sides of AND and OR can change a result.
+Logix computes whole numbers in DINT. An operation that an expression cannot contain is done in
+statements before the one that uses it (`before`), with its result in a temporary tag. No expression
+of the library has a side effect. Therefore neither this order nor the evaluation of both sides of
+AND and OR can change a result.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class Expressions:
     """The expressions of one POU.
 
     Attributes:
-        before: Statements that must come first; whoever takes an expression takes them, too.
+        before: Statements that must precede the current one; the caller takes them with `take`.
         temporaries: Names of the temporary tags with their types.
         instances: Functions that are called, with the tag of their instruction.
     """
@@ -52,16 +53,16 @@ class Expressions:
         self.instances: dict[str, str] = {}
 
     def begin(self) -> None:
-        """A new statement: the temporary tags are free again."""
+        """Begin a new statement: the temporary tags are free again."""
         self._used.clear()
 
     def take(self) -> list[str]:
-        """The statements that must come before, once."""
+        """Return the statements that must precede, and clear them."""
         found, self.before = self.before, []
         return found
 
     def text(self, node: t.Expression) -> str:
-        """An expression; of a STRING the tag that holds it, or a literal."""
+        """Return an expression; for a STRING, its tag or a literal."""
         if isinstance(node, t.Constant):
             return value_text(node.value, node.type)
         if isinstance(node, t.Use | t.Member | t.Index):
@@ -76,7 +77,7 @@ class Expressions:
         return self._standard(node)
 
     def variable(self, node: t.Variable) -> str:
-        """A variable where it is written or passed."""
+        """Return a variable as it is written or passed."""
         if isinstance(node, t.Use):
             if node.symbol in self._bound:
                 return self._bound[node.symbol]
@@ -90,12 +91,12 @@ class Expressions:
         return f"{base}.{node.name}"
 
     def tag(self, node: t.Expression) -> str:
-        """A tag that holds the value of a STRING, to be passed or copied."""
+        """Return a tag with the value of a STRING, to be passed or copied."""
         text = self.text(node)
         return self._kept("STRING", text) if isinstance(node, t.Constant) else text
 
     def kept(self, node: t.Expression) -> str:
-        """The value in an operand that may be used twice."""
+        """Return an operand that may be used twice; a complex value gets a temporary tag."""
         text = self.text(node)
         return (
             text
@@ -109,7 +110,7 @@ class Expressions:
         return name
 
     def temporary(self, data: str) -> str:
-        """A temporary tag that is free until the end of the statement."""
+        """Return a temporary tag that is free until the end of the statement."""
         self._used[data] = self._used.get(data, 0) + 1
         name = f"Temp_{_LETTERS[data]}{self._used[data]}"
         self.temporaries[name] = data
@@ -124,7 +125,7 @@ class Expressions:
         return f"({text} AND 16#{'FF' if raw == 'SINT' else 'FFFF'})" if raw else text
 
     def _raw(self, node: t.Variable) -> str:
-        """SINT or INT, if this is an element of a process image."""
+        """Return SINT or INT if the variable is an element of a process image, else ""."""
         if isinstance(node, t.Index) and isinstance(node.base.type, ArrayType):
             return image_element(node.base.type.name, self._images)
         return ""
@@ -256,7 +257,7 @@ class Expressions:
         return f"((({kept} AND 16#7FFFFFFF) / {factor}) - (({kept} AND 16#80000000) / {factor}))"
 
     def _shifted(self, name: str, value: t.Expression, by: t.Expression, bits: int) -> str:
-        """A shift by a number that is known at run time only: one bit at a time."""
+        """Return a shift by a number known only at run time; a loop shifts by one bit at a time."""
         if bits == 32:
             raise NotCarriedError("a shift of a DWORD by a variable")
         kept, left = self.temporary("DINT"), self.temporary("DINT")
@@ -297,7 +298,11 @@ class Expressions:
         return result
 
     def _guarded(self, conditions: list[str], call: str, otherwise: str) -> None:
-        """An instruction that must not be called with what the standard allows and Logix not."""
+        """Add an instruction that runs only under conditions.
+
+        Logix refuses some arguments that the standard allows; for these, `otherwise` sets the
+        result.
+        """
         if not conditions:
             self.before.append(call)
             return
@@ -306,12 +311,12 @@ class Expressions:
 
 
 def wrapped(text: str) -> str:
-    """An operand, in parentheses unless it needs none."""
+    """Return an operand, in parentheses unless it needs none."""
     return text if _SIMPLE.fullmatch(text) or _is_enclosed(text) else f"({text})"
 
 
 def fold(text: str, bits: int) -> str:
-    """The signed number of so many low bits; `text` is used twice."""
+    """Return the signed number in the lowest bits; `text` is used twice."""
     low, sign = (1 << bits - 1) - 1, 1 << bits - 1
     return f"(({text} AND 16#{low:X}) - ({text} AND 16#{sign:X}))"
 
@@ -332,13 +337,13 @@ def _masked(text: str, kind: Type) -> str:
 
 
 def _is_positive(node: t.Expression) -> bool:
-    """A number above 0 or a text that is not empty, whatever happens."""
+    """Return whether a constant is a number above 0 or a text that is not empty."""
     value = node.value if isinstance(node, t.Constant) else 0
     return bool(value) if isinstance(value, str) else value > 0
 
 
 def _is_below(node: t.Expression, mask: int) -> bool:
-    """The bits of an expression are all within a mask."""
+    """Return whether all bits of an expression are within a mask."""
     if not isinstance(node, t.Binary) or node.op != "AND" or not isinstance(node.right, t.Constant):
         return False
     return int(node.right.value) & ~mask == 0
@@ -349,7 +354,7 @@ def _given(pin: t.Symbol, argument: t.Expression | None) -> t.Expression:
 
 
 def _inlined(pou: t.Pou) -> t.Expression | None:
-    """What a function that is but one expression returns."""
+    """Return the expression of a function that consists of one assignment, else None."""
     if len(pou.body) != 1 or any(is_whole(one.type) for one in pou.symbols.values()):
         return None
     (only,) = pou.body

@@ -1,8 +1,8 @@
-"""What of the library has a counterpart in a Logix controller, and which.
+"""The counterparts of the library's elements in a Logix controller.
 
 Tags are BOOL, DINT, REAL, STRING, structures and arrays that begin at 0. A whole number or a bit
-pattern narrower than 32 bits is held in a DINT by its value (a WORD as 0 to 65535), because Logix
-computes in DINT; only the process images are arrays of SINT and INT, as its scanner has them.
+pattern narrower than 32 bits is stored in a DINT by its value (a WORD as 0 to 65535), because Logix
+computes in DINT. Only the process images are arrays of SINT and INT, as in its scanner.
 """
 
 from __future__ import annotations
@@ -44,19 +44,20 @@ __all__ = [
     "value_text",
 ]
 
-#: Array types whose elements keep their width, what the scanner fills and sends: SINT or INT.
+#: Types of process images with the type of their elements, SINT or INT. The scanner fills and sends
+#: them, so the elements keep their width.
 Images: TypeAlias = Mapping[str, str]
 
-#: The parameter that holds what a function returns.
+#: The parameter with the result of a function.
 RESULT = "FcResult"
 
-#: Standard blocks, and the instructions that stand for them (`l5x_blocks`).
+#: Standard blocks, and the instructions that replace them (`blocks`).
 STANDARD_BLOCKS = {name: f"{BLOCKS}{name}" for name in ("TON", "R_TRIG")}
 
-#: The instruction that tells a program its first scan.
+#: The instruction by which a program detects its first scan.
 FIRST_SCAN = f"{BLOCKS}FirstScan"
 
-#: What is said of a tag that all others are cleared from.
+#: The comment of a tag with zeros from which others are cleared.
 UNWRITTEN = "all 0: nothing may write it"
 
 _NUMBERS = ("SINT", "INT", "DINT", "USINT", "UINT", "UDINT", "BYTE", "WORD", "DWORD", "TIME")
@@ -66,10 +67,10 @@ _LONGEST_STRING = 82
 
 
 class NotCarriedError(Exception):
-    """Something that a Logix controller has no counterpart for; the message says what.
+    """The error for something without a counterpart in a Logix controller; the message names it.
 
     Attributes:
-        at: Where it is; None for the whole declaration.
+        at: Its position; None for the whole declaration.
     """
 
     at: Position | None = None
@@ -77,14 +78,14 @@ class NotCarriedError(Exception):
 
 @dataclass(frozen=True)
 class Data:
-    """Type of a tag: `size` elements of `type`, or one where it is 0."""
+    """The type of a tag: an array of `size` elements of `type`, or a single one if `size` is 0."""
 
     type: str
     size: int = 0
 
     @property
     def is_aggregate(self) -> bool:
-        """It can be passed by reference only, and is copied by COP."""
+        """Return whether it can only be passed by reference, and is copied by COP."""
         return bool(self.size) or self.type not in ("BOOL", "DINT", "REAL", "SINT", "INT")
 
 
@@ -92,8 +93,8 @@ class Data:
 class Tag:
     """A parameter or tag.
 
-    `usage` is Input, Output, InOut or Local; `initial` its first value as Structured Text has it,
-    or None where the controller's own zero will do.
+    `usage` is Input, Output, InOut or Local. `initial` is its first value as Structured Text, or
+    None if the controller's own zero is sufficient.
     """
 
     name: str
@@ -109,12 +110,12 @@ class Aoi:
     """An Add-On Instruction, or a program's tags and routine.
 
     Attributes:
-        name: As the block or function is called.
-        header: What its source says about it.
-        parameters: In their order; those of usage InOut are the arguments of a call.
+        name: The name of the block or function.
+        header: The comment of its source.
+        parameters: Its parameters in order; those of usage InOut are the arguments of a call.
         locals: Its other tags.
         logic: Lines of its routine.
-        prescan: Lines that bring its tags to their initial values.
+        prescan: Lines that set its tags to their initial values.
         types: Names of the structures it uses.
         blocks: Names of the instructions it uses.
     """
@@ -130,10 +131,10 @@ class Aoi:
 
 
 def data_of(kind: Type, images: Images) -> Data:
-    """The type of the tag that holds a variable of this type.
+    """Return the type of the tag for a variable of this type.
 
     Raises:
-        NotCarriedError: there is none.
+        NotCarriedError: the type has no counterpart.
     """
     if isinstance(kind, EnumType):
         return Data("DINT")
@@ -171,17 +172,20 @@ def _array(kind: ArrayType, images: Images) -> Data:
 
 
 def image_element(name: str, images: Images) -> str:
-    """The elements of a type that is an image, also with a prefix; empty for another type."""
+    """Return the type of the elements of a process image, or "" for another type.
+
+    The name of the type may have a prefix.
+    """
     return next((one for image, one in images.items() if name.upper().endswith(image)), "")
 
 
 def is_whole(kind: Type) -> bool:
-    """It can be copied with COP only: a structure, an array or a STRING."""
+    """Return whether a type can only be copied with COP: a structure, an array or a STRING."""
     return isinstance(kind, StructType | ArrayType) or kind == ElementaryType("STRING")
 
 
 def passed(variables: tuple[Variable, ...] | list[t.Symbol]) -> Iterator[Variable | t.Symbol]:
-    """The pins that are arguments of a call, in their order: passed by reference."""
+    """Yield the pins that are arguments of a call, in order: those passed by reference."""
     for one in variables:
         outside = one.section in ("VAR_INPUT", "VAR_OUTPUT") and is_whole(one.type)
         if outside or one.section == "VAR_IN_OUT":
@@ -189,12 +193,20 @@ def passed(variables: tuple[Variable, ...] | list[t.Symbol]) -> Iterator[Variabl
 
 
 def companion(instance: str, pin: str) -> str:
-    """The caller's tag for a structure, array or STRING at a block's input or output."""
+    """Return the caller's tag for a structure, array or STRING at a block's input or output.
+
+    Raises:
+        NotCarriedError: a Logix controller refuses the name.
+    """
     return check_name(f"{instance}_{pin}")
 
 
 def check_name(name: str) -> str:
-    """The name, if a Logix controller takes it."""
+    """Return the name if a Logix controller accepts it.
+
+    Raises:
+        NotCarriedError: the name is too long, or has underscores where they are not allowed.
+    """
     if len(name) > _LONGEST_NAME:
         raise NotCarriedError(f"the name {name} is longer than {_LONGEST_NAME} characters")
     if name.endswith("_") or "__" in name:
@@ -203,7 +215,7 @@ def check_name(name: str) -> str:
 
 
 def is_zero(value: Any) -> bool:
-    """Nothing in this initial value is anything but 0, FALSE or an empty text."""
+    """Return whether an initial value consists only of 0, FALSE and empty texts."""
     if isinstance(value, dict):
         return all(map(is_zero, value.values()))
     if isinstance(value, list | tuple):
@@ -212,7 +224,11 @@ def is_zero(value: Any) -> bool:
 
 
 def value_text(value: Any, kind: Type) -> str:
-    """A value of a scalar or STRING as Structured Text of Logix has it."""
+    """Return a value of a scalar or STRING as Structured Text of Logix.
+
+    Raises:
+        NotCarriedError: the value has no counterpart.
+    """
     if isinstance(kind, EnumType):
         return f"{value}(*{kind.members[value]}*)"
     name = getattr(kind, "name", "")

@@ -1,7 +1,8 @@
-"""Rockwell L5X: structures as data types, functions and blocks as Add-On Instructions.
+"""Export for Rockwell L5X: structures as data types, functions and blocks as Add-On Instructions.
 
-What Studio 5000 Logix Designer imports as a component: a PROGRAM with all it needs, or, without
-one, an instruction that needs the whole library. docs/how-to/export.md says what is translated how.
+The file is a component that Studio 5000 Logix Designer imports. It contains a PROGRAM with all it
+needs. Without a program, it contains an instruction that needs the whole library.
+docs/how-to/export.md describes the translation.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from structured_text.language.types import BlockType, StructType
 
 __all__ = ["LIBRARY", "to_l5x"]
 
-#: The instruction that stands for the library in a file without a program.
+#: The instruction that represents the library in a file without a program.
 LIBRARY = f"{BLOCKS}Library"
 
 _ASIDE = re.compile(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)")
@@ -51,7 +52,7 @@ _ABOUT = (
 
 
 def to_l5x(sources: Sources) -> Output:
-    """The sources as one L5X file; `missing` names what has no counterpart."""
+    """Write the sources as one L5X file; `missing` lists what has no counterpart."""
     project = sources.project
     lost: list[Missing] = []
     arrays = {sources.names.byte_image: "SINT", sources.names.word_image: "INT"}
@@ -108,7 +109,7 @@ def _document(
 
 
 def _types(sources: Sources, images: Images, lost: list[Missing]) -> dict[str, str]:
-    """The structures; other types are written out where they are used."""
+    """Return the elements of the structures; other types are written out where they are used."""
     found: dict[str, str] = {}
     gone: set[str] = set()
     for part in sources.of("TYPE"):
@@ -128,7 +129,7 @@ def _types(sources: Sources, images: Images, lost: list[Missing]) -> dict[str, s
 
 
 def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
-    """Blocks in VAR RETAIN: their Prescan routines clear them when the controller starts."""
+    """Yield blocks in VAR RETAIN: their Prescan routines clear them when the controller starts."""
     assert isinstance(part.node, s.Pou)
     for section, _, name in sections(part.node):
         kind = project.pous[part.name.upper()].symbols[name.key].type
@@ -138,13 +139,22 @@ def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
 
 
 def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> None:
+    """Refuse a POU that needs a type or block that is not exported.
+
+    Raises:
+        NotCarriedError: it needs one.
+    """
     for name in (*made.types, *made.blocks):
         if name not in types and name not in aois:
             raise NotCarriedError(f"needs {name}, which is not carried")
 
 
 def _check_words(made: Aoi, aois: dict[str, Aoi]) -> None:
-    """Whatever its lines call must be on the list of what Structured Text of Logix has."""
+    """Refuse a POU with lines that call something that Structured Text of Logix does not have.
+
+    Raises:
+        NotCarriedError: a call is not on the list.
+    """
     listed = words("logix")
     functions = {one.name for one in listed.functions.values() if not one.is_operator}
     known = {*_KEYWORDS, *functions, *listed.instructions, *aois}

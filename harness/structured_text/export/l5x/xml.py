@@ -15,7 +15,7 @@ from structured_text.language.types import ElementaryType, StructType
 
 __all__ = ["SOFTWARE", "aoi_element", "data_type", "document", "program_element"]
 
-#: Version of Studio 5000 Logix Designer that the file says it is of.
+#: The version of Studio 5000 Logix Designer in the file.
 SOFTWARE = "33.00"
 
 _LONGEST_DESCRIPTION = 512
@@ -31,15 +31,15 @@ def document(
     *,
     controller: str,
 ) -> str:
-    """The whole file.
+    """Return the whole file.
 
     Args:
-        target: What Studio 5000 is to import: Program or AddOnInstructionDefinition.
-        name: Of the target.
+        target: The kind of component to import: Program or AddOnInstructionDefinition.
+        name: The name of the component.
         types: Elements of data types.
         aois: Elements of Add-On Instructions, each after those it uses.
-        rest: What follows them.
-        controller: How the controller is called that it is taken out of.
+        rest: The elements after them.
+        controller: The name of the controller from which the component was exported.
     """
     head = _opened(
         "RSLogix5000Content",
@@ -71,7 +71,7 @@ def document(
 
 
 def data_type(kind: StructType, header: str, notes: Mapping[str, str], images: Images) -> str:
-    """A structure; its BOOLs are bits of hidden SINTs, as Studio 5000 lays them out."""
+    """Return a structure; its BOOLs are bits of hidden SINTs, as in Studio 5000."""
     lines = [_opened("DataType", Name=check_name(kind.name), Family="NoFamily", Class="User")]
     lines += [*_described(header.split("\n\n")[0]), "<Members>"]
     used: dict[str, None] = {}
@@ -96,16 +96,16 @@ def data_type(kind: StructType, header: str, notes: Mapping[str, str], images: I
 
 
 def aoi_element(aoi: Aoi, blocks: Mapping[str, Aoi], *, target: bool = False) -> str:
-    """An Add-On Instruction.
+    """Return an Add-On Instruction.
 
     Args:
-        aoi: What it consists of.
-        blocks: All instructions by name, for the initial values of those inside.
-        target: It is what the file is for.
+        aoi: Its content.
+        blocks: All instructions by name, for the initial values of those inside it.
+        target: It is the component to import.
     """
     inside = "\n".join(_inside(aoi, blocks))
-    # Studio 5000 replaces an instruction of the project only by one that was edited at another
-    # time, so the time follows from the contents.
+    # Studio 5000 replaces an instruction of the project only if its edit time differs, so the time
+    # is derived from the contents.
     edited = _EPOCH + timedelta(milliseconds=zlib.crc32(inside.encode()))
     use = {"Use": "Target"} if target else {}
     head = _opened(
@@ -126,7 +126,7 @@ def aoi_element(aoi: Aoi, blocks: Mapping[str, Aoi], *, target: bool = False) ->
 
 
 def program_element(program: Aoi, blocks: Mapping[str, Aoi]) -> str:
-    """A program with its tags and its one routine."""
+    """Return a program with its tags and its one routine."""
     tags = [line for tag in program.locals for line in _tag("Tag", tag, blocks)]
     return "\n".join(
         [
@@ -223,7 +223,7 @@ def _tag(element: str, tag: Tag, blocks: Mapping[str, Aoi]) -> Iterator[str]:
 
 
 def _structure(aoi: Aoi) -> Iterator[str]:
-    """The parameters of an instruction inside another one, with their initial values."""
+    """Yield the parameters of an instruction inside another one, with their initial values."""
     yield _opened("Structure", DataType=aoi.name)
     yield '<DataValueMember Name="EnableIn" DataType="BOOL" Value="1"/>'
     yield '<DataValueMember Name="EnableOut" DataType="BOOL" Value="0"/>'

@@ -1,7 +1,7 @@
-"""The parsed source as it is written: declarations, statements and expressions with positions.
+"""The parsed source as it is written: declarations, statements and expressions.
 
-Nothing here is checked yet; names are as the user spelt them. The nodes are immutable, so that
-one parse of a library file serves every project that uses it.
+Nothing here is checked yet. Names are in the user's spelling, and every node has its position. The
+nodes are immutable, so that one parse of a library file serves every project that uses it.
 """
 
 from structured_text.language.syntax.code import (

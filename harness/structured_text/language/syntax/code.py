@@ -40,7 +40,7 @@ __all__ = [
 
 
 class Position(NamedTuple):
-    """Where a construct begins; line and column count from 1."""
+    """The place where a construct begins; line and column count from 1."""
 
     line: int
     column: int
@@ -48,14 +48,14 @@ class Position(NamedTuple):
 
 @dataclass(frozen=True)
 class Name:
-    """An identifier where it is declared or used."""
+    """An identifier at its declaration or use."""
 
     text: str
     at: Position
 
     @property
     def key(self) -> str:
-        """The name as names are compared: without case."""
+        """Return the name in upper case, the form in which names are compared."""
         return self.text.upper()
 
 
@@ -64,7 +64,7 @@ class Name:
 
 @dataclass(frozen=True)
 class Literal:
-    """A literal as written.
+    """A literal as it is written.
 
     `kind` is INTEGER, REALNUM, STRING, BOOLEAN or TYPED (`WORD#16#FF`, `T#1s`, `COLOUR#RED`).
     """
@@ -107,7 +107,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Dereference:
-    """What a pointer points to: `base^`."""
+    """The variable that a pointer points to: `base^`."""
 
     base: Variable
     at: Position
@@ -115,7 +115,7 @@ class Dereference:
 
 @dataclass(frozen=True)
 class Unary:
-    """`-x` or `NOT x`."""
+    """A unary operation: `-x` or `NOT x`."""
 
     op: str
     operand: Expression
@@ -124,7 +124,7 @@ class Unary:
 
 @dataclass(frozen=True)
 class Binary:
-    """`left op right`; `op` in upper case."""
+    """A binary operation: `left op right`, with `op` in upper case."""
 
     op: str
     left: Expression
@@ -134,7 +134,7 @@ class Binary:
 
 @dataclass(frozen=True)
 class Argument:
-    """One argument of a call; `name` is None for a positional one, `output` true for `=>`."""
+    """An argument of a call; `name` is None if it is positional, `output` is true for `=>`."""
 
     name: Name | None
     value: Expression
@@ -153,7 +153,7 @@ class Call:
 
 @dataclass(frozen=True)
 class This:
-    """`THIS^`, or `SUPER^` where `above` is true; `pointer` for a THIS that has no `^`."""
+    """`THIS^`, or `SUPER^` if `above` is true; `pointer` is true for a THIS without `^`."""
 
     above: bool
     at: Position
@@ -162,7 +162,7 @@ class This:
 
 @dataclass(frozen=True)
 class Invoke:
-    """A call of something that is not named by a single word: `a.b(…)`, `SUPER^.m(…)`."""
+    """A call with a callee of more than one word: `a.b(…)`, `SUPER^.m(…)`."""
 
     callee: Variable
     arguments: tuple[Argument, ...]
@@ -179,7 +179,7 @@ Expression = Literal | Variable | Unary | Binary | Call | Invoke
 
 @dataclass(frozen=True)
 class Assign:
-    """`target := value;`."""
+    """An assignment: `target := value;`."""
 
     target: Variable
     value: Expression
@@ -188,7 +188,7 @@ class Assign:
 
 @dataclass(frozen=True)
 class AssignChain:
-    """`first := second := value;`."""
+    """An assignment to several targets: `first := second := value;`."""
 
     targets: tuple[Variable, ...]
     value: Expression
@@ -197,7 +197,7 @@ class AssignChain:
 
 @dataclass(frozen=True)
 class Latch:
-    """`target S= value;` or `R=` or `REF=`; `op` is S, R or REF."""
+    """A latch, `target S= value;` or `R=`, or a binding `REF=`; `op` is S, R or REF."""
 
     target: Variable
     op: str
@@ -207,7 +207,7 @@ class Latch:
 
 @dataclass(frozen=True)
 class CallStatement:
-    """A call as a statement: of a block's instance, a function and the like."""
+    """A call as a statement: of a block instance, a function, a method or an action."""
 
     callee: Variable
     arguments: tuple[Argument, ...]
@@ -216,7 +216,7 @@ class CallStatement:
 
 @dataclass(frozen=True)
 class If:
-    """`branches` holds (condition, statements) of IF and each ELSIF."""
+    """An IF; `branches` holds (condition, statements) of IF and each ELSIF."""
 
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
     otherwise: tuple[Statement, ...]
@@ -225,7 +225,7 @@ class If:
 
 @dataclass(frozen=True)
 class Range:
-    """`low..high` as a CASE label or an array dimension."""
+    """A range `low..high`: a CASE label or an array dimension."""
 
     low: Expression
     high: Expression
@@ -243,7 +243,7 @@ class CaseBranch:
 
 @dataclass(frozen=True)
 class Case:
-    """CASE … OF … ELSE … END_CASE."""
+    """A CASE statement: `CASE … OF … ELSE … END_CASE`."""
 
     selector: Expression
     branches: tuple[CaseBranch, ...]
@@ -253,7 +253,7 @@ class Case:
 
 @dataclass(frozen=True)
 class For:
-    """FOR counter := start TO end BY step DO …; `step` is None where it is left out."""
+    """A loop `FOR counter := start TO end BY step DO …`; `step` is None without BY."""
 
     counter: Variable
     start: Expression
@@ -265,7 +265,7 @@ class For:
 
 @dataclass(frozen=True)
 class While:
-    """WHILE condition DO … END_WHILE."""
+    """A loop `WHILE condition DO … END_WHILE`."""
 
     condition: Expression
     body: tuple[Statement, ...]
@@ -274,7 +274,7 @@ class While:
 
 @dataclass(frozen=True)
 class Repeat:
-    """REPEAT … UNTIL condition END_REPEAT."""
+    """A loop `REPEAT … UNTIL condition END_REPEAT`."""
 
     body: tuple[Statement, ...]
     condition: Expression
@@ -283,21 +283,21 @@ class Repeat:
 
 @dataclass(frozen=True)
 class Exit:
-    """EXIT."""
+    """An EXIT statement."""
 
     at: Position
 
 
 @dataclass(frozen=True)
 class Return:
-    """RETURN."""
+    """A RETURN statement."""
 
     at: Position
 
 
 @dataclass(frozen=True)
 class Continue:
-    """CONTINUE."""
+    """A CONTINUE statement."""
 
     at: Position
 

@@ -47,9 +47,9 @@ __all__ = [
 
 @dataclass(frozen=True)
 class NamedSpec:
-    """A type given by its name; `length` is that of a STRING.
+    """A type given by its name; `length` is the length of a STRING.
 
-    `arguments` are those behind the name of a block: `Front : Drive(Axis := 1);`.
+    `arguments` are the arguments behind the name of a block: `Front : Drive(Axis := 1);`.
     """
 
     name: Name
@@ -60,7 +60,7 @@ class NamedSpec:
 
 @dataclass(frozen=True)
 class SubrangeSpec:
-    """INT (low..high)."""
+    """A subrange: `INT (low..high)`."""
 
     base: NamedSpec
     low: Expression
@@ -70,7 +70,7 @@ class SubrangeSpec:
 
 @dataclass(frozen=True)
 class ArraySpec:
-    """ARRAY [dimensions] OF element."""
+    """An array: `ARRAY [dimensions] OF element`."""
 
     dimensions: tuple[Range, ...]
     element: TypeSpec
@@ -79,7 +79,7 @@ class ArraySpec:
 
 @dataclass(frozen=True)
 class EnumSpec:
-    """(MEMBER, MEMBER := 5, …); `values` has one entry for each member, `base` is its type."""
+    """An enumeration `(MEMBER, MEMBER := 5, …)`; `values` has one entry per member."""
 
     members: tuple[Name, ...]
     at: Position
@@ -88,13 +88,13 @@ class EnumSpec:
 
     @property
     def explicit(self) -> bool:
-        """Is a member given a value?"""
+        """Return whether a member has an explicit value."""
         return any(value is not None for value in self.values)
 
 
 @dataclass(frozen=True)
 class StructSpec:
-    """STRUCT … END_STRUCT, or UNION … END_UNION."""
+    """A structure, `STRUCT … END_STRUCT`, or a union, `UNION … END_UNION`."""
 
     fields: tuple[VarDecl, ...]
     at: Position
@@ -115,7 +115,7 @@ TypeSpec = NamedSpec | ArraySpec | EnumSpec | StructSpec | SubrangeSpec | Pointe
 
 @dataclass(frozen=True)
 class ArrayInit:
-    """`[1, 2, 3(0)]`: pairs of (how often, value); how often is None for once."""
+    """`[1, 2, 3(0)]` as pairs of (repetitions, value); repetitions is None for one."""
 
     items: tuple[tuple[Expression | None, Init], ...]
     at: Position
@@ -123,7 +123,7 @@ class ArrayInit:
 
 @dataclass(frozen=True)
 class Sequence:
-    """What `3(1, 2)` repeats where that is not one value; nothing in `3()`."""
+    """The repeated values of `3(1, 2)`, if they are not exactly one; empty in `3()`."""
 
     items: tuple[tuple[Expression | None, Init], ...]
     at: Position
@@ -131,7 +131,7 @@ class Sequence:
 
 @dataclass(frozen=True)
 class StructInit:
-    """`(field := value, …)`."""
+    """The initial value of a structure, `(field := value, …)`."""
 
     fields: tuple[tuple[Name, Init], ...]
     at: Position
@@ -142,9 +142,9 @@ Init = ArrayInit | Sequence | StructInit | Expression
 
 @dataclass(frozen=True)
 class VarDecl:
-    """One or more variables of one type; `address` is the `%QW3` of an AT.
+    """A declaration of one or more variables of one type; `address` is the `%QW3` of an AT.
 
-    `bound` where the initial value stands behind REF=.
+    `bound` is true if the initial value stands behind REF=.
     """
 
     names: tuple[Name, ...]
@@ -159,7 +159,7 @@ class VarDecl:
 class Section:
     """A VAR … END_VAR section; `kind` is its upper-case opening word.
 
-    `qualifier` is CONSTANT where that is one of them, else the first one, or empty.
+    `qualifier` is CONSTANT if that is one of the qualifiers, else the first one, or empty.
     """
 
     kind: str
@@ -170,7 +170,7 @@ class Section:
 
 @dataclass(frozen=True)
 class TypeDecl:
-    """One type of a TYPE … END_TYPE."""
+    """A single type of a TYPE … END_TYPE."""
 
     name: Name
     spec: TypeSpec
@@ -181,7 +181,10 @@ class TypeDecl:
 
 @dataclass(frozen=True)
 class Method:
-    """A METHOD, or an ACTION, which takes nothing; `words` are its access words in upper case."""
+    """A METHOD, or an ACTION, which has no parameters.
+
+    `words` are the access words in upper case.
+    """
 
     name: Name
     words: tuple[str, ...]
@@ -194,7 +197,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Property:
-    """A PROPERTY; its GET and SET are methods of its name, None where it has none."""
+    """A PROPERTY. GET and SET are methods of the same name, or None."""
 
     name: Name
     words: tuple[str, ...]
@@ -206,7 +209,7 @@ class Property:
 
 @dataclass(frozen=True)
 class Interface:
-    """An INTERFACE; its methods have no statements."""
+    """An INTERFACE. Its methods have no statements."""
 
     name: Name
     extends: tuple[Name, ...]
@@ -216,9 +219,10 @@ class Interface:
 
 @dataclass(frozen=True)
 class GlobalList:
-    """A list of global variables outside of a CONFIGURATION; its name is that of the file.
+    """A list of global variables outside of a CONFIGURATION, named after the file.
 
-    `qualified` where a variable can only be named with it (the attribute `qualified_only`).
+    `qualified` is true if its variables must be written with the name of the list (the attribute
+    `qualified_only`).
     """
 
     name: Name
@@ -248,7 +252,7 @@ class Pou:
 
 @dataclass(frozen=True)
 class Task:
-    """TASK name (INTERVAL := …, PRIORITY := …)."""
+    """A task: `TASK name (INTERVAL := …, PRIORITY := …)`."""
 
     name: Name
     settings: tuple[tuple[Name, Expression], ...]
@@ -257,7 +261,10 @@ class Task:
 
 @dataclass(frozen=True)
 class ProgramInstance:
-    """PROGRAM name WITH task : program; `connected` where variables are connected in ()."""
+    """A program instance: `PROGRAM name WITH task : program`.
+
+    `connected` is true if variables are connected in parentheses.
+    """
 
     name: Name
     task: Name | None
@@ -268,7 +275,7 @@ class ProgramInstance:
 
 @dataclass(frozen=True)
 class Configuration:
-    """CONFIGURATION with at most one RESOURCE."""
+    """A CONFIGURATION with at most one RESOURCE."""
 
     name: Name
     globals: tuple[Section, ...]
@@ -283,7 +290,7 @@ Declaration = TypeDecl | Pou | Interface | Configuration | GlobalList
 
 @dataclass(frozen=True)
 class Namespace:
-    """The dotted name of a NAMESPACE, or of a USING where `used` is true."""
+    """The dotted name of a NAMESPACE, or of a USING if `used` is true."""
 
     name: Name
     used: bool
@@ -292,17 +299,17 @@ class Namespace:
 
 @dataclass(frozen=True)
 class Source:
-    """Everything one file declares, in its order.
+    """All declarations of a file, in its order.
 
     Attributes:
-        file: Where it comes from.
-        declarations: What it declares, as far as it could be read.
+        file: The file.
+        declarations: The declarations, as far as they could be read.
         uses: Constructs beyond the portable subset (`constructs.Use`).
-        pragmas: What is in { }.
-        errors: What could not be read.
-        namespaces: Those it declares and uses.
-        characters: How long its text is.
-        tokens: How many words, numbers and signs it has.
+        pragmas: The contents of { }.
+        errors: The errors of the lexer and the parser.
+        namespaces: The namespaces that it declares and uses.
+        characters: Length of its text.
+        tokens: Number of words, numbers and signs.
     """
 
     file: Path
