@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["LIMIT_S", "MISSING", "chromium", "is_there", "opened"]
 
 MISSING = "chromium and chromedriver are not installed"
-# #: Longest wait for any step [s].
+#: Longest wait for any step [s].
 LIMIT_S = 120
 
 

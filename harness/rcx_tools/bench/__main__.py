@@ -22,10 +22,10 @@ from structured_text.output.units import parse_us
 __all__ = ["POINTS", "main"]
 
 OUTPUT = Path("out/bench.json")
-# #: Width of the table if the width of the screen is unknown, as in a file.
+#: Width of the table if the width of the screen is unknown, as in a file.
 _FILE_WIDTH = 140
 
-# #: The benchmarks: a module of this package with `measure(options)`, and a line of help.
+#: The benchmarks: a module of this package with `measure(options)`, and a line of help.
 POINTS: dict[str, str] = {
     "handshake": "scans of commands and sequences beside the minimum (docs/explanation/timing.md)",
     "sizes": "bytes per instance on matiec and STruC++",

@@ -23,9 +23,9 @@ from structured_text.projects.needed import declared_names, needed
 
 __all__ = ["Compared", "candidates", "compared"]
 
-# #: Number of functions and blocks in one program.
+#: Number of functions and blocks in one program.
 _TOGETHER = 24
-# #: Constructs beyond the portable subset that matiec may accept nevertheless.
+#: Constructs beyond the portable subset that matiec may accept nevertheless.
 _TRIED = (
     "a written VAR_INPUT",
     "an empty branch",
@@ -44,7 +44,7 @@ _TRIED = (
 )
 _INPUTS, _OUTPUTS = ("VAR_INPUT",), ("VAR_OUTPUT",)
 _PLAIN = ("BOOL", "REAL", "LREAL", "TIME", "DATE", "TOD", "DT", "STRING", *INT_RANGE)
-# #: Special values of a REAL; other values are drawn evenly.
+#: Special values of a REAL; other values are drawn evenly.
 _REALS = (0.0, 1.0, -1.0, 0.5, 2.0, 100.0)
 
 

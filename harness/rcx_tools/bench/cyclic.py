@@ -62,16 +62,16 @@ _SIZE = 48
 #: Bytes of a packet with its header.
 _PACKET = 72
 _MODULE = "rcx_harness.enip.cyclic.process"
-# #: Period of new data at both sides [s].
+#: Period of new data at both sides [s].
 _FRESH_S = 0.005
-# #: Time-out multiplier, the longest: a stall of a busy machine is counted, but does not end the #:
-# connection.
+#: Time-out multiplier, the longest: a stall of a busy machine is counted, but does not end the
+#: connection.
 _PATIENT = 5
-# #: The shortest promised interval, for one controller; and the shortest possible one.
+#: The shortest promised interval, for one controller; and the shortest possible one.
 _PROMISED_US, _SHORTEST_US = 2_000, 1_000
-# #: Target: half of the CPU time per packet before both ends were rewritten [us].
+#: Target: half of the CPU time per packet before both ends were rewritten [us].
 _CPU_US = 65
-# #: Many controllers: their number and interval [us]; left out with `quick`.
+#: Many controllers: their number and interval [us]; left out with `quick`.
 _MANY = (16, 10_000)
 
 

@@ -33,11 +33,11 @@ from structured_text.language.load import load
 
 __all__ = ["Case", "Simulated", "grid", "measure", "simulate_command", "simulate_sequence"]
 
-# #: Interval between two changes of dedicated inputs, without the margin [us].
+#: Interval between two changes of dedicated inputs, without the margin [us].
 _INTERVAL_US = 100_000
 #: The controller's response to code, end of a command and reset [ms].
 _RESPONSES_MS = (0, 7, 20)
-# #: Margin beyond the need of the network [ms].
+#: Margin beyond the need of the network [ms].
 _MARGINS_MS = (0, 45)
 _MOST_SCANS = 10_000
 
@@ -57,13 +57,13 @@ _HEAD = """
             EmergencyStopOk := TRUE, StopOk := TRUE);
 END_PROGRAM
 """
-# #: Two commands that read positions; the end of the first starts the second.
+#: Two commands that read positions; the end of the first starts the second.
 _COMMANDS = "PROGRAM Commands" + _HEAD.format(
     blocks="First, Second : FB_RemoteCommand;",
     calls="""First(Robot := Robot, Execute := Go, Code := WORD#16#0505);
   Second(Robot := Robot, Execute := First.Done, Code := WORD#16#0505);""",
 )
-# #: Four dedicated inputs; the end of each starts the next.
+#: Four dedicated inputs; the end of each starts the next.
 _SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
     blocks="Reset : FB_AlarmReset; Servo : FB_ServoOn; Rewind : FB_ProgramReset;\n"
     "    Auto : FB_AutoStart;",
@@ -72,7 +72,7 @@ _SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
   Rewind(Robot := Robot, Execute := Servo.Done);
   Auto(Robot := Robot, Execute := Rewind.Done);""",
 )
-# #: The blocks, and the bit of their input in bytes n + 32, n + 33.
+#: The blocks, and the bit of their input in bytes n + 32, n + 33.
 _STEPS = (("Reset", 14), ("Servo", 1), ("Rewind", 13), ("Auto", 10))
 #: The controller's time for each of them [ms]: alarm reset, servo ON, program reset, start.
 _ANSWERS_MS = (20.0, 50.0, 20.0, 20.0)

@@ -30,12 +30,12 @@ from structured_text.projects.sources import named_files
 
 __all__ = ["CALLS", "LEAST", "Share", "accepted", "measure", "sources_of"]
 
-# #: Required share of accepted files in each library [%].
+#: Required share of accepted files in each library [%].
 LEAST = 95.0
-# #: Number of compared random calls, over all libraries.
+#: Number of compared random calls, over all libraries.
 CALLS = 100_000
 _VARIABLE = "RCX_LIBRARIES"
-# #: Names and numbers in a message; they are removed to group messages by reason.
+#: Names and numbers in a message; they are removed to group messages by reason.
 _NAMES = re.compile(r"'[^']*'|\b\w*\d\w*\b|\b[A-Z_]\w*\b")
 _SHOWN = 10
 

@@ -13,7 +13,7 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["Clocks", "Command", "Step", "command", "sequence"]
 
-# #: A shorter command ends in the cycle that begins it: the controller skips the run status.
+#: A shorter command ends in the cycle that begins it: the controller skips the run status.
 _SHORT_US = CYCLE_US
 
 

@@ -13,7 +13,7 @@ from structured_text.errors import InputError
 
 __all__ = ["begin", "cpu_of_children", "first_line", "in_ordinary_time", "running"]
 
-# #: Folder of Linux's process information; without it CPU time cannot be measured.
+#: Folder of Linux's process information; without it CPU time cannot be measured.
 _PROC = Path("/proc")
 
 

@@ -25,7 +25,7 @@ from structured_text.projects.needed import needed
 __all__ = ["ENGINES", "ROWS", "RUNNING", "Paid", "measure", "paid"]
 
 ENGINES = ("matiec", "strucpp")
-# #: The measured figures.
+#: The measured figures.
 ROWS = (
     "an area read and written",
     "of that what 464 more bytes in RCX_IMAGE cost",
@@ -49,7 +49,7 @@ _AREA = """  ReadArea{k}(Robot := Robot{k}, Image := InputArea{k}, ImageSize := 
     InputArea{k}[1] := BYTE#16#00;
   END_IF;
 """
-# #: Calls of a robot between its areas, in the program with handshakes.
+#: Calls of a robot between its areas, in the program with handshakes.
 RUNNING = """  Move{k}(Robot := Robot{k}, Execute := NOT Move{k}.Done, Point := 19);
   IF Move{k}.Done THEN
     Count := Count + 1;

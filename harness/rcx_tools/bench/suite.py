@@ -21,14 +21,13 @@ from rcx_tools.bench.figure import Figure, Options, at_most, shown
 
 __all__ = ["Tested", "measure", "read"]
 
-# #: Limits for `make test` on two quiet cores without matiec: wall time, and CPU time of both
-# cores.
+#: Limits for `make test` on two quiet cores without matiec: wall time, and CPU time of both cores.
 _LIMIT_S, _LIMIT_CPU_S = 150, 300
 _EXPENSIVE = 10
 _QUICK = ("-m", "not exhaustive")
-# #: Repetitions of a part: name, number of processes, order.
+#: Repetitions of a part: name, number of processes, order.
 _OTHERWISE = (("in four", "4", ""), ("in reverse", "1", "reverse"), ("drawn", "1", "20261"))
-# #: The repeated part: tests that share compiled programs, seeds and caches.
+#: The repeated part: tests that share compiled programs, seeds and caches.
 _PART = ("tests/area", "tests/sequence", "tests/contract/test_broken_blocks.py", "tests/robot")
 
 

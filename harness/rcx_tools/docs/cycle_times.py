@@ -21,12 +21,12 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["cycle_ends", "fitted", "measured_cycle", "planned_cycle"]
 
-# #: The standard cycle: height up and down, width across, depth of Z [mm].
+#: The standard cycle: height up and down, width across, depth of Z [mm].
 UP, ACROSS, DEPTH = 25.0, 300.0, 50.0
 _ARCH, _READY, _DONE = 0x002, 0x0000, 0x0200
 _ROBOT, _FROM, _TO = 1, 1, 2
 _STEPS, _ROUNDS = 12, 16
-# #: Bounds of the search for the law: factor, share.
+#: Bounds of the search for the law: factor, share.
 _LOW, _HIGH = (0.3, 0.01), (12.0, 3.0)
 
 

@@ -39,7 +39,7 @@ _LANE = re.compile(r"(?:(\d):)?(.*)")
 
 _WIDTH, _ROW, _TOP = 1080, 28, 44
 _LETTER = 7.3
-# #: Distances of the time marks [us]: the first one with at most `_MOST_MARKS` marks is used.
+#: Distances of the time marks [us]: the first one with at most `_MOST_MARKS` marks is used.
 _MARKS = (50_000, 100_000, 200_000, 500_000, 1_000_000, 2_000_000, 5_000_000)
 _MOST_MARKS = 12
 _STYLE = (

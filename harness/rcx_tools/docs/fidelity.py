@@ -28,7 +28,7 @@ An assumed rule without a knob is a simplification of the model.
 _NOTHING_MEASURED = "Nothing here has been measured at a real controller yet."
 _SOME_MEASURED = "What was measured holds for the controllers and firmware that it names."
 
-# #: The classes: basis, letter of its numbers, heading, title of the column.
+#: The classes: basis, letter of its numbers, heading, title of the column.
 _CLASSES = (
     ("manual", "M", "From the manual", "Section"),
     ("public", "P", "From a public source", "Source"),

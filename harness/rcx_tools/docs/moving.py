@@ -37,11 +37,11 @@ _SPEC = ChartSpec(
         "Main.Cycle.Count = Parts placed",
     ),
 )
-# #: Sampling period of the arm [us]; factor by which the animation is slower; pause at its end [s].
+#: Sampling period of the arm [us]; factor by which the animation is slower; pause at its end [s].
 _SAMPLE_US, _SLOWER, _REST_S = 20_000, 2, 1.2
 _WIDTH, _HEIGHT, _ROW, _TOP = 1080, 392, 28, 66
 _NAMES, _LEFT, _RIGHT = 372, 530, 1066
-# #: Position of the robot's first joint [px], and pixels per mm.
+#: Position of the robot's first joint [px], and pixels per mm.
 _X, _Y, _SCALE = 172, 226, 0.25
 _STYLE = (
     STYLE + ".h{font-weight:bold;font-size:15px}.m{font-size:10px;fill:#777}"

@@ -41,14 +41,14 @@ __all__ = ["PATIENCE_S", "Header", "every_page", "headers", "main", "pages"]
 
 ROOT = Path(__file__).resolve().parents[3]
 
-# #: Time after which it reports its progress [s], and pages between two reports.
+#: Time after which it reports its progress [s], and pages between two reports.
 PATIENCE_S, _STEP = 2.0, 50
 
 _OUTPUT = re.compile(
     r"^(<!-- (?P<kind>output of|file): (?P<what>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$",
     re.MULTILINE,
 )
-# #: Handwritten pages, except the outputs and files between their fences.
+#: Handwritten pages, except the outputs and files between their fences.
 _PASTED = (
     "README.md",
     *(
@@ -210,7 +210,7 @@ To run one yourself, and change it:
 |---|---|---|"""
 
 
-# #: Endings of the program of a process and of its stimulus.
+#: Endings of the program of a process and of its stimulus.
 _FILES = (".st", ".toml")
 
 

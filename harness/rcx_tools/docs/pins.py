@@ -34,7 +34,7 @@ __all__ = [
 
 FOLDER = ROOT / "tests/tools/library/pins"
 
-# #: For each block, function and type its rows, in order: a section, a name and the rest.
+#: For each block, function and type its rows, in order: a section, a name and the rest.
 Table = Mapping[str, Sequence[str]]
 
 _HEAD = """\

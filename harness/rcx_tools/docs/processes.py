@@ -27,7 +27,7 @@ from structured_text.output.units import parse_us
 __all__ = ["FOLDER", "Process", "ProcessChart", "Step", "TimedStep", "Track", "process_chart"]
 __all__ += ["processes", "run_process"]
 
-# #: Folder of the list, the programs and the charts.
+#: Folder of the list, the programs and the charts.
 FOLDER = Path(__file__).resolve().parents[3] / "docs/explanation/charts"
 
 

@@ -12,11 +12,11 @@ __all__ = ["PLANS", "against", "arrows", "drawn", "rooms", "rooms_svg"]
 
 _HARNESS = Path(__file__).resolve().parents[2]
 
-# #: The rows of rooms, with the column of each room.
+#: The rows of rooms, with the column of each room.
 Plan: TypeAlias = tuple[Mapping[str, float], ...]
 
-# #: The plans of both packages: a room imports rooms below it, or to the right of it. Any room may
-# #: import the last row. All rooms of rcx_harness may import structured_text.
+#: The plans of both packages: a room imports rooms below it, or to the right of it. Any room may
+#: import the last row. All rooms of rcx_harness may import structured_text.
 PLANS: Mapping[str, Plan] = {
     "rcx_harness": (
         {"cli": 2.3},

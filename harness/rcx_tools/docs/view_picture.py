@@ -29,7 +29,7 @@ PICTURE = _ROOT / "docs/how-to/view.png"
 _SIZE = (1280, 900)
 _KEY = b"Page"
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-# #: Script that shows the arm between feeder and tray: a part of the run, and the cursor.
+#: Script that shows the arm between feeder and tray: a part of the run, and the cursor.
 _SHOWN = """
 document.dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
 const plot = document.getElementById("plot");

@@ -13,12 +13,12 @@ from rcx_tools.evidence.results import ROOT
 __all__ = ["CHECKS", "Check", "Row", "Table", "digest", "library_state"]
 
 Figures = Mapping[str, Any]
-# #: A label, and a function that formats its figure.
+#: A label, and a function that formats its figure.
 Row = tuple[str, Callable[[Figures], str]]
-# #: A table of the page: a function from the figures to headings and rows.
+#: A table of the page: a function from the figures to headings and rows.
 Table = Callable[[Figures], tuple[list[str], list[list[str]]]]
 
-# #: The library, its tables, and the parts that compile and run it.
+#: The library, its tables, and the parts that compile and run it.
 _BASE = (
     "plc/lib",
     "spec",
@@ -158,7 +158,7 @@ def _survivors(figures: Figures) -> str:
     return f"{len(figures['survivors'])}, {figures['survivors_with_a_reason']} with a reason"
 
 
-# #: Mutants of other parts than the library.
+#: Mutants of other parts than the library.
 _HARNESS_KINDS = (
     ("controller", "the virtual controller"),
     ("monitors", "the monitors"),

@@ -24,7 +24,7 @@ from rcx_tools.evidence.results import FOLDER, ROOT, write_result
 
 __all__ = ["DEMANDED", "figures", "main", "run_tests"]
 
-# #: The check requires more cases than this.
+#: The check requires more cases than this.
 DEMANDED = 10_000
 
 _FOLDERS = ("tests/contract", "tests/faults")

@@ -52,7 +52,7 @@ _MORE = """\
   metamorphic checks compare both.
 """
 
-# #: Descriptions of rules that are neither from the manual nor assumed.
+#: Descriptions of rules that are neither from the manual nor assumed.
 _OTHERS = {"public": "from public sources", "measured": "measured at a real controller"}
 
 

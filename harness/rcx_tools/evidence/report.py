@@ -26,7 +26,7 @@ from structured_text.errors import InputError
 
 __all__ = ["is_current", "kept_figures", "main", "result_of", "stale", "stamped_run", "update"]
 
-# #: The folder of the page and its figures.
+#: The folder of the page and its figures.
 DOCS = ROOT / "docs/explanation"
 
 Run = Callable[[Check, Sequence[str]], int]

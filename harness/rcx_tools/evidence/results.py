@@ -10,7 +10,7 @@ __all__ = ["FOLDER", "ROOT", "write_result"]
 
 #: The repository.
 ROOT = Path(__file__).resolve().parents[3]
-# #: The folder of the results of the checks.
+#: The folder of the results of the checks.
 FOLDER = ROOT / "out" / "verification"
 
 

@@ -22,14 +22,13 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["LANGUAGES", "literal", "text_files", "wrapped"]
 
-# #: Suffix of the keys in spec/, by language.
+#: Suffix of the keys in spec/, by language.
 LANGUAGES = {"English": "", "Japanese": "_ja"}
 
 _WIDTH, _LINES = 80, 2
-# #: Parts of a text that are not divided: ASCII without spaces, or a character with its closing
-# mark.
+#: Parts of a text that are not divided: ASCII without spaces, or a character with its closing mark.
 _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
-# #: Subject of the errors of each block, and their numbers.
+#: Subject of the errors of each block, and their numbers.
 _ERROR_BLOCKS = {
     "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
     "InputErrorText": ("errors of inputs and tables", range(0x8021, 0x8058)),

@@ -10,7 +10,7 @@ from rcx_tools.library.tables import Block, Enumeration, Library, Output, When
 
 __all__ = ["answer"]
 
-# #: Greatest indentation of a statement of a response.
+#: Greatest indentation of a statement of a response.
 _DEEPEST = 10
 
 _EMPTY = {"BOOL": "FALSE", "WORD": "WORD#16#0000", "REAL": "0.0", "STRING": "''"}

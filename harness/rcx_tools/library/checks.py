@@ -18,11 +18,11 @@ Limits = tuple[int, ...]
 
 _ROBOT, _VALUE, _TEXT, _REAL = "16#8040", "16#8045", "16#8046", "16#8047"
 
-# #: Up to here every 0.001 mm has its own REAL, and the product returns it exactly. From 8192 mm on
-# #: the steps of a REAL are so wide that a telegram may be 0.001 mm off.
+#: Up to here every 0.001 mm has its own REAL, and the product returns it exactly. From 8192 mm on
+#: the steps of a REAL are so wide that a telegram may be 0.001 mm off.
 _EXACT = 8_191_999
 _PRINTABLE = (0x20, 0x7E)
-# #: The largest REAL with all digits: some PLCs compare a REAL with the exact number.
+#: The largest REAL with all digits: some PLCs compare a REAL with the exact number.
 _LARGEST = "3.4028234663852886E38"
 _TYPES = {"INT": (-(2**15), 2**15 - 1), "UINT": (0, 2**16 - 1), "DINT": (-(2**31), 2**31 - 1)}
 

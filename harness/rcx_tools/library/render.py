@@ -19,10 +19,10 @@ __all__ = ["files"]
 _FROM = "Generated from spec/blocks.toml and spec/remote_commands.toml by `make docs`."
 _TESTS = "tests/command/test_command_blocks.py"
 
-# #: Widest type that still shares the column of the comments.
+#: Widest type that still shares the column of the comments.
 _KIND = 24
 
-# #: While Execute is TRUE, one of the others is TRUE as well, so no edge is missed.
+#: While Execute is TRUE, one of the others is TRUE as well, so no edge is missed.
 _IDLE = ["IF NOT (Execute OR Busy OR Done OR Error) THEN", "  RETURN;", "END_IF;"]
 
 _SHOWN = [
@@ -38,7 +38,7 @@ _SHOWN = [
     "                                 Response := Robot.Response[2]);",
 ]
 
-# #: Name, type with default, comment.
+#: Name, type with default, comment.
 _Row = tuple[str, str, str]
 
 

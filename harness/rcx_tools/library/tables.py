@@ -37,7 +37,7 @@ CATEGORIES = {
     8: ("realtime", "real time output"),
 }
 
-# #: A field, and the lowest and highest value for which a pin is used.
+#: A field, and the lowest and highest value for which a pin is used.
 When = tuple[str, int, int]
 
 
@@ -265,5 +265,5 @@ def _check(block: Block) -> None:
         raise InputError(f"no pin for {', '.join(sorted(missing))}")
 
 
-# #: Fields without a meaning: m+6 bit 0 of 0x506 (guide 4.7.4).
+#: Fields without a meaning: m+6 bit 0 of 0x506 (guide 4.7.4).
 _NOT_SHOWN = {"flag_bit0"}

@@ -18,7 +18,7 @@ from structured_text.errors import InputError
 _HERE = Path(__file__).resolve().parent
 _WORK = ROOT / "out/site-work"
 _SITE = ROOT / "out/site"
-# #: The files of the npm package that a browser loads.
+#: The files of the npm package that a browser loads.
 _PYTHON = (
     "pyodide.mjs",
     "pyodide.asm.mjs",

@@ -15,12 +15,12 @@ __all__ = ["bake", "bundle"]
 
 ROOT = Path(__file__).resolve().parents[3]
 _HERE = Path(__file__).resolve().parent
-# #: The rooms that a cell needs; they do not import any other room.
+#: The rooms that a cell needs; they do not import any other room.
 _ROOMS = {
     "rcx_harness": ("cell", "robot", "spec", "trace", "watch"),
     "structured_text": ("engines", "language", "output", "projects"),
 }
-# #: Parts of lark that nothing here imports.
+#: Parts of lark that nothing here imports.
 _LEFT_OUT = ("__pyinstaller", "tools")
 _DATA = (".lark", ".py", ".st", ".toml", ".html", ".css", ".js")
 _FIRST_DAY = (1980, 1, 1, 0, 0, 0)

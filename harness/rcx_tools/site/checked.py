@@ -11,9 +11,9 @@ from urllib.parse import unquote, urldefrag
 
 __all__ = ["problems"]
 
-# #: Elements that load their target; a link (`a`) does not.
+#: Elements that load their target; a link (`a`) does not.
 _LOADING = {"audio", "embed", "iframe", "img", "link", "object", "script", "source", "video"}
-# #: Links of the head that load nothing.
+#: Links of the head that load nothing.
 _IDLE = {"canonical", "next", "prev", "alternate"}
 _FOREIGN = re.compile(r"(?:https?:)?//", re.IGNORECASE)
 _OF_STYLE = re.compile(r"@import|url\(\s*['\"]?(?:https?:)?//", re.IGNORECASE)

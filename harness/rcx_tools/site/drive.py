@@ -21,13 +21,13 @@ from structured_text.output.units import format_us, parse_us
 
 __all__ = ["STIMULUS", "Runner"]
 
-# #: Name of the stimulus in a message; its line n is the n-th moment.
+#: Name of the stimulus in a message; its line n is the n-th moment.
 STIMULUS = "stimulus"
 _TOML_PLACE = re.compile(r"\(at line (\d+)")
 _SLICES = 50
 _KEEP = 400_000
 _MOST_RULES = 20
-# #: Watched variables: with the pins of blocks, if there are any; none if the program is not Main.
+#: Watched variables: with the pins of blocks, if there are any; none if the program is not Main.
 _WATCH = (("Main.*", "Main.*.*"), ("Main.*",), ())
 _POSITIONS = "mm"
 

@@ -12,13 +12,13 @@ from rcx_tools.site.programs import ROOT, block_jobs
 
 __all__ = ["START", "staged"]
 
-# #: Pages for the start of a reader; all linked files are included.
+#: Pages for the start of a reader; all linked files are included.
 START = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
 _LINK = re.compile(r"(\]\()([^()\s#:]+)((?:#[^()\s]*)?\))")
 _FENCE = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
 _ASSETS = (".csv", ".html", ".json", ".png", ".svg")
 _LANGUAGES = {".css": "css", ".js": "js", ".py": "python", ".toml": "toml"}
-# #: Heading of a block's page before which its playground is inserted.
+#: Heading of a block's page before which its playground is inserted.
 _BEFORE = "\n### Timing\n"
 _TRY = """
 <details class="try"><summary>Run it here, and change it</summary>

@@ -16,11 +16,11 @@ from structured_text.output.units import parse_us
 
 __all__ = ["FIRST", "ROOT", "bake_job", "block_jobs", "example_jobs", "programs_json"]
 
-# #: The first program of the playground; play.js contains the name, too.
+#: The first program of the playground; play.js contains the name, too.
 FIRST = "04_scara"
-# #: Scan time if a configuration does not set one [us].
+#: Scan time if a configuration does not set one [us].
 _SCAN_US = 10_000
-# #: Run time of a block's example after its last event [us].
+#: Run time of a block's example after its last event [us].
 _BLOCK_US = 1_000_000
 _TICK = re.compile(r"INTERVAL\s*:=\s*T(?:IME)?#(\w+)", re.IGNORECASE)
 _SCARA, _SCARA_US = ROOT / "plc/examples/04_pick_and_place/scara.toml", 4_000_000

@@ -20,7 +20,7 @@ __all__ += ["without"]
 FOLDER = ROOT / "docs/reference/blocks"
 _FILE = FOLDER / "snippets.toml"
 
-# #: Time at which `Start` becomes TRUE: the controller is up, SI(00) and SI(06) are ON.
+#: Time at which `Start` becomes TRUE: the controller is up, SI(00) and SI(06) are ON.
 START_US = 600_000
 
 _WIDTH = 100

@@ -21,10 +21,10 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page"]
 
-# #: First line of every generated file of docs/reference/blocks.
+#: First line of every generated file of docs/reference/blocks.
 MARK = "<!-- generated from plc/lib, spec/ and docs/reference/blocks/snippets.toml by `make docs`"
 
-# #: Mark of a generated chart, below its first line.
+#: Mark of a generated chart, below its first line.
 CHART_MARK = "<!-- generated from docs/reference/blocks/snippets.toml by `make docs` -->"
 
 _ZERO = {

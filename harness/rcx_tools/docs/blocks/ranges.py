@@ -13,12 +13,12 @@ from rcx_tools.library.tables import Block, Input
 
 __all__ = ["range_of"]
 
-# #: Numbers and ranges in a comment: `1 to 4; 0 = robot 1`, `2..7, 10..15`.
+#: Numbers and ranges in a comment: `1 to 4; 0 = robot 1`, `2..7, 10..15`.
 _SAID = re.compile(
     r"-?\d+(?:\.\d+)?(?:\.\.| to )-?\d+(?:\.\d+)?"
     r"(?:(?:, | \.\. |, with Size 256 also )\d+\.\.\d+)*"
 )
-# #: Ranges of the areas; their comments use other words.
+#: Ranges of the areas; their comments use other words.
 _AREAS = {"Size": "48, 256", "m": "0 to ImageSize - Size", "n": "0 to ImageSize - Size"}
 
 _REAL_STEPS = 8191.999

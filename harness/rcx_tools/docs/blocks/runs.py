@@ -22,14 +22,14 @@ __all__ = ["Run", "run_of", "run_snippet"]
 
 _ROBOT = FOLDER / "programs/robot.toml"
 
-# #: Time limit of a run, longer than the longest movement of the examples.
+#: Time limit of a run, longer than the longest movement of the examples.
 _LONGEST_US = 20_000_000
-# #: Run time of a block without an end from its start; of any other block after its end.
+#: Run time of a block without an end from its start; of any other block after its end.
 _AFTER_US = 300_000
 
-# #: WORD pins that repeat a BOOL, or a table of the page, as a number.
+#: WORD pins that repeat a BOOL, or a table of the page, as a number.
 _NUMBERS = ("ErrorID", "AlarmGroup", "AlarmCategory", "Code")
-# #: Order of the contract's outputs, which follow the inputs.
+#: Order of the contract's outputs, which follow the inputs.
 _ORDER = {"Busy": 2, "Active": 3, "Done": 4, "Valid": 4, "Error": 5}
 
 

@@ -14,7 +14,7 @@ __all__ = ["CONTRACT", "ROOT", "Kind", "Pin", "Pou", "Section", "kind_of", "kind
 
 ROOT = Path(__file__).resolve().parents[4]
 
-# #: Pins of the contract; all others are the block's own.
+#: Pins of the contract; all others are the block's own.
 CONTRACT = ("Execute", "Enable", "Done", "Valid", "Busy", "Active", "Error", "ErrorID")
 
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
@@ -27,20 +27,19 @@ _POU = re.compile(r"\bF[BC]_\w+\b")
 _WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
 _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 
-# #: ErrorIDs of shared functions that only some callers can get: an odd offset only with an image
-# of #: words, an odd number only with double words, an abort only with the pin Abort.
+#: ErrorIDs of shared functions that only some callers can get: an odd offset only with an image of
+#: words, an odd number only with double words, an abort only with the pin Abort.
 _ODD_OFFSET, _ODD_NUMBER, _ABORTED = 0x8032, 0x8035, 0x8050
 
-# #: ErrorIDs that FB_RcxJob adds: a time limit, and errors of the turn. A remote command also ends
-# #: with the result of FB_ReadArea, Robot.Inner.Answer. A channel of a composite block has no
-# queue.
+#: ErrorIDs that FB_RcxJob adds: a time limit, and errors of the turn. A remote command also ends
+#: with the result of FB_ReadArea, Robot.Inner.Answer. A channel of a composite block has no queue.
 _JOB = "FB_RcxJob"
 _CALLED_WRONG = {0x8013, 0x8016, 0x8017}
 _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
 _ANSWER = re.compile(r"\bRobot\.Inner\.Answer := WORD#16#([0-9A-F]{4});")
 
-# #: Beginnings of paragraphs of a head that the page shows differently.
+#: Beginnings of paragraphs of a head that the page shows differently.
 _NOT_SAID = ("Generated from", "Tests:")
 
 #: VAR_IN_OUT, VAR_INPUT or VAR_OUTPUT.

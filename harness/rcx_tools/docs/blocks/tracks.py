@@ -16,13 +16,13 @@ from rcx_tools.library import library
 
 __all__ = ["DRAWN", "Track", "not_too_many", "tracks_of"]
 
-# #: Types of pins that are drawn; numbers are drawn as words.
+#: Types of pins that are drawn; numbers are drawn as words.
 DRAWN = {"BOOL": "variable", "BYTE": "word", "WORD": "word", "UINT": "word"}
 
-# #: Greatest number of words of data, and of response, in a chart.
+#: Greatest number of words of data, and of response, in a chart.
 _MOST_WORDS = 6
 _WORDS = 16
-# #: Words of an abnormal end.
+#: Words of an abnormal end.
 _ALARM = {1: "alarm group", 2: "alarm category"}
 
 

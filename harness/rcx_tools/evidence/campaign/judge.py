@@ -14,8 +14,8 @@ from structured_text.engines.base import Program
 
 __all__ = ["SEQUENCES", "Judge"]
 
-# #: Sequence blocks: the dedicated inputs that each may switch ON, and the meaning of its Done #:
-# (mask and value of the outputs' word m + 32).
+#: Sequence blocks: the dedicated inputs that each may switch ON, and the meaning of its Done (mask
+#: and value of the outputs' word m + 32).
 SEQUENCES: dict[str, tuple[int, tuple[int, int]]] = {
     "AlarmReset": (1 << 14, (1 << 3, 0)),
     "ServoOn": (1 << 1, (1 << 2, 1 << 2)),

@@ -32,9 +32,9 @@ from structured_text.farm import Farm
 
 __all__ = ["main"]
 
-# #: Default number of runs, and of storms in each.
+#: Default number of runs, and of storms in each.
 RUNS, STORMS = 72, 10
-# #: Number of runs on both engines, which must give the same trace.
+#: Number of runs on both engines, which must give the same trace.
 TWICE = 8
 
 

@@ -12,7 +12,7 @@ from structured_text.output.units import format_us
 
 __all__ = ["Comparison", "Request", "hexed"]
 
-# #: Errors with an unknown outcome: link, CPU_OK, no end, turn lost, command lost.
+#: Errors with an unknown outcome: link, CPU_OK, no end, turn lost, command lost.
 _UNKNOWN = (0x8001, 0x8002, 0x8011, 0x8013, 0x8014)
 _ABNORMAL = 0x8020
 

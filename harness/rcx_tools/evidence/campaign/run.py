@@ -22,12 +22,12 @@ __all__ = ["compiled", "run_storms"]
 
 _PROGRAM = Path(__file__).parent / "Campaign.st"
 
-# #: Most time until the cell is at rest once all causes are gone [us]: the longest Timeout for each
-# #: stage of FB_PowerUp that may still wait, and the queued commands.
+#: Most time until the cell is at rest once all causes are gone [us]: the longest Timeout for each
+#: stage of FB_PowerUp that may still wait, and the queued commands.
 QUIET_US = 30_000_000
-# #: Most time of the documented recovery [us].
+#: Most time of the documented recovery [us].
 RECOVERY_US = 20_000_000
-# #: Time after the cell has come to rest in which nothing may start by itself [us].
+#: Time after the cell has come to rest in which nothing may start by itself [us].
 _REST_US = 500_000
 
 _LEVELS = ("Jog", "Position", "SequenceControl", "AutoMode", "Watch")

@@ -148,7 +148,7 @@ _STARTS: dict[str, _Start] = {
 }
 _CALLS = ("CallMovePtp", "CallWritePoint", "CallJog", "CallPosition", "CallServoOn")
 
-# #: Events at the controller, and the events that end them.
+#: Events at the controller, and the events that end them.
 _EVENTS = (
     ("emergency_stop", "emergency_stop_release"),
     ("pendant_on", "pendant_off"),

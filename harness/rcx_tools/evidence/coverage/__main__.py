@@ -29,19 +29,19 @@ __all__ = ["figures", "main", "reasons", "uncounted"]
 
 ROOT = Path(__file__).resolve().parents[4]
 
-# #: Folders and files for which MC/DC is required.
+#: Folders and files for which MC/DC is required.
 MCDC_FILES = ("area/", "core/", "sequence/", "command/FB_RemoteCommand.st")
 
-# #: Reasons for parts that need no coverage, relative to the repository.
+#: Reasons for parts that need no coverage, relative to the repository.
 REASONS = "tests/tools/evidence/conditions.toml"
 
-# #: The name of the library in the reports.
+#: The name of the library in the reports.
 _LIBRARY = "plc/lib"
 
-# #: Width that the table needs [characters].
+#: Width that the table needs [characters].
 _WIDTH = 120
 
-# #: Number of gaps to print; the report contains the others.
+#: Number of gaps to print; the report contains the others.
 _MOST_GAPS = 30
 
 

@@ -22,13 +22,13 @@ FOLDERS = (
     *("chapters", "cell", "contract"),
     *("faults", "examples", "watch"),
 )
-# #: Tests at the pace of the real clock; they execute nothing that the others do not.
+#: Tests at the pace of the real clock; they execute nothing that the others do not.
 _LEFT_OUT = ("tests/cell/test_live.py",)
 
 _PERCENT = re.compile(r"\[ *(\d+)%\]")
 _COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped)")
 _LAST_LINES = 40
-# #: Steps of the progress messages without a terminal [%].
+#: Steps of the progress messages without a terminal [%].
 _STEP = 20
 
 

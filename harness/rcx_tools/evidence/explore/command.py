@@ -38,7 +38,7 @@ from structured_text.output.system import processors
 
 __all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "items_of", "main", "without_collector"]
 
-# #: The folder of the saved outcomes.
+#: The folder of the saved outcomes.
 OUT = ROOT / "out/verification"
 _SEEDS = "seeded bugs"
 EVERY_MODEL: dict[str, AnyModel] = {
@@ -55,7 +55,7 @@ class _Task(NamedTuple):
     seed: int
 
 
-# #: Progress of a model: its name, explored states, known states.
+#: Progress of a model: its name, explored states, known states.
 _Report = tuple[str, int, int]
 
 

@@ -35,9 +35,9 @@ from structured_text.projects.needed import needed
 
 __all__ = ["MODELS", "SEEDED", "InterlockModel", "explored", "replay", "told"]
 
-# #: Most scans from a free area to a grant, with any number of requests given up before.
+#: Most scans from a free area to a grant, with any number of requests given up before.
 _PROMPT = 5
-# #: Scans in a replay of a hang, in which the grant should come.
+#: Scans in a replay of a hang, in which the grant should come.
 _SHOWN = 40
 _WIDE = 1 << 32
 
@@ -114,7 +114,7 @@ class _Seat(NamedTuple):
     """Number of scans that it has waited while no robot had the area or gave up before it."""
 
 
-# #: Inputs that change before a scan: the robot and the name of each.
+#: Inputs that change before a scan: the robot and the name of each.
 _Changes = tuple[tuple[int, str], ...]
 
 
@@ -133,7 +133,7 @@ class _State:
     inner: tuple[Any, ...]
 
 
-# #: Variables of each instance, except its tickets. All others are written before they are read.
+#: Variables of each instance, except its tickets. All others are written before they are read.
 _KEPT = (
     *("KNOWN", "WASENABLE", "WASREADY", "GRANTED", "WAITING", "HOLDS", "KEPT", "ERRORID"),
     *("BUSY", "WAITED", "LONGEST"),

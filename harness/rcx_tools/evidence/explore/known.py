@@ -24,10 +24,10 @@ __all__ = ["OWN", "AnyModel", "Done", "Found", "Known", "defined_by"]
 AnyModel = Model | InterlockModel
 
 _HERE = Path(__file__).parent
-# #: Inputs of a result beside blocks and models: the engine, and modules of this package.
+#: Inputs of a result beside blocks and models: the engine, and modules of this package.
 _ENGINE = ("engines", "language", "projects")
 _KINDS = ("*.py", "*.lark")
-# #: The modules in this folder that determine the result; below, those of all explorations.
+#: The modules in this folder that determine the result; below, those of all explorations.
 OWN = ("model", "contract", "oracle", "search", "stages", "models")
 _SHARED = (
     "structured_text/explore/abstraction.py",

@@ -12,7 +12,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
 
 __all__ = ["DOWN", "SKIPPED", "UP", "Block", "Choice", "Model", "Quiet", "Situation", "Wire"]
 
-# #: Treatment of a block in a scan: its Execute or Enable is FALSE or TRUE, or it is not called.
+#: Treatment of a block in a scan: its Execute or Enable is FALSE or TRUE, or it is not called.
 DOWN, UP, SKIPPED = 0, 1, 2
 
 

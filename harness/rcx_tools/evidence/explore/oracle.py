@@ -29,7 +29,7 @@ __all__ = ["Oracle"]
 
 _SI00, _SI06 = 0x0001, 0x0040
 _SAFETY = _SI00 | _SI06
-# #: Inputs that start something, and levels that must be ON: chapter 5, 2, SI(01), and 3.2.
+#: Inputs that start something, and levels that must be ON: chapter 5, 2, SI(01), and 3.2.
 _NEEDS = ((0x0002, _SI00), (0x9400, _SAFETY))
 _CONTINUOUS = (0x0505, 0x0506)
 _INTERVAL_US = 100_000

@@ -18,7 +18,7 @@ from structured_text.explore.search import Broken
 
 __all__ = ["Replay", "replay"]
 
-# #: Scans of the quiet environment to show for a hang.
+#: Scans of the quiet environment to show for a hang.
 _SHOWN = 40
 
 

@@ -25,7 +25,7 @@ from structured_text.projects.needed import needed
 
 __all__ = ["LIBRARY", "Explorer", "compiled", "longest", "quiet_choices"]
 
-# #: The unchanged library.
+#: The unchanged library.
 LIBRARY = tuple(sorted((ROOT / "plc/lib").rglob("*.st")))
 
 

@@ -19,7 +19,7 @@ _DELAY = re.compile(r"(?<=DELAY )\d+")
 _TIME = re.compile(r"\bT#(\d+)(ms|s)\b", re.IGNORECASE)
 _WRITE_AREA = re.compile(r"\bWriteArea\(Robot := Robot,")
 _MARGIN = re.compile(r"\s*\bMargin\s*:=\s*T#\d+m?s\s*,")
-# #: Interval and Margin of FB_WriteArea if the program does not set them [ms].
+#: Interval and Margin of FB_WriteArea if the program does not set them [ms].
 _INTERVAL, _DEFAULT_MARGIN = 100, 150
 
 

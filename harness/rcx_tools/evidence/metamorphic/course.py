@@ -17,7 +17,7 @@ from structured_text.language.types import BlockType
 
 __all__ = ["Course", "Options", "Seen", "follow", "slowed"]
 
-# #: Excluded variables: the records contain their values.
+#: Excluded variables: the records contain their values.
 _IMAGES = ("InputArea", "OutputArea")
 
 

@@ -21,7 +21,7 @@ from structured_text.farm import Farm
 
 __all__ = ["main"]
 
-# #: The engine of all runs except those that compare the engines: every machine has it.
+#: The engine of all runs except those that compare the engines: every machine has it.
 _ENGINE = "builtin"
 
 

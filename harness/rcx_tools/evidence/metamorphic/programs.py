@@ -15,10 +15,10 @@ from structured_text.output.units import parse_us
 
 __all__ = ["EVERY_COMMAND", "Subject", "every_command", "subjects"]
 
-# #: Name of the generated program.
+#: Name of the generated program.
 EVERY_COMMAND = "every command"
 
-# #: Examples with areas at fixed addresses: located variables.
+#: Examples with areas at fixed addresses: located variables.
 _LOCATED = ("09_openplc",)
 
 
@@ -114,9 +114,9 @@ _VALUES = {
 }
 #: Arrays that the program fills.
 _ARRAYS = {"RCX_PULSES": "Pulses", "RCX_POSITION": "Millimetres", "RCX_SHIFT": "Shift"}
-# #: Number of scans for which a block with Enable is on, and in total.
+#: Number of scans for which a block with Enable is on, and in total.
 _ENABLED, _LEVEL = 60, 120
-# #: Average time allowed for a block, in virtual time [us].
+#: Average time allowed for a block, in virtual time [us].
 _EACH_US = 150_000
 
 

@@ -20,7 +20,7 @@ __all__ = ["RELATIONS", "Relation", "Variant", "head_of", "reason_against", "sam
 
 #: Bytes in an image (RCX_IMAGE and RCX_IMAGE_WORDS alike).
 _IMAGE = 512
-# #: Factors by which everything takes longer.
+#: Factors by which everything takes longer.
 _FACTORS = (2, 3)
 
 
@@ -179,7 +179,7 @@ def _uses_extension(subject: Subject) -> str:
     return "it uses words beyond the first 48 bytes" if subject.size == 256 else ""
 
 
-# #: Examples with movements or robot programs that follow one another without a pause.
+#: Examples with movements or robot programs that follow one another without a pause.
 _MOVES = (
     *("example 07_pallet", "example 08_program_by_name", "example 11_emergency_stop"),
     "example 13_pallet_by_table",

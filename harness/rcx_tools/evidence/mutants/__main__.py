@@ -45,7 +45,7 @@ from structured_text.output.results import Results
 __all__ = ["main"]
 
 ROOT = Path(__file__).resolve().parents[4]
-# #: Required score, of all mutants that compile to something else [%].
+#: Required score, of all mutants that compile to something else [%].
 GOAL = 95.0
 _LIBRARY, _SEEDED = "library", "seeded"
 _ALL = (*(kind.name for kind in KINDS), _SEEDED, _LIBRARY)

@@ -26,13 +26,13 @@ from structured_text.testing.tracing import PerTest
 
 __all__ = ["Copies", "Traced"]
 
-# #: Packages that are imported from a copy.
+#: Packages that are imported from a copy.
 _PACKAGES = ("rcx_harness", "rcx_tools", "structured_text")
-# #: Files that no test in a copy needs.
+#: Files that no test in a copy needs.
 _LEFT_OUT = (".*", "out", "*.egg-info")
-# #: Number of test files that are collected first; if one of their tests fails, no others are.
+#: Number of test files that are collected first; if one of their tests fails, no others are.
 _FEW = 3
-# #: Memory limit of a child [byte]; an endless loop may fill a list.
+#: Memory limit of a child [byte]; an endless loop may fill a list.
 _MEMORY = 6 << 30
 
 

@@ -53,18 +53,18 @@ from structured_text.output.results import digest
 __all__ = ["KINDS", "HarnessRun", "Kind"]
 
 _PACKAGE, _TOOLKIT = "harness/rcx_harness", "harness/structured_text"
-# #: Number of test files in one run of the original.
+#: Number of test files in one run of the original.
 _SHARD = 6
-# #: Time limit of such a run [s].
+#: Time limit of such a run [s].
 _PATIENCE_S = 1000.0
-# #: Time for further tests that run a function, or a user of a value: those that run little else,
-# and #: the quickest [s].
+#: Time for further tests that run a function, or a user of a value: those that run little else, and
+#: the quickest [s].
 _NEAREST_S, _QUICKEST_S = 25.0, 6.0
-# #: Approximate factor of a test's time while its functions are recorded.
+#: Approximate factor of a test's time while its functions are recorded.
 _TRACED = 2.0
 #: A table of sentences for people.
 _PROSE = "rules.toml"
-# #: Number of tests for a table entry that no test names, or a module without a run function.
+#: Number of tests for a table entry that no test names, or a module without a run function.
 _OTHERS = 12
 
 

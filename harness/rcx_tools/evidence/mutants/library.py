@@ -37,7 +37,7 @@ from structured_text.projects.needed import needed
 
 __all__ = ["LibraryRun"]
 
-# #: Number of mutants of each generated block.
+#: Number of mutants of each generated block.
 SAMPLE = 16
 
 

@@ -13,7 +13,7 @@ from structured_text.output.system import copied, copy_ended
 
 __all__ = ["PATIENCE_S", "run_tasks"]
 
-# #: Time limit of a child: a factor of the processor time of its tests, and a constant [s].
+#: Time limit of a child: a factor of the processor time of its tests, and a constant [s].
 _SLOWER, PATIENCE_S = 4.0, 15.0
 
 

@@ -57,7 +57,7 @@ _ARITHMETIC: dict[type[ast.operator], type[ast.operator]] = {
 }
 _PAIRS = {"min": "max", "max": "min", "any": "all", "all": "any"}
 _SIGNAL = re.compile(r"S[IO]\d\d")
-# #: Methods for people only, and errors, which have no behaviour to change.
+#: Methods for people only, and errors, which have no behaviour to change.
 _SPOKEN = ("__repr__", "__str__")
 _ERRORS = ("InputError", "LiteralError", "ProgramError")
 

@@ -24,9 +24,9 @@ __all__ = [
     "nearest",
 ]
 
-# #: Number of tests from each other file that runs the POU; few fault runs, because they are long.
+#: Number of tests from each other file that runs the POU; few fault runs, because they are long.
 _OF_OTHERS, _OF_FAULTS = 8, 1
-# #: Number of further tests with words of the change in their names.
+#: Number of further tests with words of the change in their names.
 _ALIKE = 8
 
 

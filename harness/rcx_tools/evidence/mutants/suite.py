@@ -35,12 +35,12 @@ FOLDERS = (
     *("faults", "chapters", "examples"),
     "tools/library",
 )
-# #: Parts of names of tests with another subject: the network, other engines, or test tools.
+#: Parts of names of tests with another subject: the network, other engines, or test tools.
 _OTHERS = (
     *("[enip", "-enip", "over_ethernet_ip", "matiec", "strucpp"),
     *("test_fault_runner", "test_files.py"),
 )
-# #: Number of fault runs for each block (they are long).
+#: Number of fault runs for each block (they are long).
 _FAULT_RUNS = 3
 
 

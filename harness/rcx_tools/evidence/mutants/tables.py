@@ -18,7 +18,7 @@ __all__ = ["TABLE_OPERATORS", "entry_at", "marks_of", "table_changes", "table_me
 
 TABLE_OPERATORS = ("number", "constant", "default", "swapped values", "swapped names")
 
-# #: Keys with texts for people only.
+#: Keys with texts for people only.
 _SPOKEN = re.compile(
     r"\b(?:meaning|title|does|about|done|comment|unit|section|cause|remedy|robot_zero"
     r"|name_ja|cause_ja|remedy_ja)\s*=\s*\"(?:[^\"\\]|\\.)*\""

@@ -12,7 +12,7 @@ from structured_text.mutants.report import Judged
 
 __all__ = ["QUICK_GOAL", "print_quick_tier", "quick_tier"]
 
-# #: Least share that `make test` must find, of the mutants that all tests find [%].
+#: Least share that `make test` must find, of the mutants that all tests find [%].
 QUICK_GOAL = 95.0
 _MOST = 12
 

@@ -27,7 +27,7 @@ from structured_text.output.system import processors
 
 __all__ = ["LIBRARY", "main"]
 
-# #: The library that is proved.
+#: The library that is proved.
 LIBRARY = ROOT / "plc" / "lib"
 _OUT = ROOT / "out"
 

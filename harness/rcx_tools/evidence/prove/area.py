@@ -32,9 +32,9 @@ __all__ = [
 
 #: Bytes n + 32 and n + 33 (chapter 5, 1): SI(00), SI(01), SI(06); SI(10), SI(12), SI(14) to SI(17).
 INPUTS = 0x0043 | 0xF500
-# #: SI(00) and SI(06): switching them OFF takes effect at once.
+#: SI(00) and SI(06): switching them OFF takes effect at once.
 STOPS = 0x0041
-# #: Offset of the first of those two bytes, from m or n (chapter 1, 4.1).
+#: Offset of the first of those two bytes, from m or n (chapter 1, 4.1).
 DEDICATED = 32
 #: ErrorID of a second call in a scan (docs/reference/errors.md).
 AGAIN = 0x8037

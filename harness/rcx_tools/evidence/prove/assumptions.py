@@ -4,7 +4,7 @@ from __future__ import annotations
 
 __all__ = ["ASSUMPTIONS"]
 
-# #: One sentence by name.
+#: One sentence by name.
 ASSUMPTIONS = {
     "inner": "No program writes into RCX_REF: neither its part Inner nor the other fields.",
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",

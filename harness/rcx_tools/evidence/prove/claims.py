@@ -19,15 +19,15 @@ from structured_text.engines.base import Program
 
 __all__ = ["CLAIMS", "DIFFERS", "HANG", "QUIET", "RESULT", "STOPS", "About", "Judges"]
 
-# #: Kinds of findings. STOPS: a fault stops the program. HANG: a channel is not free in a quiet #:
-# environment. The others: telegram, area, outputs of blocks or results of functions differ from #:
-# those of the unchanged library, which is proved.
+#: Kinds of findings. STOPS: a fault stops the program. HANG: a channel is not free in a quiet
+#: environment. The others: telegram, area, outputs of blocks or results of functions differ from
+#: those of the unchanged library, which is proved.
 STOPS, HANG, PINS, BYTES, SHOWN, RESULT = "stops", "hang", "pins", "bytes", "shown", "result"
 DIFFERS = (PINS, BYTES, SHOWN, RESULT)
 _HELD = ("command held", "data before code", "ready before code")
 _TURNS = ("both", "order", HANG, SHOWN)
 
-# #: For each property: the kinds of findings that refute it.
+#: For each property: the kinds of findings that refute it.
 CLAIMS: Mapping[str, tuple[str, ...]] = {
     "interval": ("interval",),
     "stop-inputs": ("levels", BYTES),
@@ -48,9 +48,9 @@ CLAIMS: Mapping[str, tuple[str, ...]] = {
         ("turn-hands", "turn-once", "turn-order", "turn-back", "turn-free", "turn-limit"), _TURNS
     ),
 }
-# #: SI(00) and SI(06): switching them OFF takes effect at once.
+#: SI(00) and SI(06): switching them OFF takes effect at once.
 _STOPS = 0x0041
-# #: Scans in a quiet environment after which the channels must be free.
+#: Scans in a quiet environment after which the channels must be free.
 QUIET = 120
 
 Findings = Iterator[tuple[str, str]]

@@ -18,11 +18,11 @@ __all__ = ["COLLECTS", "inside", "keeps"]
 
 Memory = Mapping[Path, Value]
 
-# #: Its alarm is that of the command that has ended abnormally.
+#: Its alarm is that of the command that has ended abnormally.
 COLLECTS = "FB_PICKPLACE"
 
-# #: By inner block of FB_RcxMove: the kind of rows that it executes. Below: kinds that only run #:
-# forwards.
+#: By inner block of FB_RcxMove: the kind of rows that it executes. Below: kinds that only run
+#: forwards.
 _KINDS = {
     "PTP": "PTP",
     "STRAIGHT": "LINEAR",
@@ -115,7 +115,7 @@ def _row(state: _State, block: str) -> Any:
     return z3.And(z3.Not(get("ARRIVED")), state.among(kind, f"MOVE_{own}"), forwards)
 
 
-# #: The stages of FB_PickPlace in which its parts work; below, the stages near the places.
+#: The stages of FB_PickPlace in which its parts work; below, the stages near the places.
 _MOVES = ("TO_SOURCE", "TO_PART", "LIFT", "TO_TARGET", "LOWER", "LEAVE", "SHIFT")
 _NEAR = ("TO_PART", "LIFT", "LOWER", "LEAVE")
 _AT_TARGET = ("TO_TARGET", "LOWER", "LEAVE")

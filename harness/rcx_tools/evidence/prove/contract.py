@@ -37,21 +37,21 @@ from structured_text.prove.values import Value, scalar
 
 __all__ = ["PROPERTIES", "kind_of"]
 
-# #: A word may be shared with the responses of commands; then neither Valid nor Error is set.
+#: A word may be shared with the responses of commands; then neither Valid nor Error is set.
 _SHARED = ("WORD", "WORDINWORDS")
-# #: Their errors end with the cause, not with Enable.
+#: Their errors end with the cause, not with Enable.
 _PASSING = ("FB_AUTOMODE", "FB_STATUS")
 #: Blocks without an Error pin whose outputs depend on their pins alone.
 _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
-# #: Their outputs depend on arithmetic. A proof takes any result of it, so a second instance may #:
-# give another result.
+#: Their outputs depend on arithmetic. A proof takes any result of it, so a second instance may give
+#: another result.
 _COMPUTING = ("FB_HANDFROMPOINTS", "FB_SCARAFORWARD", "FB_SCARAINVERSE", "FB_SHIFTFROMPOINTS")
-# #: Neither Valid nor Error while the data are old; these blocks remember the last side.
+#: Neither Valid nor Error while the data are old; these blocks remember the last side.
 _WATCHING = ("FB_ATPOINT", "FB_AXISAREA", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
-# #: The only block that reports the link and the controller's answer.
+#: The only block that reports the link and the controller's answer.
 _TAKER = "FB_RCXTAKEHEAD"
-# #: They send nothing to the controller, so they may be called in any place.
+#: They send nothing to the controller, so they may be called in any place.
 _LOOKING = ("FB_AUTOMODE", "FB_INTERLOCK", "FB_STATUS")
 #: ErrorID of a block that is called out of place (docs/reference/errors.md).
 _OUT_OF_PLACE = 0x8017

@@ -23,8 +23,8 @@ from structured_text.language.types import ArrayType, ElementaryType, EnumType, 
 
 __all__ = ["Environment", "Hints", "Moment", "numbers_in"]
 
-# #: Pin values found by the solver, by the path of the pin: ("AXIS",), ("DATA", "3"). A text has
-# its #: length and its characters: ("NAME", "len"), ("NAME", "[0]").
+#: Pin values found by the solver, by the path of the pin: ("AXIS",), ("DATA", "3"). A text has its
+#: length and its characters: ("NAME", "len"), ("NAME", "[0]").
 Hints = Mapping[tuple[str, ...], Any]
 
 _TIMES_MS = (0, 1, 50, 100, 150, 300, 1000, 5000)
@@ -45,18 +45,18 @@ _COUNTS = (
     *(0, 1, 2, 3, 4, 5, 7, 8, 15, 16, 17, 31, 32, 33, 63, 64, 99, 100, 127, 128, 255, 256),
     *(999, 1000, 9999, 10000, 29999, 30000, 32767, -1, -2, -32768),
 )
-# #: Offsets and sizes of areas: rare legal ones, and illegal ones.
+#: Offsets and sizes of areas: rare legal ones, and illegal ones.
 _OFFSETS = (2, 48, 100, 256, 462, 464, 466, 1, -1, 510, 512, 32767, -32768)
 _SIZES = (48, 48, 48, 256, 256, 0, 47, 49, 255, 257, 512, -1, 32767, -32768)
 _IMAGES = (IMAGE_BYTES, IMAGE_BYTES, 48, 256, 300, 100, 47, 0, -1, -32768, -32767)
 _PLACES = {"M": _OFFSETS, "N": _OFFSETS, "SIZE": _SIZES, "IMAGESIZE": _IMAGES}
-# #: Periods of scans [us]: usual ones, and unusual ones.
+#: Periods of scans [us]: usual ones, and unusual ones.
 _USUAL_US = (10_000, 20_000, 50_000, 100_000, 100_000, 250_000, 250_000)
 _ODD_US = (100, 1_000, 1_500, 7_000, 33_300, 333_000, 1_000_000, 5_000_000, 10_000_000)
-# #: With these periods a quiet environment lasts longer than the time limits tried.
+#: With these periods a quiet environment lasts longer than the time limits tried.
 _LONG_US = (100_000, 250_000)
-# #: Dedicated outputs: CPU_OK; _WELL: MP RDY, AUTO mode and origin are also ON; _ILL: emergency
-# stop #: and alarm, OFF in a healthy state.
+#: Dedicated outputs: CPU_OK; _WELL: MP RDY, AUTO mode and origin are also ON; _ILL: emergency stop
+#: and alarm, OFF in a healthy state.
 _CPU_OK, _WELL, _ILL = 0x0002, 0x0312, 0x0009
 _NOTHING = bytes(DEDICATED_AT - 2)
 _BOOL, _TIME = ElementaryType("BOOL"), ElementaryType("TIME")

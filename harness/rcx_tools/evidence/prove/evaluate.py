@@ -21,9 +21,9 @@ from structured_text.prove.logic import UnsupportedError
 
 __all__ = ["REST", "Program", "program"]
 
-# #: The key of an array's value for all places that are not keys.
+#: The key of an array's value for all places that are not keys.
 REST = "rest"
-# #: A term that is used once is written inline if its code is at most this many characters long.
+#: A term that is used once is written inline if its code is at most this many characters long.
 _INLINE = 300
 
 
@@ -205,7 +205,7 @@ def _fits(symbol: str, high: bool) -> Callable[[Any, list[str]], str]:
     return code
 
 
-# #: Templates of operators that use their operands unchanged.
+#: Templates of operators that use their operands unchanged.
 _PLAIN: dict[int, str] = {
     z3.Z3_OP_TRUE: "True",
     z3.Z3_OP_FALSE: "False",

@@ -237,9 +237,9 @@ def _milliseconds(library: Library) -> Iterator[Goal]:
 # --- a REAL: Size is its pattern without the sign; one exponent changes the pattern by _STEP ---
 
 _STEP, _INFINITE, _SIGN = 0x80_0000, 0x7F80_0000, 1 << 31
-# #: 2^23 and 2^24: between them the mantissa of a REAL is the number itself.
+#: 2^23 and 2^24: between them the mantissa of a REAL is the number itself.
 _WHOLE, _ABOVE = 0x4B00_0000, 0x4B80_0000
-# #: Doublings that make the mantissa of a denormal number a whole number.
+#: Doublings that make the mantissa of a denormal number a whole number.
 _DOUBLINGS = 149
 
 

@@ -33,12 +33,12 @@ __all__ = [
 INNER: Path = (*ROBOT, "INNER")
 READERS = ("FB_READAREA", "FB_READAREAWORDS")
 WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
-# #: The fields that FB_ReadArea writes.
+#: The fields that FB_ReadArea writes.
 _READ = ("CONNECTED", "SO", "STATUS", "RESPONSE")
 _READ_INNER = ("ELAPSED", "SCAN", "INSCAN", "ANSWER")
-# #: The fields that it withdraws, because they were requested outside of a scan.
+#: The fields that it withdraws, because they were requested outside of a scan.
 _TAKEN_BACK = ("REQUEST", "CODEREQUEST")
-# #: Blocks that are or contain an FB_PowerUp, and the path of it.
+#: Blocks that are or contain an FB_PowerUp, and the path of it.
 _POWER_UPS: dict[str, Path] = {
     "FB_POWERUP": BLOCK,
     "FB_OPERATOR": (*BLOCK, "SEQUENCES", "POWERING"),

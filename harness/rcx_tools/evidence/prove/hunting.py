@@ -28,7 +28,7 @@ from structured_text.projects.needed import needed
 
 __all__ = ["STANDING", "Found", "Hunted", "hunt"]
 
-# #: Blocks of a client besides those with the bug: of both channels, and of every kind.
+#: Blocks of a client besides those with the bug: of both channels, and of every kind.
 STANDING = (
     *("FB_ServoOn", "FB_ServoOn", "FB_AutoStart", "FB_SequenceControl", "FB_AlarmReset"),
     *("FB_ProgramReset", "FB_EmergencyStop", "FB_ServoOnFromEmergencyStop", "FB_PowerUp"),
@@ -37,11 +37,11 @@ STANDING = (
     "FB_Jog",
 )
 
-# #: Number of runs to try, and scans of each before the environment becomes quiet.
+#: Number of runs to try, and scans of each before the environment becomes quiet.
 _RUNS, _SCANS = 300, 80
-# #: After a run that only differs, so many more runs are tried to find a broken claim.
+#: After a run that only differs, so many more runs are tried to find a broken claim.
 _MORE = 12
-# #: Every second run has a quiet end, if a quiet end matters.
+#: Every second run has a quiet end, if a quiet end matters.
 _LONG = 2
 
 

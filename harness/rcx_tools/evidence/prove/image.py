@@ -32,7 +32,7 @@ from structured_text.prove.machine import Machine
 
 __all__ = ["PROPERTIES", "wire"]
 
-# #: Index of PHASE_COMMAND_DATA in RCX_PHASE.
+#: Index of PHASE_COMMAND_DATA in RCX_PHASE.
 _COMMAND_DATA = 2
 _HEAD = (*BLOCK, "MAKEHEAD")
 #: Blocks that write general-purpose inputs (chapter 1, 4.1 and 4.2; chapter 3, 2.1).

@@ -26,7 +26,7 @@ __all__ = ["PROPERTIES"]
 _HEAD: Path = (*BLOCK, "MAKEHEAD")
 _PACE: Path = (*_HEAD, "DEDICATED", "PACE")
 _NEVER = (1 << 62) - 1
-# #: The least time between two changes, as FB_RcxDedicatedInputs uses it.
+#: The least time between two changes, as FB_RcxDedicatedInputs uses it.
 _SPACING: Path = (*_HEAD, "SPACING")
 
 

@@ -37,9 +37,9 @@ __all__ = [
     "without_floats",
 ]
 
-# #: The pins of the contract.
+#: The pins of the contract.
 PINS = ("DONE", "BUSY", "ACTIVE", "ERROR", "ERRORID", "VALID", "ALARMGROUP", "ALARMCATEGORY")
-# #: Abnormal end: the response contains the controller's alarm.
+#: Abnormal end: the response contains the controller's alarm.
 ABNORMAL = 0x8020
 
 Memory = Mapping[Path, Value]

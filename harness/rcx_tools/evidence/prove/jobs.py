@@ -49,7 +49,7 @@ __all__ = [
     "worst",
 ]
 
-# #: All properties, in the order of the page.
+#: All properties, in the order of the page.
 PROPERTIES: tuple[Property, ...] = (
     *interval.PROPERTIES,
     *guarantee.PROPERTIES,
@@ -66,7 +66,7 @@ PROPERTIES: tuple[Property, ...] = (
     *functions.PROPERTIES,
 )
 
-# #: Real time beyond the limit after which the process of a hanging goal is ended [s].
+#: Real time beyond the limit after which the process of a hanging goal is ended [s].
 _HANGS = 120
 
 

@@ -17,13 +17,13 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["CODE_BITS", "legal"]
 
-# #: Bits 11-0 of word n are the code, bits 15-12 the robot number.
+#: Bits 11-0 of word n are the code, bits 15-12 the robot number.
 CODE_BITS = 12
 _ROBOTS = 4
 #: Words n+2 to n+30.
 _WORDS = 15
 _WIDTH = {"u16": 16, "s16": 16, "u32": 32, "s32": 32, "text": 8}
-# #: Characters that the guide can carry, and fillers for the rest of a text.
+#: Characters that the guide can carry, and fillers for the rest of a text.
 _CHARACTERS, _FILLERS = [0x20, 0x7E], (0x20, 0x00)
 _KEYS = {"name", "at", "type", "bits", "count", "length", "values", "range", "by", "ranges"}
 _KEYS |= {"one_bit", "unit", "meaning"}

@@ -19,7 +19,7 @@ _LEVELS = (
     ("SI(00)", 0, "EMERGENCYSTOPOK", "HOLDEMERGENCY", "KEEPEMERGENCY"),
     ("SI(06)", 6, "STOPOK", "HOLDSTOP", "KEEPSTOP"),
 )
-# #: Blocks that clear a level, and the flag that they use (chapter 5, 3.1 and 3.3).
+#: Blocks that clear a level, and the flag that they use (chapter 5, 3.1 and 3.3).
 _STOPPERS = {"FB_EMERGENCYSTOP": "KEEPEMERGENCY", "FB_PROGRAMSTOP": "KEEPSTOP"}
 
 

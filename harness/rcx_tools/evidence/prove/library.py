@@ -25,7 +25,7 @@ from structured_text.prove.values import TIME_BITS, Value
 
 __all__ = ["BLOCK", "IMAGE", "ROBOT", "Library", "Step", "milliseconds"]
 
-# #: Paths of the instance and the connected variables in a `Step`.
+#: Paths of the instance and the connected variables in a `Step`.
 BLOCK: Path = ("B",)
 ROBOT: Path = ("ROBOT",)
 IMAGE: Path = ("IMAGE",)

@@ -33,9 +33,9 @@ __all__ = [
     "law_of",
 ]
 
-# #: Blocks with so many inner blocks that they are proved from the proofs of those.
+#: Blocks with so many inner blocks that they are proved from the proofs of those.
 OUTLINED = ("FB_MOVETABLE", "FB_PICKPLACE", "FB_WORKCYCLE")
-# #: Index of PHASE_COMMAND_RUN in RCX_PHASE.
+#: Index of PHASE_COMMAND_RUN in RCX_PHASE.
 COMMAND_RUN = 3
 #: Dedicated inputs that a block may request, by their places in bytes n + 32, n + 33 (chapter 5,
 #: 1): SI(01), SI(10), SI(12), SI(14), SI(15), SI(16), SI(17). SI(00) and SI(06) are levels.
@@ -53,17 +53,17 @@ REQUESTS = {
     "FB_RETURNTOORIGIN": _INCREMENTAL | _ABSOLUTE,
     "FB_SEQUENCECONTROL": _SEQUENCE,
 }
-# #: FB_Operator contains blocks for all of these.
+#: FB_Operator contains blocks for all of these.
 REQUESTS["FB_OPERATOR"] = REQUESTS["FB_POWERUP"]
 ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RESET | _ABSOLUTE
-# #: Fields that blocks write freely: the turns (own properties), the holds (see RELEASES), and
-# which #: of the robots works or carries a part.
+#: Fields that blocks write freely: the turns (own properties), the holds (see RELEASES), and which
+#: of the robots works or carries a part.
 _FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP", "WORKS", "WORKED", "CARRIES")
-# #: Flags of a scan: blocks only set them, and only FB_WriteArea clears them.
+#: Flags of a scan: blocks only set them, and only FB_WriteArea clears them.
 _RISING = ("KEEPEMERGENCY", "KEEPSTOP", "STOPJOG", "CODEREQUEST")
-# #: Requests and turns of a block: a call outside of a scan does not change them (`place`).
+#: Requests and turns of a block: a call outside of a scan does not change them (`place`).
 ASKS = ("COMMAND", "SEQUENCE", "CODE", "DATA", "CODEREQUEST", "REQUEST")
-# #: Blocks that release a hold, on a rising edge.
+#: Blocks that release a hold, on a rising edge.
 RELEASES = {"HOLDEMERGENCY": "FB_SERVOONFROMEMERGENCYSTOP", "HOLDSTOP": "FB_PROGRAMCONTINUE"}
 
 

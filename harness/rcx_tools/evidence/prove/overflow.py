@@ -30,16 +30,16 @@ from structured_text.prove.values import TIME_BITS, anything, legal
 
 __all__ = ["PROPERTIES", "WRAPS", "Wrap", "none_leaves", "wraps"]
 
-# #: The table of operations that are meant to exceed their type.
+#: The table of operations that are meant to exceed their type.
 WRAPS = ROOT / "tests" / "tools" / "evidence" / "wraps.toml"
 _KEYS = ("file", "pou", "operation", "reason")
-# #: Range of a TIME of 32 bits that counts milliseconds: the smallest range of all PLCs.
+#: Range of a TIME of 32 bits that counts milliseconds: the smallest range of all PLCs.
 _LEAST_TIME = (-(1 << 31) * 1_000_000, ((1 << 31) - 1) * 1_000_000)
-# #: Their results bound the counters of their callers, so they are run where they are called.
+#: Their results bound the counters of their callers, so they are run where they are called.
 _INSIDE = ("FB_RCXSHAREDWORDS", "FB_RCXPOINTHEAD")
-# #: Their loops are cut: see `functions`.
+#: Their loops are cut: see `functions`.
 _CUT = ("FB_RCXFIRSTROW",)
-# #: Functions that are correct for any arguments; their callers do not check them again.
+#: Functions that are correct for any arguments; their callers do not check them again.
 _ALONE = ("FC_RCXCHARCODE",)
 _CLOCK, _REST = (*BLOCK, "CLOCK"), (*BLOCK, "REST")
 

@@ -18,7 +18,7 @@ from structured_text.prove.solve import PROVED
 
 __all__ = ["is_good", "properties", "show", "taken_for_granted", "write"]
 
-# #: Number of slowest goals to report.
+#: Number of slowest goals to report.
 _SLOWEST = 3
 
 

@@ -31,7 +31,7 @@ _NOT_CONNECTED, _NOT_READY = 0x8001, 0x8002
 #: SI(01); SI(12), SI(14) and SI(17): no start without SI(00), these three not without SI(06)
 #: either (chapter 5, 3.1 and 3.2).
 _SERVO, _MOVES = 0x0002, 0x9400
-# #: Path of the job in a block, if it is not JOB.
+#: Path of the job in a block, if it is not JOB.
 _PLACES: dict[str, Path] = {"FB_PROGRAMCONTINUE": ("START", "JOB")}
 #: Blocks with a pin Enable instead of Execute.
 _LEVELS = (
@@ -41,14 +41,14 @@ _LEVELS = (
     "FB_OVERRIDE",
     "FB_TOOLPOSITION",
 )
-# #: Blocks that send single commands by FB_RcxCommandWhile, and the path of that.
+#: Blocks that send single commands by FB_RcxCommandWhile, and the path of that.
 _SENDERS: dict[str, Path] = {
     "FB_OVERRIDE": (*BLOCK, "COMMAND"),
     "FB_TOOLPOSITION": (*BLOCK, "READING"),
 }
-# #: FB_PowerUp waits for the link and for CPU_OK itself, before its first request.
+#: FB_PowerUp waits for the link and for CPU_OK itself, before its first request.
 _COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
-# #: Blocks that send one command after the other, by FB_RcxPointRow.
+#: Blocks that send one command after the other, by FB_RcxPointRow.
 CARRIERS = ("FB_POINTBACKUP", "FB_POINTRESTORE")
 _STOPPERS = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
@@ -149,7 +149,7 @@ def _promises(machine: Machine, call: Outlined) -> Iterator[Any]:
     yield z3.Implies(began, shown)
 
 
-# #: Stages of composite blocks, in their order, with the inner block that works in each.
+#: Stages of composite blocks, in their order, with the inner block that works in each.
 _CHARTS: dict[str, dict[str, str]] = {
     "FB_SERVOONFROMEMERGENCYSTOP": {
         "EMERGENCY_RELEASE": "",

@@ -9,7 +9,7 @@ from structured_text.farm import Farm, Lost
 
 __all__ = ["DIED", "HasKey", "outcomes"]
 
-# #: The reason if the operating system has ended the process.
+#: The reason if the operating system has ended the process.
 DIED = "the process of the solver has ended by itself; is there memory enough"
 
 

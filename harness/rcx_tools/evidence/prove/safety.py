@@ -138,7 +138,7 @@ def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
 
 
 _TABLE, _ILLEGAL_ROW = "FB_MOVETABLE", 0x8051
-# #: Path of the log in the blocks that have it.
+#: Path of the log in the blocks that have it.
 _LOGS = {"FB_EVENTLOG": BLOCK, "FB_COMMANDRECORDER": (*BLOCK, "EVENTS")}
 
 
@@ -207,7 +207,7 @@ def impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[
         yield Goal(f"{name}: {group}, {len(found)} places", known, claim, dict(found))
 
 
-# #: Blocks that are summarised at their calls, or that are proved only for the existing calls.
+#: Blocks that are summarised at their calls, or that are proved only for the existing calls.
 _ELSEWHERE = ("FB_RCXFIRSTROW", "FB_RCXSCANTIME", "FB_RCXSHAREDWORDS")
 
 

@@ -48,14 +48,14 @@ __all__ = [
     "tasks",
 ]
 
-# #: The tables of bugs.
+#: The tables of bugs.
 BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
-# #: The fields of each bug in the report.
+#: The fields of each bug in the report.
 _ROW = ("name", "file", "breaks", "left_out", "seconds", "run")
-# #: For a property that must stay proved, so many of the parts that a bug touches are tried: first
-# #: those of the changed file, then those that depend on the least text.
+#: For a property that must stay proved, so many of the parts that a bug touches are tried: first
+#: those of the changed file, then those that depend on the least text.
 _STAYS = 2
-# #: Parts that are never tried for that, because each takes seconds; () means all parts.
+#: Parts that are never tried for that, because each takes seconds; () means all parts.
 SLOW: Mapping[str, tuple[str, ...]] = {
     "interval": (),
     "handshake": (),
@@ -72,11 +72,11 @@ SLOW: Mapping[str, tuple[str, ...]] = {
     "safety": ("FB_COMMANDRECORDER", "FB_MOVEARCH", "FB_PALLETMOVEARCH"),
     "contract": ("FB_COMMANDRECORDER", "FB_ENTRYTEXT"),
 }
-# #: Time limit for a goal that a bug should break [s].
+#: Time limit for a goal that a bug should break [s].
 _LIMIT_S = 20.0
-# #: Prefix of the names of pin values, in addition to the values that a goal shows itself.
+#: Prefix of the names of pin values, in addition to the values that a goal shows itself.
 _PIN = "pin "
-# #: Modules that judge a bug, in addition to the proofs.
+#: Modules that judge a bug, in addition to the proofs.
 _JUDGES = ("claims", "client", "environment", "hunting", "seeded")
 
 

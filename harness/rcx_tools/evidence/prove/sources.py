@@ -17,7 +17,7 @@ from rcx_tools.evidence.results import ROOT
 __all__ = ["module_of", "prover_state"]
 
 _HARNESS = ROOT / "harness"
-# #: Tables, the grammar, and files of the tests that are read; imports do not lead to them.
+#: Tables, the grammar, and files of the tests that are read; imports do not lead to them.
 _DATA = (
     "spec",
     "harness/structured_text/language",

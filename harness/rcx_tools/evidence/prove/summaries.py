@@ -26,9 +26,9 @@ __all__ = [
     "pattern_of",
 ]
 
-# #: The greatest result of FC_RcxMilliseconds: 20 days.
+#: The greatest result of FC_RcxMilliseconds: 20 days.
 LONGEST_MS = 1_728_000_000
-# #: Standard functions that no term can express.
+#: Standard functions that no term can express.
 WAVES = ("SIN", "COS", "ATAN")
 
 

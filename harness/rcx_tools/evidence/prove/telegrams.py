@@ -34,7 +34,7 @@ from structured_text.prove.texts import anything
 
 __all__ = ["PROPERTIES"]
 
-# #: The part that proves the lemmas about REAL_TO_DINT and characters, which the others use.
+#: The part that proves the lemmas about REAL_TO_DINT and characters, which the others use.
 _LEMMAS = "REAL_TO_DINT and FC_RcxCharCode"
 
 

@@ -39,15 +39,15 @@ __all__ = ["ENGINES", "MATIEC_SCANS", "SCANS", "Outcome", "agree", "agreed"]
 
 #: Random scans of every block and function.
 SCANS = 600
-# #: Random scans of every block and function on matiec.
+#: Random scans of every block and function on matiec.
 MATIEC_SCANS = 300
 #: The engines by name.
 ENGINES: dict[str, type[Engine]] = {"builtin": BuiltinEngine, "matiec": MatiecEngine}
-# #: Most consecutive calls of an instance.
+#: Most consecutive calls of an instance.
 _RUN = 8
-# #: Scans of each block from a state that is already known at translation.
+#: Scans of each block from a state that is already known at translation.
 _KNOWN = 3
-# #: Blocks with loops of a length set by their pins, and their callers: translated for each value.
+#: Blocks with loops of a length set by their pins, and their callers: translated for each value.
 _LOOPING = ("FB_RCXFIRSTROW", "FB_MOVETABLE")
 _B: Path = ("B",)
 

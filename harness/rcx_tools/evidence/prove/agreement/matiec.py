@@ -29,11 +29,11 @@ from structured_text.prove.machine import Path
 __all__ = ["MatiecEngine"]
 
 _US = timedelta(microseconds=1)
-# #: Most microseconds that a TIME of 64 bits of nanoseconds can hold.
+#: Most microseconds that a TIME of 64 bits of nanoseconds can hold.
 _LONGEST = (1 << 63) // 1000 - 1
 
 
-# #: Shift counts. C leaves shifts by 32 and more undefined, so they are taken modulo 32.
+#: Shift counts. C leaves shifts by 32 and more undefined, so they are taken modulo 32.
 _SHIFTS = {"FC_RCXBITMASK": "DIGIT", "FC_RCXBYTEWITHBIT": "DIGIT"}
 
 

@@ -23,8 +23,8 @@ from structured_text.prove.machine import Machine, Path
 
 __all__ = ["LREAL", "Translation", "bodies", "held", "long", "symbols"]
 
-# #: Kinds of obligations at which an engine stops the program. A conversion out of range and a TIME
-# #: of more than 64 bits give different results on each engine, so their results are open.
+#: Kinds of obligations at which an engine stops the program. A conversion out of range and a TIME
+#: of more than 64 bits give different results on each engine, so their results are open.
 _OPEN = ("conversion", "time")
 
 

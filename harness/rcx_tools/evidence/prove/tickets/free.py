@@ -17,7 +17,7 @@ __all__ = ["PROPERTIES"]
 
 #: Members of RCX_PHASE, in their order.
 _RESET, _DATA, _RUN = 0, 2, 3
-# #: ErrorIDs of docs/reference/errors.md: not connected, controller not ready; then time limits.
+#: ErrorIDs of docs/reference/errors.md: not connected, controller not ready; then time limits.
 _LOSS = (0x8001, 0x8002)
 _LIMIT = (0x8010, 0x8011, 0x8012, 0x8015)
 _RUNNING_STATUS = 0x0100

@@ -34,7 +34,7 @@ __all__ = [
 ]
 
 _WIDE = 48
-# #: The greatest distance of two live tickets, as FC_RcxTickets compares them.
+#: The greatest distance of two live tickets, as FC_RcxTickets compares them.
 FARTHEST = 32767
 
 

@@ -18,7 +18,7 @@ __all__ = ["PROPERTIES", "Step", "call", "parts", "shown", "write"]
 CHANNELS = ("COMMAND", "SEQUENCE")
 WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
 _READERS = ("FB_READAREA", "FB_READAREAWORDS")
-# #: End values of the remote status: normal and abnormal end (guide chapter 2).
+#: End values of the remote status: normal and abnormal end (guide chapter 2).
 ENDS = (0x0200, 0x4000)
 
 

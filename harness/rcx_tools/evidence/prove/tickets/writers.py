@@ -15,7 +15,7 @@ from structured_text.language.walk import statements
 __all__ = ["goals"]
 
 _ROBOT = "ROBOT.INNER."
-# #: Fields of RCX_REF that the turns depend on, and the POUs that write them.
+#: Fields of RCX_REF that the turns depend on, and the POUs that write them.
 OWNERS = {
     "COMMAND": {"FB_RCXHANDSHAKE"},
     "SEQUENCE": {"FB_RCXDEDICATEDINPUTS"},
@@ -26,8 +26,7 @@ OWNERS = {
     "PHASE": {"FB_RCXHANDSHAKE"},
     "RUNNING": {"FB_RCXHANDSHAKE"},
 }
-# #: Inputs of a job on a channel of a robot; None: the pin is not given and keeps its initial
-# value.
+#: Inputs of a job on a channel of a robot; None: the pin is not given and keeps its initial value.
 _PINS: dict[str, dict[str, str | None]] = {
     "COMMAND": {
         "SCAN": "ROBOT.INNER.SCAN",
@@ -44,7 +43,7 @@ _PINS: dict[str, dict[str, str | None]] = {
         "REMOTE": None,
     },
 }
-# #: Blocks that may receive a channel of a robot.
+#: Blocks that may receive a channel of a robot.
 _TAKERS = {"FB_RCXJOB", "FB_RCXCHANNELTURN"}
 
 
