@@ -116,7 +116,7 @@ def _name(kind: Type) -> str:
 def compared(
     libraries: Sequence[Sequence[Path]], matiec: Matiec, compiler: str, calls: int, seed: int = 1
 ) -> Compared:
-    """Call what both engines accept with random values, and compare the results.
+    """Call POUs that both engines accept with random values, and compare the results.
 
     Args:
         libraries: Sources of each library, without errors.

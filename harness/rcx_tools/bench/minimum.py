@@ -110,6 +110,9 @@ def sequence(
         spacing_us: 100 ms and the margin.
     """
     steps: list[Step] = []
+    # `asked` is the time at which the next input is requested, `free` the time at which the wire
+    # may change again. Each input waits for both. Its OFF edge is a change as well, so it also
+    # takes an interval, and the next input waits for the interval after it.
     asked, free = start_us, start_us
     for answer_us in answers_us:
         on = clocks.scan(max(asked, free))

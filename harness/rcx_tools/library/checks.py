@@ -37,6 +37,9 @@ def checks(block: Block, tables: Library, sent: Sequence[str]) -> list[str]:
         tables: The library.
         sent: Statements to execute if no pin is wrong.
     """
+    # Scalars become one IF with ELSIF branches, in the order of the pins: the first wrong pin
+    # decides the ErrorID. Array elements need loops, which cannot be branches. The loops run after
+    # the IF and only look for an error if there is none yet.
     chain: list[tuple[str, str]] = []
     loops: list[str] = []
     if block.commands[0].robot:

@@ -30,6 +30,9 @@ def packing(block: Block, tables: Library) -> list[str]:
 
 def _clear(block: Block, body: list[str]) -> list[str]:
     """Return the statements for the words before the pins are packed: 0, or fixed values."""
+    # A word needs no clearing if an unconditional statement assigns it. Such a statement is not
+    # indented, and it does not contain OR, which would read the word. All other used words are
+    # cleared first, in a loop if there are many.
     text = "\n".join(body)
     base = [0] * WORDS
     for part in block.requests.values():

@@ -149,7 +149,7 @@ def _alternatives() -> list[dict[str, str]]:
 
 
 def _choices(name: str) -> Iterator[str]:
-    """Yield for what a block is, and which blocks that are like it are for what."""
+    """Yield a table that says when to use a block and each similar block."""
     rows = {
         other: text
         for choice in _alternatives()

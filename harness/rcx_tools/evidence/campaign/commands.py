@@ -133,7 +133,7 @@ COMMANDS: Mapping[str, Telegrams] = {
     "Again": Telegrams(("Code", "Data"), _raw, ("Response",), _response),
 }
 
-#: Blocks with Enable, whose commands have no end of their own.
+#: Blocks with Enable; their commands do not have an end of their own.
 LEVELS: Mapping[str, Telegrams] = {
     "Jog": Telegrams(("Frame", "Axis", "Direction"), _jog),
     "Position": Telegrams(("Unit",), _position),

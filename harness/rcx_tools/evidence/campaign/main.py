@@ -157,7 +157,7 @@ def _figures(total: Outcome, options: Namespace, engine: str, twice: int) -> dic
 
 
 def _expected() -> set[str]:
-    """Return what every long campaign must contain: work of each block, and each kind of fault."""
+    """Return the content of every long campaign: work of each block, and each kind of fault."""
     faults = {"alarm", "emergency_stop", "link_down", "power_off", "pendant_on", "manual_mode"}
     faults |= {"lost", "late", "doubled", "plc_overrun", "packet_interval", "plc_power_off"}
     faults |= {"main_power_off"}

@@ -76,6 +76,10 @@ class Comparison:
 
     def of(self, requests: Sequence[Request], executions: Sequence[Execution]) -> None:
         """Compare all requests of a period with all its executions."""
+        # Certain requests are matched first, because they need a particular execution: the last one
+        # with their telegram before their end. Uncertain requests may take one of the remaining
+        # executions, each at most one. An execution without a request was either repeated or never
+        # requested.
         left = list(executions)
         for request in requests:
             if request.certain:

@@ -240,7 +240,7 @@ def _search(
 
 
 def _look_for(name: str, library: Sequence[Path]) -> Found:
-    """Explore the model that should find a seeded bug, and replay what it finds."""
+    """Explore the model that should find a seeded bug, and replay the trace it finds."""
     bug = next(bug for bug in EVERY_BUG if bug.name == name)
     model = EVERY_MODEL[bug.model]
     with TemporaryDirectory() as folder:

@@ -194,6 +194,10 @@ class Oracle:
             The new memory, and the broken rules in words.
         """
         was, old_words, since, clear, flags, own, places = self._recalled(memory)
+        # The handshake of commands and the dedicated inputs are judged separately, with their own
+        # clocks: `clear` counts ticks since the link recovered, `since` counts ticks since the
+        # inputs changed. Both stop at the interval, so that the memory has few values and the
+        # exploration stays finite.
         words, bits = written
         link = self._link(choice.situation, bool(flags & _UP))
         held, turns, holds = [], [], []

@@ -130,6 +130,10 @@ class Stages:
         """Run a scan; each call that is not cached runs once."""
         shared, *owns = entry
         ends = []
+        # A call depends only on its own instance, the shared data before it, and its inputs. These
+        # three numbers are the key of the cache. The shared data after one call are those before
+        # the next, so a scan is a chain of look-ups. `view` is the part of the robot that a frozen
+        # state depends on.
         for k, (calls, own, given) in enumerate(
             zip(self._calls, owns, self._given[choice.number], strict=True)
         ):

@@ -249,7 +249,7 @@ class HarnessRun:
         tasks = []
         for mutant in mutants:
             own = _own(mutant.file, ran)
-            module = mutant.pou.partition(":")[0]  # what has run at its import only
+            module = mutant.pou.partition(":")[0]  # only run at its import
             tests = judges.of(mutant.pou, own) or judges.of(module, own)
             if tests and not _is_table(mutant.file):
                 about = concerned(mutant.pou, mutant.line, self._texts)

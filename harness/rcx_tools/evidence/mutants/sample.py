@@ -1,7 +1,7 @@
 """Samples of all possible changes; the same seed gives the same sample.
 
-A change is taken or not by its own hash alone. Code that moves, or changes elsewhere, therefore
-leaves the rest of the sample unchanged, and with it the recorded reasons of the survivors.
+A change is taken or not by its own hash alone. If code moves, or changes in another place, the rest
+of the sample therefore stays unchanged, and with it the recorded reasons of the survivors.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ class TestStates:
 
 @dataclass
 class Judges:
-    """Selector of tests by what they have run.
+    """Selector of tests by the POUs that they have run.
 
     Among all tests that run the POU it takes those of the files that the head of the source names
     or that name the POU themselves, and some of every other file, evenly spread.

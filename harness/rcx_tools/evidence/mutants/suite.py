@@ -29,7 +29,7 @@ __all__ = [
     "spread",
 ]
 
-#: Folders whose tests run blocks of the library.
+#: Folders with tests that run blocks of the library.
 FOLDERS = (
     *("area", "sequence", "command", "motion", "position", "points", "operator", "diagnosis"),
     *("faults", "chapters", "examples"),

@@ -101,7 +101,7 @@ class Call:
 
     @property
     def turn(self) -> Any:
-        """Return what the property `turn-once` proves of the job."""
+        """Return the claim about the job that the property `turn-once` proves."""
         was, job, channel = self.step.was, (*BLOCK, "JOB"), (*ROBOT, "INNER", "COMMAND")
         own = was((*job, "TICKET")) == was((*channel, "SERVING"))
         number = was((*ROBOT, "INNER", "SCAN"))

@@ -89,10 +89,10 @@ def _written(was: Any, now: Any, known: dict[int, Any]) -> Any:
 
 
 def guarantee(machine: Machine, before: Memory, after: Memory, request: int = ANY) -> Any:
-    """Return the relation: blocks do not change what FB_ReadArea and FB_WriteArea own.
+    """Return the relation: blocks do not change the fields of FB_ReadArea and FB_WriteArea.
 
-    Blocks may write Code and Data, but never while a command is out. Requests and the flags of the
-    scan can only be added. General[1] is not written; the words 2 to 15 belong to the program.
+    Code and Data are theirs to write, but never while a command is out; requests and the flags of
+    the scan only come; General[1] is not written, the words 2 to 15 are the program's.
     """
     found = [_leaf(machine, path, before, after, request) for path in before if path[:1] == ROBOT]
     return z3.And(*[claim for claim in found if claim is not None])
@@ -130,7 +130,7 @@ def between(library: Library) -> list[str]:
 def _lemmas(library: Library) -> Iterator[Goal]:
     """Yield the lemmas: the guarantee is reflexive and transitive.
 
-    What one call keeps, any number of calls keeps.
+    If one call satisfies it, any number of calls does.
     """
     machine = library.machine()
     kind = library.pou("FB_STATUS").symbols["ROBOT"].type

@@ -39,7 +39,7 @@ STANDING = (
 
 #: Number of runs to try, and scans of each before the environment becomes quiet.
 _RUNS, _SCANS = 300, 80
-#: After a run that only differs, so many more runs are tried to find a broken claim.
+#: After a run that only differs, this many more runs are tried to find a broken claim.
 _MORE = 12
 #: Every second run has a quiet end, if a quiet end matters.
 _LONG = 2
@@ -171,6 +171,9 @@ class _Hunter:
 
     def _run(self, environment: Environment, *, long: bool) -> tuple[list[Moment], bool]:
         """Try one run; return its moments up to a broken claim or a difference."""
+        # Both libraries get the same stimulus, which depends on the area that the broken library
+        # writes. If the unchanged library breaks a claim, too, the run shows nothing about the bug
+        # and ends. A difference alone is remembered, but the run goes on to look for a claim.
         self._broken.restore(self._starts[0])
         self._sound.restore(self._starts[1])
         about = self._about(environment)

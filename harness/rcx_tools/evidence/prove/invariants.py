@@ -1,4 +1,4 @@
-"""Invariants of a block between its calls: guessed from templates, kept if inductive (Houdini).
+"""Invariants of a block between its calls: guessed from templates, accepted if inductive (Houdini).
 
 A wrong guess is harmless. It either fails at the start, or a counterexample to the induction step
 drops it. The remaining guesses are inductive together, so a proof may assume all of them.

@@ -131,7 +131,7 @@ def jobs(library: Library, wanted: Iterable[str] = (), limit_s: float = 60.0) ->
 
 
 def run(job: Job) -> dict[str, Any]:
-    """Ask the solver; return the outcome of each goal, and the worst one as status."""
+    """Prove the goals of a job; return the outcome of each, and the worst one as status."""
     return _judged(job, answers(job, library_at(job.folder)))
 
 

@@ -33,7 +33,7 @@ __all__ = [
     "law_of",
 ]
 
-#: Blocks with so many inner blocks that they are proved from the proofs of those.
+#: Blocks with many inner blocks, which are proved from the proofs of those.
 OUTLINED = ("FB_MOVETABLE", "FB_PICKPLACE", "FB_WORKCYCLE")
 #: Index of PHASE_COMMAND_RUN in RCX_PHASE.
 COMMAND_RUN = 3
@@ -128,6 +128,10 @@ class Outline(Machine):
         if not self._frames or not is_outside(self.project, block):
             super().call_block(instance, block, in_outs)
             return
+        # Instead of the body, the guarantee changes the memory: instance and VAR_IN_OUTs become
+        # arbitrary, RCX_REF only as far as `law_of` allows. The call is recorded with the memory
+        # before and after it, so that `restart.known` can add the promises of the block for exactly
+        # this pair. `when` is the condition of the path that makes the call.
         when = both(*self._guards)
         self.calls.append(Call(instance, block, when))
         before = self.snapshot()

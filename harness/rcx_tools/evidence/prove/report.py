@@ -75,7 +75,7 @@ def write(file: Path, report: Mapping[str, Any]) -> None:
 
 
 def is_good(report: Mapping[str, Any]) -> bool:
-    """Return whether all is proved, the engines agree, and each bug breaks what it should."""
+    """Return whether all is proved, the engines agree, and each bug breaks its properties."""
     proved = all(item["status"] == PROVED for item in report["properties"])
     bad = report.get("seeded", {}).get("defects"), report.get("agreement", {}).get("disagreements")
     return proved and not any(bad)

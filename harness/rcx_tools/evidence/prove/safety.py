@@ -31,7 +31,7 @@ _COMPARES = {
 }
 
 
-# --- comparisons of what was scaled and rounded ---
+# --- comparisons of scaled and rounded numbers ---
 
 
 def _number(pattern: int) -> float:

@@ -52,8 +52,8 @@ __all__ = [
 BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
 #: The fields of each bug in the report.
 _ROW = ("name", "file", "breaks", "left_out", "seconds", "run")
-#: For a property that must stay proved, so many of the parts that a bug touches are tried: first
-#: those of the changed file, then those that depend on the least text.
+#: For a property that must stay proved, only this many of the parts that a bug touches are tried:
+#: first those of the changed file, then those that depend on the least text.
 _STAYS = 2
 #: Parts that are never tried for that, because each takes seconds; () means all parts.
 SLOW: Mapping[str, tuple[str, ...]] = {
@@ -238,7 +238,7 @@ def judge(task: Task) -> dict[str, Any]:
 def _hunted(
     task: Task, broken: Mapping[str, Any], hints: Hints, library: Library, sound: Library
 ) -> Found | None:
-    """Search for a run from the start that breaks what the bug should break."""
+    """Search for a run from the start that breaks a claim of the bug's properties."""
     kinds = frozenset(kind for name in task.bug.breaks for kind in CLAIMS.get(name, ()))
     if not kinds:
         return None

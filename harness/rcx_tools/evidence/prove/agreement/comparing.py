@@ -3,8 +3,8 @@
 A block is translated once, from an arbitrary state. Its terms are then evaluated for random states
 and pins, in several consecutive calls of an instance. Each variable after the call, or the fault
 that stops the program, is compared with the result of the engine for the same state. Functions with
-long loops (`SUMMARIES`) are translated anew for each value. On matiec a scan is skipped if the
-translation predicts a fault or leaves the result open.
+long loops (`SUMMARIES`) are translated separately for each value. On matiec a scan is skipped if
+the translation predicts a fault or leaves the result open.
 """
 
 from __future__ import annotations

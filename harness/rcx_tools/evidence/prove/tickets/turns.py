@@ -98,6 +98,9 @@ def call(library: Library, channel: str, count: int = 3) -> Step:
 def write(library: Library, channel: str, block: str) -> Step:
     """Call FB_WriteArea or its twin for words; jobs are in any state."""
     machine = model.machine(library)
+    # FB_WriteArea runs first, because `step` chooses the memory. The scene before the call is then
+    # read from the restored old memory, with jobs added to it. Finally the memory after the call
+    # replaces the old one again, so that the scene after the call can be read.
     called = library.step(block, machine)
     inside = called.was((*ROBOT, "INNER", "INSCAN"))
     number = called.was((*ROBOT, "INNER", "SCAN"))

@@ -48,7 +48,7 @@ _TAKERS = {"FB_RCXJOB", "FB_RCXCHANNELTURN"}
 
 
 def _text(node: Any) -> str:
-    """Return a variable by its path in upper case; of other expressions what is compared here."""
+    """Return a variable by its path in upper case; other expressions only as far as needed."""
     if isinstance(node, t.Use):
         return node.symbol.name.upper()
     if isinstance(node, t.Member):
