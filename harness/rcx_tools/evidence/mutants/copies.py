@@ -153,9 +153,9 @@ class Copies:
             exhaustive: Tests that run after all others.
             regenerate: Regenerate the generated files of plc/lib.
         """
-        # Quick tests run before exhaustive ones, and a few files before the rest. Most mutants are
-        # killed by the first files, so the others do not even have to be collected. Each child has
-        # its own copy: files are hard links, and only changed files are written.
+        # Quick tests run before exhaustive ones, and a few files before the rest. If a test of
+        # these files fails, the others are not even collected. Each child has its own copy: files
+        # are hard links, and only changed files are written.
         quick = [node for node in nodes if node not in exhaustive]
         own = self._base / str(os.getpid())
         with suppress(OSError, ValueError):  # not available everywhere

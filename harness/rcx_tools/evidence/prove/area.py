@@ -67,18 +67,18 @@ def offset(machine: Machine, pin: str = "N") -> Any:
 
 
 def legal_image(machine: Machine) -> Any:
-    """Return that ImageSize is at most the 512 bytes of the array (chapter 1, 4: any image)."""
+    """Return the claim that ImageSize is at most the 512 bytes of the array (chapter 1, 4)."""
     size = machine.term((*BLOCK, "IMAGESIZE"))
     return z3.And(size >= 0, size <= 512)
 
 
 def accepted(step: Step) -> Any:
-    """Return that the call of FB_WriteArea was the first of its scan, with a legal area."""
+    """Return the claim that this FB_WriteArea was the first of its scan, with a legal area."""
     return step.now((*BLOCK, "ERRORID")) == 0
 
 
 def again(step: Step) -> Any:
-    """Return that the call was another one in the same scan, with a legal area."""
+    """Return the claim that the call was another one in the same scan, with a legal area."""
     return step.now((*BLOCK, "ERRORID")) == AGAIN
 
 

@@ -32,11 +32,11 @@ class Held:
 
     @property
     def ready(self) -> Any:
-        """Return that the command may be requested."""
+        """Return the claim that the command may be requested."""
         return z3.And(self.busy, self.refused == 0)
 
     def same(self, other: Held) -> Any:
-        """Return that all but `busy` is equal."""
+        """Return the claim that all but `busy` is equal."""
         pairs = [(self.refused, other.refused), (self.code, other.code)]
         pairs += zip(self.data, other.data, strict=True)
         return z3.And([one == two for one, two in pairs])
@@ -111,7 +111,7 @@ class Call:
 
     @property
     def requested(self) -> Any:
-        """Return that this call has requested nothing, or exactly the held command."""
+        """Return the claim that this call has requested nothing, or exactly the held command."""
         inner = (*ROBOT, "INNER")
         code, asked = (*inner, "CODE"), (*inner, "CODEREQUEST")
         data = [(*inner, "DATA", k) for k in WORDS]
@@ -123,7 +123,7 @@ class Call:
 
     @property
     def edge(self) -> Any:
-        """Return that the pin Execute has a rising edge; for a block with Enable always true."""
+        """Return the claim that Execute has a rising edge; always true for a block with Enable."""
         if self.block in ("FB_JOG", "FB_CONTINUOUSPOSITION"):
             return z3.BoolVal(True)
         return z3.And(
@@ -143,7 +143,7 @@ class Call:
         return value.value if isinstance(value, Real) else self.machine.term(path, self.step.before)
 
     def member(self, name: str, member: str) -> Any:
-        """Return that a pin equals this member of its enumeration."""
+        """Return the claim that a pin equals this member of its enumeration."""
         kind = self._pou.symbols[name.upper()].type
         assert isinstance(kind, EnumType)
         return self.pin(name) == [one.upper() for one in kind.members].index(member)

@@ -62,14 +62,14 @@ class _State:
         return self._machine.term((*BLOCK, *path), self._memory)
 
     def among(self, path: tuple[str, ...], *members: str) -> Any:
-        """Return that an enumeration has one of these values."""
+        """Return the claim that an enumeration has one of these values."""
         kind = self._machine.type_of((*BLOCK, *path))
         assert isinstance(kind, EnumType)
         places = [member.upper() for member in kind.members]
         return z3.Or([self.get(*path) == places.index(member) for member in members])
 
     def stage(self, *names: str) -> Any:
-        """Return that FB_PickPlace is in one of these stages."""
+        """Return the claim that FB_PickPlace is in one of these stages."""
         return self.among(("STAGE",), *(f"PICK_{name}" for name in names))
 
 
@@ -83,7 +83,7 @@ def keeps(library: Library, machine: Machine, memory: Memory, name: str) -> Iter
 
 
 def _table(library: Library, state: _State) -> Iterator[Any]:
-    """Yield: only the block of the running row is busy.
+    """Yield the claims: only the block of the running row is busy.
 
     A block that was withdrawn in the last call may still be busy.
     """
@@ -103,7 +103,7 @@ def _table(library: Library, state: _State) -> Iterator[Any]:
 
 
 def _row(state: _State, block: str) -> Any:
-    """Return that the running row belongs to this block."""
+    """Return the claim that the running row belongs to this block."""
     get = state.get
     kind = ("PRESENT", "KIND")
     if block == "PORT":
@@ -124,7 +124,7 @@ _LOOKS = ("EMPTY", "CHECK", "STILL")
 
 
 def _pick(library: Library, state: _State) -> Iterator[Any]:
-    """Yield: only the block of the current stage may be busy; the outputs repeat its state.
+    """Yield the claims: only the block of the current stage is busy; the outputs agree.
 
     A block that was withdrawn in the last call may still be busy.
     """
@@ -171,7 +171,7 @@ def _shifts(state: _State) -> Any:
 
 
 def _task(state: _State, path: Path) -> Any:
-    """Return that the pins of a part of FB_PickPlace select this block."""
+    """Return the claim that the pins of a part of FB_PickPlace select this block."""
     get = state.get
     if path[0] == "CARRY":
         return _movement(state, path[-1])
@@ -196,7 +196,7 @@ def _task(state: _State, path: Path) -> Any:
 
 
 def _legal(number: Any) -> Any:
-    """Return that an input of this number exists: 20 is DI(20)."""
+    """Return the claim that an input of this number exists: 20 is DI(20)."""
     return z3.And(number > 0, z3.SRem(number, z3.BitVecVal(10, number.size())) <= 7)
 
 

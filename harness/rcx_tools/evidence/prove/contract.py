@@ -127,7 +127,7 @@ def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
 
 
 def _placed(was: View) -> Any:
-    """Return that the call is between FB_ReadArea and FB_WriteArea."""
+    """Return the claim that the call is between FB_ReadArea and FB_WriteArea."""
     if "INSCAN" in was:
         return was["INSCAN"]
     return was.machine.term((*ROBOT, "INNER", "INSCAN"), was.memory)
@@ -159,7 +159,7 @@ def _answers(library: Library, block: str, machine: Machine) -> list[Path]:
 
 
 def _equal(machine: Machine, path: Path, one: Value, other: Value) -> Any:
-    """Return that two values of a scalar are equal, bit by bit."""
+    """Return the claim that two values of a scalar are equal, bit by bit."""
     if isinstance(one, reals.Real) or isinstance(other, reals.Real):
         one, other = (z3.BitVecVal(0, 32) if v.known else v.value for v in (one, other))
         return one == other

@@ -158,7 +158,7 @@ class _Cut(Machine):
 
 
 def _fit(values: Mapping[str, Any]) -> Any:
-    """Return that all durations fit into 64 bits, so that their sums do not wrap."""
+    """Return the claim that all durations fit into 64 bits, so that their sums do not wrap."""
     limit = 1 << 63
     durations = [values[name] for name in values if name == "Rest" and values[name].size() > 32]
     return z3.And([z3.And(value >= -limit, value < limit) for value in durations])

@@ -145,7 +145,7 @@ def _lemmas(library: Library) -> Iterator[Goal]:
 
 
 def _releases(step: Step, name: str) -> Iterator[Goal]:
-    """Yield: only the block meant to release a hold releases it, on a rising edge."""
+    """Yield the goals: only the block meant to release a hold releases it, on a rising edge."""
     assumed = list(step.machine.assumptions)
     if name in _POWER_UPS:
         # It starts FB_ServoOnFromEmergencyStop only without a hold; the next goal proves the
@@ -171,7 +171,7 @@ def _releases(step: Step, name: str) -> Iterator[Goal]:
 
 
 def _key_pressed(step: Step) -> Any:
-    """Return that FB_Operator releases: key Reset during its own Stop of SI(06), or key Start."""
+    """Return the claim that a key of FB_Operator releases: Reset after its own Stop, or Start."""
     keys = (*BLOCK, "KEYS", "PRESSED")
     own = z3.And(step.now((*keys, "RESET")), step.was((*BLOCK, "STOPPED")))
     starts = z3.And(
@@ -181,7 +181,7 @@ def _key_pressed(step: Step) -> Any:
 
 
 def _servo_started(machine: Machine, memory: Memory, at: Path) -> Any:
-    """Return that FB_PowerUp's inner block saw its edge in a stage of that block.
+    """Return the claim that FB_PowerUp's inner block saw its edge in a stage of that block.
 
     The inner block is FB_ServoOnFromEmergencyStop.
     """

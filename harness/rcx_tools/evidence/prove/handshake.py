@@ -90,7 +90,7 @@ def _holds(machine: Machine, memory: Memory | None, answered: Any) -> list[Any]:
 
 
 def _continuous(step: Step) -> Any:
-    """Return that the command on the wire is a continuous output of positions."""
+    """Return the claim that the command on the wire is a continuous output of positions."""
     code = step.was(_CODE) & 0x0FFF
     asked = step.was((*_HEAD, "WORDS", 0)) & _CONTINUOUS != 0
     return z3.And(z3.Or(*[code == number for number in _POSITIONS]), asked)
@@ -185,7 +185,7 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _taken(library: Library, name: str) -> Iterator[Goal]:
-    """Yield: a command block with its turn ends in the scan of the end status, not earlier."""
+    """Yield the goals: a command block in its turn ends in the scan of the end status."""
     step = library.step(name)
     machine = step.machine
     job = (*BLOCK, "JOB")
@@ -285,7 +285,7 @@ def _row(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _collected(library: Library, name: str) -> Iterator[Goal]:
-    """Yield: a block of other command blocks shows the alarm of the one that ended abnormally."""
+    """Yield the goals: a composite block shows the alarm of the part that failed."""
     step = library.step(name, library.outline(name))
     machine = step.machine
     parts = [path for path, _ in inside(library, name)]

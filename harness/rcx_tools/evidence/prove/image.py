@@ -43,7 +43,7 @@ _PAIRS = ("FB_WRITEDOUBLEWORD", "FB_WRITEDOUBLEWORDINWORDS")
 
 
 def _unchanged(step: Step, address: Any) -> Any:
-    """Return that a byte is unchanged."""
+    """Return the claim that a byte is unchanged."""
     return byte(step.machine, address, step.before) == byte(step.machine, address)
 
 
@@ -52,7 +52,7 @@ def _assumed(step: Step) -> list[Any]:
 
 
 def _inside(address: Any, first: Any, count: int) -> Any:
-    """Return that an address is one of `count` addresses from `first` on."""
+    """Return the claim that an address is one of `count` addresses from `first` on."""
     return z3.And(address >= first, address < first + count)
 
 
@@ -69,7 +69,7 @@ def wire(step: Step, before: Any) -> Any:
 
 
 def _dedicated(step: Step, name: str) -> Iterator[Goal]:
-    """Yield: the wire carries the applied inputs; a second call only clears SI(00) and SI(06)."""
+    """Yield the goals about bytes n + 32 and n + 33: applied inputs; a second call only clears."""
     machine, at = step.machine, offset(step.machine) + DEDICATED
     before, after = word(machine, at, step.before), word(machine, at)
     written = z3.Or(accepted(step), again(step))
@@ -172,7 +172,7 @@ def _pairs(step: Step) -> Iterator[tuple[str, Any]]:
 
 
 def _general(step: Step, count: int, name: str) -> Iterator[Goal]:
-    """Yield: words 2 to 15 go through RCX_REF; FB_WriteArea sends them between commands."""
+    """Yield the goals about words 2 to 15, which FB_WriteArea sends between commands."""
     number, shared, _ = _number(step)
     if count == 2:
         shared = z3.And(shared, z3.Extract(0, 0, number) == 0)
@@ -257,7 +257,7 @@ def _bytes(library: Library, part: str) -> Iterator[Goal]:
 
 
 def _clean(machine: Machine, memory: Any = None) -> Any:
-    """Return that no reserved bit is requested or applied."""
+    """Return the claim that no reserved bit is requested or applied."""
     reserved = z3.BitVecVal(~INPUTS & 0xFFFF, 16)
     applied = machine.term((*INNER, "APPLIED"), memory)
     request = machine.term((*INNER, "REQUEST"), memory)

@@ -65,16 +65,16 @@ class View:
 
     @property
     def shown(self) -> Any:
-        """Return that Busy, Done or Error is TRUE."""
+        """Return the claim that Busy, Done or Error is TRUE."""
         return z3.Or(self["BUSY"], self["DONE"], self["ERROR"])
 
     def same(self, other: View, pins: Iterable[str]) -> Any:
-        """Return that these pins have the same values in both views."""
+        """Return the claim that these pins have the same values in both views."""
         return z3.And([self[pin] == other[pin] for pin in pins])
 
 
 def exclusive(view: View, pins: Iterable[str]) -> Any:
-    """Return that at most one of these pins is TRUE; pins that do not exist are ignored."""
+    """Return the claim that at most one of these pins is TRUE; missing pins are ignored."""
     there = [view[pin] for pin in pins if pin in view]
     return z3.And([z3.Not(z3.And(one, other)) for one, other in combinations(there, 2)])
 
@@ -151,7 +151,7 @@ def _guesses(
 
 
 def _over(view: View) -> Any:
-    """Return that its work has ended while Execute is TRUE; FALSE if it has no WasExecute."""
+    """Return the claim that its work has ended, with Execute TRUE; FALSE without WasExecute."""
     return z3.And(view.bit("WASEXECUTE"), z3.Not(view["BUSY"]))
 
 

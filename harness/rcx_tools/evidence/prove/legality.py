@@ -49,7 +49,7 @@ def _commands() -> Mapping[int, tuple[Mapping[str, Any], tuple[Field, ...]]]:
 
 
 def legal(code: Any, words: Words, codes: Sequence[int]) -> Any:
-    """Return that the telegram is a legal one of these commands.
+    """Return the claim that the telegram is a legal one of these commands.
 
     Args:
         code: Word n, with the robot number.
@@ -112,7 +112,7 @@ def _values(field: Field, words: Words) -> list[Any]:
 
 
 def _holds(field: Field, limits: list[int] | None, words: Words) -> Any:
-    """Return that each value of a field is legal."""
+    """Return the claim that each value of a field is legal."""
     values = _values(field, words)
     if field.get("type") == "text":
         return _text(values, limits or _CHARACTERS)
@@ -139,7 +139,7 @@ def _between(value: Any, low: int, high: int, *, signed: bool) -> Any:
 
 
 def _text(characters: Sequence[Any], limits: list[int]) -> Any:
-    """Return: characters within the limits, then one of the fillers up to the end."""
+    """Return the claim: characters within the limits, then one of the fillers up to the end."""
     either = []
     for filler in _FILLERS:
         rules, rest = [], z3.BoolVal(True)
@@ -152,7 +152,7 @@ def _text(characters: Sequence[Any], limits: list[int]) -> Any:
 
 
 def _product(fields: Sequence[Field], limits: list[int], words: Words) -> list[Any]:
-    """Return that the product of these 16-bit fields and all partial products are within limits.
+    """Return the claims that the product of these 16-bit fields stays within its limits.
 
     No factor is 0, so no partial product exceeds the limit. Factors are at most 32767, so signed
     and unsigned products agree. The signed form gives the solver the same products as in the

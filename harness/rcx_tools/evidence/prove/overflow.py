@@ -111,7 +111,7 @@ def _machine(library: Library, name: str) -> Machine:
 
 
 def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return: Rest is below 1 s; the clock started in the past and shows at most 100 s.
+    """Return the claim: Rest is below 1 s; the clock started in the past and shows at most 100 s.
 
     Rest >= 0 is not a separate claim. It only receives 0 or the result of a TIME operation, and
     `_span` requires that no such result is below 0.
@@ -129,7 +129,7 @@ def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _tool_position_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return: the clock started in the past and shows at most a day; no age exceeds two days."""
+    """Return the claim that the clock shows at most a day, and no age exceeds two days."""
 
     def term(*path: Any) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -154,7 +154,7 @@ def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _backup_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return: the record in progress is legal, and at most the wanted number of rows is taken."""
+    """Return the claim that the record is legal, with at most the wanted number of rows."""
 
     def term(*path: str) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -164,7 +164,7 @@ def _backup_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _restore_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return: Row is a row of the last legal record; each row differs at most once."""
+    """Return the claim: Row is a row of the last legal record; each row differs at most once."""
 
     def term(*path: str) -> Any:
         return machine.term((*BLOCK, *path), memory)

@@ -59,7 +59,7 @@ class _Call(Protocol):
         """Return a pin, or an element of it: a term, or a text."""
 
     def member(self, name: str, member: str) -> Any:
-        """Return that a pin equals this member of its enumeration."""
+        """Return the claim that a pin equals this member of its enumeration."""
 
 
 def reading_of(block: str) -> Pins:
@@ -182,7 +182,7 @@ class Expected:
                     yield row, self._pin(row, number)
 
     def fits(self) -> Iterator[Any]:
-        """Yield: a REAL that counts is within its limits, and a text is not too long."""
+        """Yield the claims: a REAL that counts is within its limits, and a text is not too long."""
         for row, pattern in self.scaled():
             limits = bounds(pattern, nearest(pattern, row.scale), row.scale)
             yield z3.Implies(self.counts(row), z3.Or([inside for _, inside, _ in limits]))

@@ -19,7 +19,7 @@ _PLACED: Path = (*INNER, "INSCAN")
 
 
 def _called(library: Library, name: str) -> Iterator[Goal]:
-    """Yield: from any state, with any pins, such a call requests nothing and ends no hold."""
+    """Yield the goal that such a call requests nothing and ends no hold, from any state."""
     step = library.step(name, library.outline(name))
     machine = step.machine
     assumed = (*machine.assumptions, z3.Not(step.was(_PLACED)))
@@ -36,7 +36,7 @@ def _called(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _read_area(library: Library, name: str) -> Iterator[Goal]:
-    """Yield: FB_ReadArea begins a scan without requests."""
+    """Yield the goals: FB_ReadArea begins a scan without requests."""
     step = library.step(name)
     first = z3.Not(step.was(_PLACED))
     none = z3.And(step.now((*INNER, "REQUEST")) == 0, z3.Not(step.now((*INNER, "CODEREQUEST"))))
@@ -48,7 +48,7 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _write_area(library: Library, name: str) -> Iterator[Goal]:
-    """Yield: FB_WriteArea sends the requests of this scan only, and ends the scan."""
+    """Yield the goals: FB_WriteArea sends the requests of this scan only, and ends the scan."""
     step = library.step(name)
     assumed = tuple(step.machine.assumptions)
     yield Goal(f"{name}: it ends the scan", assumed, z3.Not(step.now(_PLACED)))

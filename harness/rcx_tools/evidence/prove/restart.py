@@ -174,7 +174,7 @@ _CHARTS: dict[str, dict[str, str]] = {
 
 
 def _stage(machine: Machine, memory: Memory, at: Path, names: Iterable[str]) -> Any:
-    """Return that a block shows one of these members of RCX_POWER_UP."""
+    """Return the claim that a block shows one of these members of RCX_POWER_UP."""
     kind = machine.type_of((*at, "STAGE"))
     members = [member.upper() for member in getattr(kind, "members", ())]
     stage = machine.term((*at, "STAGE"), memory)
@@ -182,7 +182,7 @@ def _stage(machine: Machine, memory: Memory, at: Path, names: Iterable[str]) -> 
 
 
 def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
-    """Yield: a composite block has its own channel, and the turn of it while it is busy."""
+    """Yield the claims: a composite block has its own channel, and its turn while busy."""
 
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
@@ -199,7 +199,7 @@ def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
 
 
 def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
-    """Yield: a command is busy only while rows remain; between two calls none has ended."""
+    """Yield the claims: a command is busy only while rows remain, and none has ended."""
 
     def get(*path: Any) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -227,7 +227,7 @@ def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
 
 
 def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[Any]:
-    """Yield: in each stage exactly the inner block of that stage is busy."""
+    """Yield the claims: in each stage exactly the inner block of that stage is busy."""
 
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
@@ -255,7 +255,7 @@ def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[A
 
 
 def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[Any]:
-    """Yield: the pins of a block repeat its job, and a seen edge is visible in one of them."""
+    """Yield the claims: the pins of a block repeat its job, and a seen edge shows in one."""
     pins = ("BUSY", "DONE", "ERROR", "ERRORID")
     shown, inner = ([machine.term((*path, pin), memory) for pin in pins] for path in (block, job))
     yield from (one == other for one, other in zip(shown, inner, strict=True))
@@ -266,7 +266,7 @@ def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[
 
 
 def _asks(step: Step) -> Any:
-    """Return that this call makes a request."""
+    """Return the claim that this call makes a request."""
     return _asks_of(lambda *path: step.was(path), lambda *path: step.now(path))
 
 
@@ -374,7 +374,7 @@ def _applied(step: Step, now: bool = False) -> Any:
 
 
 def _on_wire(step: Step, name: str) -> Any:
-    """Return that a block's input is ON; of FB_ReturnToOrigin the one chosen at the start."""
+    """Return the claim that a block's input is ON; for FB_ReturnToOrigin the chosen one."""
     own = z3.BitVecVal(REQUESTS[name], 16)
     if name == "FB_RETURNTOORIGIN":
         chosen = step.was((*BLOCK, "CHOSEN")) == 1
@@ -425,7 +425,7 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _sender(machine: Machine, memory: Memory, name: str) -> Any:
-    """Return: ErrorID is the failure; with it, or without Enable, no command waits."""
+    """Return the claim: ErrorID is the failure; with it, or without Enable, no command waits."""
     command = _SENDERS[name]
 
     def get(*path: Any) -> Any:
@@ -443,7 +443,7 @@ def _sender(machine: Machine, memory: Memory, name: str) -> Any:
 
 
 def _failure(machine: Machine, memory: Memory, _: str) -> Any:
-    """Return: ErrorID is the failure; with one, no job works and a jog is locked."""
+    """Return the claim: ErrorID is the failure; with one, no job works and a jog is locked."""
     shown = machine.term((*BLOCK, "ERRORID"), memory)
     failure = machine.term((*BLOCK, "FAILURE"), memory)
     idle = z3.Not(machine.term((*BLOCK, "JOB", "BUSY"), memory))

@@ -127,7 +127,7 @@ def _compared(op: str, pattern: Any, make: Callable[[float], float], limit: floa
 
 
 def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
-    """Yield: pins with the size of an array do not exceed it."""
+    """Yield the claims: pins with the size of an array do not exceed it."""
     machine = step.machine
     for symbol in library.pou(block).section("VAR_IN_OUT"):
         if symbol.name.upper() == IMAGE[0] and isinstance(symbol.type, ArrayType):
@@ -143,7 +143,7 @@ _LOGS = {"FB_EVENTLOG": BLOCK, "FB_COMMANDRECORDER": (*BLOCK, "EVENTS")}
 
 
 def log_keeps(machine: Machine, log: Path, memory: Memory, size: Any) -> Any:
-    """Return: the newest entry is in the log, and there are at most LogSize entries."""
+    """Return the claim: the newest entry is in the log, and there are at most LogSize entries."""
     ring = machine.project.pous["FB_EVENTLOG"].symbols["RING"].type
     assert isinstance(ring, ArrayType)
     ((_, last),) = ring.bounds
@@ -157,7 +157,7 @@ def _log_keeps(block: str, step: Step, memory: Memory) -> Any:
 
 
 def _table_keeps(machine: Machine, memory: Memory) -> Any:
-    """Return: Row is one of the rows in use, except after a refused start."""
+    """Return the claim: Row is one of the rows in use, except after a refused start."""
     last, row, stage, failure = (
         machine.term((*BLOCK, name), memory) for name in ("LAST", "ROW", "STAGE", "FAILURE")
     )

@@ -66,6 +66,6 @@ def _pattern_below_zero(pattern: Any) -> Any:
 
 
 def _is_negative(pattern: Any) -> Any:
-    """Return that the number with this pattern is below 0."""
+    """Return the claim that the number with this pattern is below 0."""
     size = pattern & 0x7FFF_FFFF
     return z3.And(pattern != size, size != 0, z3.ULE(size, _INFINITE))

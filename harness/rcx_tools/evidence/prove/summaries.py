@@ -69,7 +69,7 @@ def bits_of(pattern: Any) -> Any:
 
 
 def _is_number(pattern: Any) -> Any:
-    """Return that the pattern is not NaN."""
+    """Return the claim that the pattern is not NaN."""
     return z3.ULE(pattern & 0x7FFF_FFFF, 0x7F80_0000)
 
 

@@ -81,7 +81,7 @@ class _Block:
         return z3.substitute(term, *self._rounded) if self._rounded else term
 
     def held(self) -> Iterator[Goal]:
-        """Yield: the held command stays unchanged, and nothing else is requested."""
+        """Yield the goals: the held command stays unchanged, and nothing else is requested."""
         first = self._library.machine()
         pou = self._library.pou(self.name)
         assert pou.block is not None
@@ -100,7 +100,7 @@ class _Block:
         yield self._goal(self._busy, "what is held stays while the job is busy", stays)
 
     def legal(self) -> Iterator[Goal]:
-        """Yield: the command at the start of a job is legal, unless it is refused."""
+        """Yield the goals: the command at the start of a job is legal, unless it is refused."""
         now = self._start.now
         edge = self._start.edge
         yield self._goal(self._start, "a job begins at an edge", z3.Implies(now.ready, edge))
@@ -109,7 +109,7 @@ class _Block:
         yield self._goal(self._start, "a telegram is legal", claim, **_shown(now.code, now.data))
 
     def pins(self) -> Iterator[Goal]:
-        """Yield: the telegram is that of the pins; different pins make different telegrams."""
+        """Yield the goals: the telegram is that of the pins; other pins make another one."""
         now, expected = self._start.now, self._expected
         code = expected.code()
         same = [now.code == code, *map(_equal, now.data, self._data)]
@@ -187,7 +187,7 @@ def _legal_goals(library: Library, part: str) -> Iterator[Goal]:
 
 
 def _exact_goals() -> Iterator[Goal]:
-    """Yield: a REAL nearest to a number of 0.001 mm or 0.01 % is sent as that number.
+    """Yield the goals: a REAL nearest to a number of 0.001 mm or 0.01 % is sent as that number.
 
     The product is less than a quarter away from it: below 8192 half the distance of two REALs is
     0.000244.

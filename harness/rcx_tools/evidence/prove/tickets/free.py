@@ -219,7 +219,7 @@ class _Scan:
         self.left_now = z3.If(z3.And(waits, still), self.left - 1, self.longest)
 
     def nearer(self) -> Any:
-        """Return that the end of the turn is nearer, at most 5 * `longest` + 2 scans away."""
+        """Return the claim that the end of the turn is nearer (at most 5 * `longest` + 2 scans)."""
         return z3.ULT(self._scans(self.now, self.left_now), self._scans(self.was, self.left))
 
     def _scans(self, stage: Any, left: Any) -> Any:

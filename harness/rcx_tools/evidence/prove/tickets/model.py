@@ -137,7 +137,7 @@ class Job:
     error: Any
 
     def lives(self, channel: Channel) -> Any:
-        """Return that it is busy, and that no scan has passed without a call of it.
+        """Return the claim that it is busy, and that no scan has passed without a call of it.
 
         The present scan may still lack its call.
         """
@@ -207,13 +207,13 @@ class Scene:
 
 
 def different(channel: Channel, one: Job, other: Job) -> Any:
-    """Return that two waiting jobs have different tickets, also in the 16 bits of the PLC."""
+    """Return the claim that two waiting jobs have different tickets, also in 16 bits."""
     both = z3.And(one.lives(channel), one.waits, other.lives(channel), other.waits)
     return z3.Implies(both, z3.And(one.ticket != other.ticket, one.mine != other.mine))
 
 
 def keeps_turn(busy: Any, active: Any, seen: Any, number: Any, own: Any) -> Any:
-    """Return that a job with the turn, called in the last scan, has the ticket that is served.
+    """Return the claim that a job with the turn, called in the last scan, has the served ticket.
 
     Args:
         busy: Busy of the job.

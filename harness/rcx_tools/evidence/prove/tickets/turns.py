@@ -139,7 +139,7 @@ def _read(library: Library, channel: str, block: str) -> Step:
 
 
 def _power_up(library: Library, channel: str) -> Iterator[Goal]:
-    """Yield: the invariant holds after the first FB_ReadArea.
+    """Yield the goals: the invariant holds after the first FB_ReadArea.
 
     No block has been called; the number of the scan is arbitrary.
     """
@@ -167,7 +167,7 @@ def _power_up(library: Library, channel: str) -> Iterator[Goal]:
 
 
 def _kept(step: Step, told: str) -> Iterator[Goal]:
-    """Yield: the call keeps the invariant of the called job and of the others.
+    """Yield the goals: the call keeps the invariant of the called job and of the others.
 
     Two uncalled jobs represent all of them: they are interchangeable.
     """
@@ -313,7 +313,7 @@ def _back(library: Library, part: str) -> Iterator[Goal]:
 
 
 def _taken_back(step: Step, part: str) -> Iterator[Goal]:
-    """Yield: FB_WriteArea takes the turn only from a block that has gone."""
+    """Yield the goals: FB_WriteArea takes the turn only from a block that has gone."""
     before, after = step.before.channel, step.after.channel
     works = z3.And(before.inside, before.written)
     gone = z3.And(works, before.serving != before.lowest)
