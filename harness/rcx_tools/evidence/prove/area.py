@@ -67,7 +67,10 @@ def offset(machine: Machine, pin: str = "N") -> Any:
 
 
 def legal_image(machine: Machine) -> Any:
-    """Return the claim that ImageSize is at most the 512 bytes of the array (chapter 1, 4)."""
+    """Return the claim that ImageSize is at most the 512 bytes of the array (chapter 1, 4).
+
+    The manual allows any image, so the array is the only limit.
+    """
     size = machine.term((*BLOCK, "IMAGESIZE"))
     return z3.And(size >= 0, size <= 512)
 

@@ -171,7 +171,11 @@ def _releases(step: Step, name: str) -> Iterator[Goal]:
 
 
 def _key_pressed(step: Step) -> Any:
-    """Return the claim that a key of FB_Operator releases: Reset after its own Stop, or Start."""
+    """Return the claim that a key of FB_Operator releases: Reset after its own Stop, or Start.
+
+    Reset releases while the block's own Stop holds SI(06). Start releases unless a start is
+    already busy.
+    """
     keys = (*BLOCK, "KEYS", "PRESSED")
     own = z3.And(step.now((*keys, "RESET")), step.was((*BLOCK, "STOPPED")))
     starts = z3.And(

@@ -185,7 +185,10 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _taken(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goals: a command block in its turn ends in the scan of the end status."""
+    """Yield the goals: a command block in its turn ends in the scan of the end status.
+
+    It does not end as Done before that scan. Alarm and response are those of that scan.
+    """
     step = library.step(name)
     machine = step.machine
     job = (*BLOCK, "JOB")
@@ -285,7 +288,10 @@ def _row(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _collected(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goals: a composite block shows the alarm of the part that failed."""
+    """Yield the goals: a composite block shows the alarm of the part that failed.
+
+    The part has ended abnormally in this scan. Active is TRUE only with Busy.
+    """
     step = library.step(name, library.outline(name))
     machine = step.machine
     parts = [path for path, _ in inside(library, name)]

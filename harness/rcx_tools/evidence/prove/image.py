@@ -69,7 +69,10 @@ def wire(step: Step, before: Any) -> Any:
 
 
 def _dedicated(step: Step, name: str) -> Iterator[Goal]:
-    """Yield the goals about bytes n + 32 and n + 33: applied inputs; a second call only clears."""
+    """Yield the goals about bytes n + 32 and n + 33: applied inputs; a second call only clears.
+
+    A second call in a scan may only clear SI(00) and SI(06). A refused call writes nothing.
+    """
     machine, at = step.machine, offset(step.machine) + DEDICATED
     before, after = word(machine, at, step.before), word(machine, at)
     written = z3.Or(accepted(step), again(step))

@@ -129,7 +129,10 @@ def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _tool_position_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return the claim that the clock shows at most a day, and no age exceeds two days."""
+    """Return the claim that the clock shows at most a day, and no age exceeds two days.
+
+    The clock started in the past. Its time and the ages are not negative.
+    """
 
     def term(*path: Any) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -154,7 +157,10 @@ def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _backup_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return the claim that the record is legal, with at most the wanted number of rows."""
+    """Return the claim that the record is legal, with at most the wanted number of rows.
+
+    The record is the one in progress: at most 100 rows, and its first point at most 29,999.
+    """
 
     def term(*path: str) -> Any:
         return machine.term((*BLOCK, *path), memory)
