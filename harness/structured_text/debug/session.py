@@ -484,7 +484,7 @@ class Session:
         return len(self._opened)
 
     def _of(self, reference: int) -> Callable[[], list[Item]]:
-        """Return the getter for the parts of an opened item; raise IndexError for a wrong number."""
+        """Return the getter of an opened item's parts; raise IndexError for a wrong number."""
         if not 1 <= reference <= len(self._opened):
             raise IndexError(reference)
         return self._opened[reference - 1]
