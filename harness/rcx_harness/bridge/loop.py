@@ -148,5 +148,5 @@ class Loop:
             self._on_state(actions.state, actions.reason)
 
 
-# : States in which a new reason is reported. In the others the reason only contains a counter.
+#: States in which a new reason is reported. In the others the reason only contains a counter.
 _REASONS_COUNT = (State.NO_PLC, State.NO_ROBOT, State.CLEARING)

@@ -33,12 +33,12 @@ from structured_text.testing.settings import project
 
 __all__ = ["Build", "Cells", "folder_of", "shorten"]
 
-# : Type of `rcx_build`: takes options of a cell and returns the cell.
+#: Type of `rcx_build`: takes options of a cell and returns the cell.
 Build = Callable[..., Cell]
 
 _FILES = re.compile(r"(chart|trace|view|recording)(-\d+)?\.(svg|jsonl|html)")
 _LONGEST = 80
-# : Times of a cell, and the beginning of messages about them (clocks.py).
+#: Times of a cell, and the beginning of messages about them (clocks.py).
 _TIMES = {"scan": "the scan", "rpi": "the RPI", "jitter": "the jitter", "timeout": "the time-out"}
 #: The packages of the harness.
 _PACKAGES = (Path(__file__).resolve().parents[1], Path(structured_text.__file__).resolve().parent)

@@ -23,7 +23,7 @@ from structured_text.output.units import format_us
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
 
 _SECOND_US = 1_000_000
-# : A chart covers more than the last second if it would show fewer changes than this.
+#: A chart covers more than the last second if it would show fewer changes than this.
 _FEWEST = 6
 _WIDTH = (80, 120)
 _MOST_RULES = 20

@@ -22,8 +22,8 @@ from structured_text.testing.settings import is_on, project
 
 __all__ = ["RULES", "artifacts", "check_settings", "header", "known", "settings_of", "wrong_marker"]
 
-# : Arguments of the marker and of `rcx_build`: those of `Cell.build`, with `sources` instead of
-# `program`.
+#: Arguments of the marker and of `rcx_build`: those of `Cell.build`, with `sources` instead of
+#: `program`.
 _INSIDE = ("program", "trace", "keep", "through")
 _BUILD = inspect.signature(Cell.build).parameters
 _KEYS = ("sources", *(name for name in _BUILD if name not in _INSIDE))
@@ -33,7 +33,7 @@ _IN_INI = [n for n in (*OPTIONS, *VALUES) if n not in ("robot", "watch", "artifa
 _NUMBERS = ("seed", "size", "m", "n")
 _DURATIONS = ("scan", "rpi", "jitter")
 
-# : All rules that can be reported as broken, by the part that reports them.
+#: All rules that can be reported as broken, by the part that reports them.
 RULES = {
     "monitor": (
         "interval",

@@ -11,13 +11,13 @@ from structured_text.output.units import within_us
 
 __all__ = ["SCAN", "STIMULUS", "Action", "Agenda", "Duration", "Snapshot", "scan_us"]
 
-# : Kinds of events in the order in which they happen at equal times: stimulus, devices around the
-# program, scan.
+#: Kinds of events in the order in which they happen at equal times: stimulus, devices around the
+#: program, scan.
 STIMULUS, SCAN = 0, 5
 
 Duration = str | int | timedelta
 
-# : The call at an event. Its argument is the time of the event in microseconds.
+#: The call at an event. Its argument is the time of the event in microseconds.
 Action = Callable[[int], None]
 
 #: State of an agenda, for `Agenda.restore`.

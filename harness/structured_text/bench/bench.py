@@ -23,9 +23,9 @@ from structured_text.projects.sources import Files, SourceFiles, source_files
 
 __all__ = ["Bench", "BenchTimeout"]
 
-# : A time, or a number of scans, that no run reaches.
+#: A time, or a number of scans, that no run reaches.
 _NEVER = sys.maxsize
-# : Upper limit for a number of scans, and for a delay of a scan in microseconds.
+#: Upper limit for a number of scans, and for a delay of a scan in microseconds.
 _MOST_SCANS, _LONGEST_US = 10**10, 365 * 86_400_000_000
 
 _Self = TypeVar("_Self", bound="Bench")

@@ -15,9 +15,9 @@ from structured_text.projects.sources import SourceFiles
 
 __all__ = ["Compiled"]
 
-# : Number of programs of closed benches that this process caches for later benches.
+#: Number of programs of closed benches that this process caches for later benches.
 _WAITING = 8
-# : Environment variables that influence the choice of an engine.
+#: Environment variables that influence the choice of an engine.
 _CHOICE = ("RCX_MATIEC", "RCX_STRUCPP", "RCX_CACHE", "PATH", "CC", "CXX")
 
 _Made = TypeVar("_Made", bound="Compiled")

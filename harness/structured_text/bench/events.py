@@ -12,7 +12,7 @@ from structured_text.output.units import parse_us
 
 __all__ = ["EVENTS", "OPPOSITES", "Event", "Stopped", "checked", "opposite", "time_us"]
 
-# : Kinds of a transition to RUN.
+#: Kinds of a transition to RUN.
 _STARTS = ("warm", "cold", "continue")
 _LONGEST_US = 60_000_000
 
@@ -82,7 +82,7 @@ EVENTS: dict[str, Event[Stopped]] = {
     "plc_overrun": Event("the PLC's next scan comes late: by = 30ms (50ms)", _overrun),
 }
 
-# : Events that last, and the event that ends each of them.
+#: Events that last, and the event that ends each of them.
 OPPOSITES: dict[str, str] = {"plc_stop": "plc_run", "plc_power_off": "plc_power_on"}
 
 

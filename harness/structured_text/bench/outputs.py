@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check_outputs"]
 
-# : Kinds of output: name, and the first characters of every such file.
+#: Kinds of output: name, and the first characters of every such file.
 _WRITTEN = {
     "trace": ("trace", f'{{"format":"{FORMAT.partition("/")[0]}/'),
     "chart": ("timing chart (SVG)", "<svg "),

@@ -15,10 +15,10 @@ from structured_text.output.files import OutputFile
 
 __all__ = ["COMPACT", "FORMAT", "KEPT", "Sample", "Trace"]
 
-# : Value of `format`, the first entry of the first line.
+#: Value of `format`, the first entry of the first line.
 FORMAT = f"{COMMAND}-trace/1"
 
-# : Number of records in memory: about two minutes of a 10 ms scan. A file contains all of them.
+#: Number of records in memory: about two minutes of a 10 ms scan. A file contains all of them.
 KEPT = 40_000
 
 COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}

@@ -23,7 +23,7 @@ from structured_text.output.units import parse_us
 __all__ = ["PLC", "Entry", "Stimulus", "event_of", "listed", "typed"]
 
 _ENTRY = re.compile(r"^\s*(?:\[\[\s*at\s*\]\]|(?:at\s*=\s*\[\s*)?\{[^#]*\btime\b)")
-# : Prefix of the events of a PLC. The key `plc` omits it.
+#: Prefix of the events of a PLC. The key `plc` omits it.
 PLC = "plc_"
 
 _Made = TypeVar("_Made", bound="Entry")

@@ -16,7 +16,7 @@ from structured_text.output.limits import MOST_WATCHED
 
 __all__ = ["Watched", "is_like"]
 
-# : Separator of two patterns. A comma in brackets separates indices.
+#: Separator of two patterns. A comma in brackets separates indices.
 _COMMA = re.compile(r",(?![^\[\]]*\])")
 _WILD = re.compile(r"[*?]")
 _PART = re.compile(r"\.?([A-Za-z_*?][\w*?]*)|\[([^\[\]]*)\]")

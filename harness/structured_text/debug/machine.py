@@ -12,7 +12,7 @@ from structured_text.errors import InputError
 
 __all__ = ["Finding", "Machine", "Scope", "builtin_of"]
 
-# : A group of values around the program that is shown beside its variables: name and getter.
+#: A group of values around the program that is shown beside its variables: name and getter.
 Scope: TypeAlias = tuple[str, Callable[[], list[Item]]]
 
 

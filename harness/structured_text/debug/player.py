@@ -17,9 +17,9 @@ from structured_text.debug.tracer import Lines, Tracer
 
 __all__ = ["Edit", "Moment", "Player"]
 
-# : Initial number of scans between two snapshots, and the greatest number of snapshots. Beyond this
-# number every other snapshot is dropped, so memory stays bounded and each moment is at most one
-# stride of scans away.
+#: Initial number of scans between two snapshots, and the greatest number of snapshots. Beyond this
+#: number every other snapshot is dropped, so memory stays bounded and each moment is at most one
+#: stride of scans away.
 _STRIDE, _MOST = 32, 1000
 
 

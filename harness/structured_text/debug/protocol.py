@@ -17,13 +17,13 @@ from structured_text.errors import COMMAND, InputError
 
 __all__ = ["Client", "Message", "encoded", "read_message"]
 
-# : A decoded JSON message.
+#: A decoded JSON message.
 Message = dict[str, Any]
 
-# : Upper limits for the header and the body of a client's message in bytes.
+#: Upper limits for the header and the body of a client's message in bytes.
 _LONGEST_HEADER = 4096
 _LONGEST = 1024 * 1024
-# : Upper limit for queued messages. Further ones stay in the client's stream.
+#: Upper limit for queued messages. Further ones stay in the client's stream.
 _MOST_WAITING = 1000
 #: A field of the header. The first line of HTTP or TLS is not a field.
 _FIELD = re.compile(rb"([A-Za-z-]+)[ \t]*:[ \t]*(.*)", re.DOTALL)

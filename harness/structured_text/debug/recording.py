@@ -18,7 +18,7 @@ from structured_text.engines.base import Program, Value
 
 __all__ = ["COMPACT", "Recorded", "Tape"]
 
-# : Arguments of `json.dumps` for the lines of a recording.
+#: Arguments of `json.dumps` for the lines of a recording.
 COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
 
 

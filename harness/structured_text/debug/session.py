@@ -583,13 +583,13 @@ class Session:
         return {"sources": [_source(file) for file in files]}
 
 
-# : Arrays with more elements are shown in pages.
+#: Arrays with more elements are shown in pages.
 _PAGED = 100
 
-# : Exceptions due to a request with arguments of wrong types, or nested too deep.
+#: Exceptions due to a request with arguments of wrong types, or nested too deep.
 _MISTYPED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
-# : Requests that need no program, and requests that are allowed while it runs.
+#: Requests that need no program, and requests that are allowed while it runs.
 _ALWAYS = ("initialize", "launch", "attach", "disconnect", "terminate", "configurationDone")
 _RUNNING = (
     *_ALWAYS,

@@ -16,7 +16,7 @@ from structured_text.debug.places import Code, Places
 
 __all__ = ["Entry", "Lines", "Tracer"]
 
-# : Traced lines of the module, by the upper-case name of the POU.
+#: Traced lines of the module, by the upper-case name of the POU.
 Lines = Mapping[str, frozenset[int]]
 
 

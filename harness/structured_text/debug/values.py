@@ -31,7 +31,7 @@ from structured_text.language.values import array_length, describe, scalar_to_py
 
 __all__ = ["Held", "Item", "Memory", "Shown", "Text", "local", "refuse_set"]
 
-# : Number of elements of an array in a line of text.
+#: Number of elements of an array in a line of text.
 _FEW = 8
 
 

@@ -54,23 +54,23 @@ from structured_text.language.walk import calls_of
 
 __all__ = ["NOW_US", "Abstraction", "Part"]
 
-# : PLC time of every scan. Only the starts of the timers differ between states.
+#: PLC time of every scan. Only the starts of the timers differ between states.
 NOW_US = 1_000_000_000
 
 _EXPIRED = 255
-# : The members of a channel that count.
+#: The members of a channel that count.
 _TURNS = ("SERVING", "NEXTTICKET", "LOWEST")
-# : The tables of an unknown library.
+#: The tables of an unknown library.
 _NONE = Tables()
 _TIMERS = tuple(name for name in CLASSES if "start" in CLASSES[name].__slots__)
 _MEMORY = {"phase": ElementaryType("USINT")}
-# : Pins that the monitor of the contract reads, of any block.
+#: Pins that the monitor of the contract reads, of any block.
 _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERRORID"}
 _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
-# : The size code of a slot of variable size; and the version of `marshal` that encodes equal values
-# as equal bytes, whether or not they are one object.
+#: The size code of a slot of variable size; and the version of `marshal` that encodes equal values
+#: as equal bytes, whether or not they are one object.
 _OPEN, _MARSHAL = "", 2
-# : The members of the robot in the code of a slot.
+#: The members of the robot in the code of a slot.
 _ROBOT = re.compile(r"\brobot\.([A-Z0-9_.]+)")
 _WIDE = ("WORD", "INT", "UINT", "DINT", "TIME", "REAL", "UDINT", "DWORD")
 
@@ -358,7 +358,7 @@ class Abstraction:
             self._plain(code, kind, "")
 
     def _passed(self, owner: str, name: str) -> set[str]:
-        """Pins of a block that no user calls which each of its calls in a block writes."""
+        """Return the pins of an internal block that all of its calls in the owner block write."""
         pou = self._project.pous.get(owner)
         if pou is None or not name.upper().startswith(self._tables.core):
             return set()
@@ -367,7 +367,7 @@ class Abstraction:
         return set.intersection(*pins) if pins else set()
 
     def _jobs(self, type_name: str) -> dict[str, str]:
-        """The channels of the jobs of a block, by their slots: as the calls in it say."""
+        """Return the channels of the jobs of a block, by their slots, from the calls in its body."""
         pou = self._project.pous.get(type_name)
         found = {}
         for call in calls_of(pou.body) if pou else ():

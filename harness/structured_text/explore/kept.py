@@ -40,7 +40,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class Tables:
-    """The blocks and structures of a library that the abstraction knows; all names are in upper case.
+    """The blocks and structures of a library, for the abstraction; all names are in upper case.
 
     The blocks take tickets of channels and compare them with the channel's Serving. The shared
     structure contains the number of the scan. Without tables every variable is stored unchanged.

@@ -21,7 +21,7 @@ __all__ = ["Broken", "Ready", "Result", "Search", "Step", "Taken", "World", "ste
 
 _OPEN = -1
 
-# : From this number of states on, `World.look` checks all states together at each power of two.
+#: From this number of states on, `World.look` checks all states together at each power of two.
 _FIRST_LOOK = 512
 
 
@@ -98,7 +98,7 @@ class World(ABC, Generic[Choice]):
 
     @abstractmethod
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
-        """Repeat a step with arbitrary values, drawn by `random`, in all variables outside the state.
+        """Repeat a step with values drawn by `random` in all variables outside the state.
 
         Raises:
             Exception: another state follows.
@@ -238,7 +238,7 @@ class Ready:
         return bool(deep)
 
 
-# : The number of a state, the state (packed), and the steps from it.
+#: The number of a state, the state (packed), and the steps from it.
 Taken = tuple[int, bytes, Iterable[Step]]
 
 

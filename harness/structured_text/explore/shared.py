@@ -14,13 +14,13 @@ from structured_text.farm import NOT_YET, Farm, NotYet
 
 __all__ = ["MOST", "SHARE", "Stepping", "shared"]
 
-# : A parcel contains one of `SHARE` waiting states, so that all workers get some. It has at most
-# `MOST` states, so that it takes only a moment.
+#: A parcel contains one of `SHARE` waiting states, so that all workers get some. It has at most
+#: `MOST` states, so that it takes only a moment.
 SHARE, MOST = 128, 32
-# : Number of keys that a worker remembers because their states need not be sent again.
+#: Number of keys that a worker remembers because their states need not be sent again.
 _REMEMBERED = 1 << 19
 
-# : The steps from a state, each as a tuple, and the error after the last step, if any.
+#: The steps from a state, each as a tuple, and the error after the last step, if any.
 _Came = tuple[Sequence[Any], InputError | None]
 
 

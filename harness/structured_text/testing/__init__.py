@@ -12,7 +12,7 @@ from typing import Any
 
 __all__ = ["COVERAGE", "LIBRARIES"]
 
-# : Options of the command line, by the name of the ini key. The default of each is None.
+#: Options of the command line, by the name of the ini key. The default of each is None.
 COVERAGE: dict[str, dict[str, Any]] = {
     "coverage": {
         "action": "store_const",
@@ -31,6 +31,6 @@ COVERAGE: dict[str, dict[str, Any]] = {
     },
 }
 
-# : Functions that return the folders of libraries, which are not the user's own sources. They are
-# called when coverage starts. A package with a library adds its function.
+#: Functions that return the folders of libraries, which are not the user's own sources. They are
+#: called when coverage starts. A package with a library adds its function.
 LIBRARIES: set[Callable[[], Path]] = set()

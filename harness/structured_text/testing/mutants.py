@@ -30,7 +30,7 @@ from structured_text.testing.tracing import PerTest
 
 __all__ = ["start"]
 
-# : Options of other plugins for output files, which would overwrite those of the user's own runs.
+#: Options of other plugins for output files, which would overwrite those of the user's own runs.
 _OUTPUTS = ("xmlpath", "htmlpath", "json_report_file", "allure_report_dir", "logfile")
 
 
