@@ -238,7 +238,7 @@ class Abstraction:
         thaw(state, self._now - ticks * self._tick, 0)
 
     def disturb(self, state: bytes, ticks: int, random: Random) -> int:
-        """Call `thaw` with arbitrary values in omitted variables; return the time of the scan [us]."""
+        """Call `thaw` with arbitrary values in omitted variables; return the scan's time [us]."""
         now_us = NOW_US + random.randrange(1_000_000)
         self._now = now_us * 1000
         self._thaw(state, self._now - ticks * self._tick, random.randrange(1, 65536))
@@ -367,7 +367,7 @@ class Abstraction:
         return set.intersection(*pins) if pins else set()
 
     def _jobs(self, type_name: str) -> dict[str, str]:
-        """Return the channels of the jobs of a block, by their slots, from the calls in its body."""
+        """Return the channels of a block's jobs, by their slots, from the calls in its body."""
         pou = self._project.pous.get(type_name)
         found = {}
         for call in calls_of(pou.body) if pou else ():

@@ -1,4 +1,4 @@
-"""Recognition of exported files: commands neither read them nor take them for the user's sources."""
+"""Recognition of exported files: commands must not take them for the user's sources."""
 
 from __future__ import annotations
 
@@ -95,7 +95,10 @@ def own_output(files: Mapping[Path, Path]) -> set[Path]:
 
 
 def _is_recorded(file: Path, known: dict[Path, _Records]) -> bool:
-    """Return whether the record of a folder above a file names it; `known` is a cache for `_records`."""
+    """Return whether the record of a folder above a file names it.
+
+    `known` is the cache of `_records`.
+    """
     records = _records(file.parent, known)
     return any(file.relative_to(folder).as_posix() in records[folder] for folder in records)
 

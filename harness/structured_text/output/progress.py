@@ -63,7 +63,7 @@ class _Progress(Progress):
         return self
 
     def add_task(self, description: str, *args: Any, **kwargs: Any) -> TaskID:
-        """Add a task. A task of 0 items is not shown, because its bar would end as `0/0 -:--:--`."""
+        """Add a task. A task of 0 items is not shown: its bar would end as `0/0 -:--:--`."""
         number = super().add_task(description, *args, **kwargs)
         if kwargs.get("total") != 0:
             self.start()

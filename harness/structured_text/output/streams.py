@@ -18,7 +18,7 @@ class _Output(io.FileIO):
     """The file below standard output."""
 
     def write(self, data: bytes | memoryview) -> int | None:  # type: ignore[override]
-        """Write; raise UnreadError or OutputError, so that the error is known to be one of stdout."""
+        """Write; mark an error as one of stdout by raising UnreadError or OutputError."""
         try:
             return super().write(data)
         except OSError as error:
@@ -28,7 +28,7 @@ class _Output(io.FileIO):
 
 
 class _Errors(io.FileIO):
-    """The file below standard error; it ignores errors, because no other stream could report them."""
+    """The file below standard error; it ignores errors, since no stream could report them."""
 
     def write(self, data: bytes | memoryview) -> int | None:  # type: ignore[override]
         """Write if possible, else ignore the data."""

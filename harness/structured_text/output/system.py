@@ -142,7 +142,7 @@ def end_as_by_ctrl_c() -> list[int]:
         signal.signal(number, end)
 
     def leave() -> None:
-        """Restore the default in a copy of this process: it has nothing to clean up and can end at once."""
+        """Restore the default in a copy of this process, which has nothing to clean up."""
         for number in numbers:
             if signal.getsignal(number) is end:
                 signal.signal(number, signal.SIG_DFL)
@@ -169,7 +169,7 @@ def settings_root() -> Path:
 
 @contextmanager
 def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
-    """Call `tell` on Ctrl-C, Ctrl-Break, SIGTERM and SIGHUP, in the main thread, during the `with`."""
+    """Call `tell` in the main thread on Ctrl-C, Ctrl-Break, SIGTERM and SIGHUP inside the `with`."""
     numbers = [*_ENDS]
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
         numbers.append(signal.SIGHUP)
@@ -528,7 +528,10 @@ def addresses() -> Iterator[tuple[str, str, bytes]]:
 
 
 def _ask(any_socket: socket.socket, name: str, question: int) -> bytes:
-    """Query an interface by ioctl; return a `struct sockaddr`: family, then port or hardware address."""
+    """Query an interface by ioctl; return a `struct sockaddr`.
+
+    It contains the family, then port or hardware address.
+    """
     if sys.platform != "linux":
         return b""
     import fcntl
