@@ -1,4 +1,4 @@
-"""Serving until Ctrl-C: start the controllers and the page, show them, end them."""
+"""The program of `rcx serve`: start controllers and page, show them until Ctrl-C, end them."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
     Args:
         every: The controllers.
         web_port: TCP port of the web page, 0 for any free one; None for no page.
-        quiet: Nothing is said but what goes wrong.
+        quiet: Print only problems.
 
     Returns:
-        0 after a signal, 1 if a part of a controller has ended by itself; then all end.
+        0 after a signal, 1 if a part of a controller has ended by itself; then all are ended.
 
     Raises:
         InputError: a controller or the page cannot be served, or aiohttp is missing.
-        OSError: what is shown cannot be written; all end then, too.
+        OSError: the output cannot be written; all controllers are ended then, too.
     """
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -77,7 +77,7 @@ async def _serve(
 
 
 def warnings(every: Sequence[Settings]) -> list[str]:
-    """A line for each controller that others than this computer can reach."""
+    """Return a warning for each controller that other computers can reach."""
     beyond = [one.host for one in every if not ipaddress.IPv4Address(one.host).is_loopback]
     return [
         f"warning: {host} can be reached from the network: this simulated controller asks nobody "
@@ -98,7 +98,7 @@ def _page(hosts: Sequence[Host], port: int | None) -> WebServer | None:
 
 
 async def _start(hosts: Sequence[Host], stop: asyncio.Event) -> None:
-    """Start all at once; give up at the first one that fails, or when told to end."""
+    """Start all controllers in parallel; stop at the first failure, or when `stop` is set."""
     starting = [asyncio.create_task(host.start()) for host in hosts]
     ending = asyncio.create_task(_wait(stop))
     waiting: set[asyncio.Task[None]] = set(starting)
@@ -116,7 +116,7 @@ async def _start(hosts: Sequence[Host], stop: asyncio.Event) -> None:
 
 
 async def _until(stop: asyncio.Event, hosts: Sequence[Host], shown: asyncio.Task[None]) -> None:
-    """Wait for the signal, or for the end of a controller or of what shows them."""
+    """Wait for the signal, or for the end of a controller or of the display."""
     events = (stop, *(one.ended for one in hosts))
     ends = {*(asyncio.create_task(_wait(event)) for event in events), shown}
     await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)

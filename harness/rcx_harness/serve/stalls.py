@@ -1,4 +1,4 @@
-"""Which processes of the served controllers stand still, in lines for people."""
+"""Warnings about processes of the served controllers that stand still."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Stalls"]
 
 
 class Stalls:
-    """Says which processes of the controllers stand still, and which go on.
+    """A monitor that reports processes of the controllers that stand still or go on again.
 
     Args:
         hosts: The controllers.

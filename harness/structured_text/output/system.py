@@ -169,7 +169,7 @@ def settings_root() -> Path:
 
 @contextmanager
 def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
-    """Call `tell` in the main thread on Ctrl-C, Ctrl-Break, SIGTERM and SIGHUP inside the `with`."""
+    """Call `tell` in the main thread on Ctrl-C, Ctrl-Break, SIGTERM or SIGHUP."""
     numbers = [*_ENDS]
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
         numbers.append(signal.SIGHUP)
