@@ -51,7 +51,7 @@ class History:
             kept.popleft()
 
     def lanes(self) -> list[Lane]:
-        """Return the lanes of dedicated signals, code, status and connection, with their changes."""
+        """Return the lanes of signals, code, status and connection, each with its changes."""
         table = signals()
         connection = Lane("Connection with the master", "event")
         code = Lane("Remote command code", "word", show=command_name)
