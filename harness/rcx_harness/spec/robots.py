@@ -181,7 +181,7 @@ def _model(row: dict[str, Any], table: dict[str, Any]) -> RobotModel:
 
 
 def _shared(speed_xy: float, arms: tuple[float, ...], ratio: float) -> tuple[float, float]:
-    """Return the speeds of axes 1 and 2 [degree/s] for a speed of the stretched arm's end [mm/s]."""
+    """Return the speeds of axes 1 and 2 [degree/s] for that of the stretched arm's end [mm/s]."""
     first = _degrees(speed_xy / (sum(arms) + ratio * arms[1]))
     return first, ratio * first
 

@@ -77,7 +77,7 @@ class Field:
         return range(self.at // 2, (self.at + size) // 2)
 
     def units_by(self, names: Collection[str]) -> tuple[str, dict[int, str]]:
-        """Return the field of `names` that selects the unit, and the unit for each of its values."""
+        """Return the field of `names` that selects the unit, and the unit for each value of it."""
         units = re.split(r", | or ", self.unit)
         if len(units) > 1 and self.by:
             return self.by, dict(zip(self.ranges, units, strict=True))

@@ -44,7 +44,7 @@ class WireMonitor:
 
     A command is a handshake over several scans. The data must be there one scan before the code.
     The code may go out only while the status read is 16#0000. Code and data must then stay until an
-    end status is read. Dedicated inputs may change only 100 ms apart.
+    end status is read. Changes of dedicated inputs must be 100 ms apart, except for SI(00) and SI(06) OFF.
 
     Args:
         size: Bytes of the area; before the first scan all are zero.
@@ -176,7 +176,7 @@ class WireMonitor:
         self._ran = self._ran or status == RUN
 
     def _may_change(self, was: int, before: bytes, so: bytes) -> bool:
-        """Return whether code and data may change: after an end or a loss, or in continuous output."""
+        """Return whether code and data may change: after an end or loss, or to stop an output."""
         status = word(so, 0)
         lost = not so[DEDICATED_AT] & _CPU_OK or (self._ran and status == 0)
         continuous = was & 0x0FFF in (0x505, 0x506) and before[2] & 1 and self._ran
