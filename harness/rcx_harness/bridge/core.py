@@ -233,7 +233,7 @@ class Bridge:
         if isinstance(plc, Lost):
             self._beat = self._zero_us = None
             return
-        if self._beat is None:  # its first answer: what it holds from before is unknown
+        if self._beat is None:  # first answer: its old registers are unknown
             self._beat, self._beat_us = plc.beat, now_us
             return
         if self._zero_us is None and self._state is not State.RUN:

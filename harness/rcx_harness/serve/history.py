@@ -12,7 +12,7 @@ from rcx_harness.trace.chart_svg import COLOURS, STYLE, Look, Scale, draw_lane, 
 
 __all__ = ["History", "live_chart"]
 
-_SKIPPED = 30  # of a change's four bytes the first two are bytes 0 and 1, then come 32 and 33
+_SKIPPED = 30  # a change has bytes 0, 1, 32 and 33 of the area
 
 _ROW, _TOP = 22, 28
 _NAMES, _PLOT, _RIGHT = 352, 900, 14

@@ -90,10 +90,10 @@ class Host:
         self.failure = ""
         self._process: asyncio.subprocess.Process | None = None
         self._reader: asyncio.Task[None] | None = None
-        self._heard = asyncio.Event()  # its first report, or its end
+        self._heard = asyncio.Event()  # set at its first report, or at its end
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[tuple[str, int]]] = {}
-        self._folder = ""  # of the recording
+        self._folder = ""  # folder of the recording
         self.shapes: tuple[dict[str, Any], ...] = ()
         self.drawn = 0
         self.events: deque[Event] = deque(maxlen=_MOST_EVENTS)
@@ -200,7 +200,7 @@ class Host:
 
     async def _end(self, process: asyncio.subprocess.Process) -> None:
         if process.stdin is not None:
-            process.stdin.close()  # its sign to end
+            process.stdin.close()  # signals the end
         try:
             await asyncio.wait_for(process.wait(), STOP_S)
         except asyncio.TimeoutError:
@@ -226,7 +226,11 @@ class Host:
                     self._heard.set()
             how = how_ended(await self._process.wait())
             self.failure = self.failure or f"its process has ended by itself ({how})"
-        except (ValueError, TypeError, LookupError) as error:  # a line too long, or not of ours
+        except (
+            ValueError,
+            TypeError,
+            LookupError,
+        ) as error:  # a line that is too long or malformed
             self.failure = f"its process says what nobody understands ({error})"
         finally:
             self.ended.set()

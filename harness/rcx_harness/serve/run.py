@@ -52,7 +52,7 @@ async def _serve(
     page = _page(hosts, web_port)
     try:
         await _start(hosts, stop)
-        for line in warnings(every):  # also if told to end at once: others have been let in
+        for line in warnings(every):  # even after an early signal: the port was open
             print(f"rcx: {line}", file=sys.stderr, flush=True)
         if page is not None and not stop.is_set():
             await page.start()
@@ -65,7 +65,7 @@ async def _serve(
         await _until(stop, hosts, shown)
         watching.cancel()
         with suppress(asyncio.CancelledError):
-            shown.result()  # what it shows may have nowhere to go
+            shown.result()  # raises if the output cannot be written
         dead = [host for host in hosts if host.ended.is_set()]
         for host in dead:
             print(f"rcx: controller {host.name} is gone: {host.failure}", file=sys.stderr)
@@ -145,7 +145,7 @@ async def _watch(hosts: Sequence[Host]) -> None:
     stalls = Stalls(hosts)
     while True:
         for line in stalls.new(now_us()):
-            with suppress(OSError):  # nobody reads it; that is no reason to end
+            with suppress(OSError):  # go on if stderr is closed
                 print(f"rcx: {line}", file=sys.stderr, flush=True)
         await asyncio.sleep(_SHOW_EVERY_S)
 

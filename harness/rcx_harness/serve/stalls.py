@@ -20,7 +20,7 @@ class Stalls:
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
         self._watchdogs = [Watchdog() for _ in hosts]
-        self._heard = [(0, 0) for _ in hosts]  # reports until then, and when
+        self._heard = [(0, 0) for _ in hosts]  # number of reports, and time of the last
         self._stalled: list[tuple[str, ...]] = [() for _ in hosts]
 
     def new(self, now_us: int) -> list[str]:

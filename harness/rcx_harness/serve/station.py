@@ -31,7 +31,7 @@ LINK_EVENTS = {
     "link_up": "plug it in again",
 }
 
-_NO_ARGUMENTS = {"self", "event"}  # names that Controller.inject has for something else
+_NO_ARGUMENTS = {"self", "event"}  # parameters of Controller.inject itself
 _KEPT = 20
 _MOST_CHANGES = 2000
 _SKIPS_MATTER_US = 200_000
@@ -78,7 +78,7 @@ class Station:
         self._host = host
         self._recorder: Recorder | None = None
         self._recorded = 0
-        self._drawn = -1  # commands that were executed when the robots' shapes were told
+        self._drawn = -1  # executed commands at the last report of the shapes
         self._images = images
         self._trace = trace
         self._cut = False
@@ -89,7 +89,7 @@ class Station:
         self._active: tuple[str, ...] = ()
         self._skipped_told = 0
         self._network = NetworkNews(images, self._news)
-        self._generation: int | None = None  # of the owner's connection in the cycle before
+        self._generation: int | None = None  # owner's generation in the cycle before
         self._last_run: bytes | None = None
         self._si: bytes | None = None
         self._so = bytes(controller.config.size)

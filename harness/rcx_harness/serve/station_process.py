@@ -210,9 +210,9 @@ def main(argument: str) -> None:
                 failure=lambda: adapter.failure,
             )
             station.finish()
-        except InputError as error:  # the trace cannot be written any more
+        except InputError as error:  # the trace can no longer be written
             reason = str(error)
-        except Exception as error:  # a mistake of ours: the parent must hear of it
+        except Exception as error:  # an internal error: report it to the parent
             traceback.print_exc()
             reason = f"the controller has ended by itself ({type(error).__name__}: {error})"
         if reason:

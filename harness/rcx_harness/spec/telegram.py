@@ -96,7 +96,7 @@ class Field:
         raw = b"".join(words[k].to_bytes(2, "little") for k in self.words)
         if self.type == "text":
             text = raw[: self.length].decode("latin-1")
-            return text.rstrip("\0" if text.endswith("\0") else " ")  # filled up with one of them
+            return text.rstrip("\0" if text.endswith("\0") else " ")  # padded with one of them
         every = tuple(part[0] for part in struct.iter_unpack(_FORMATS[self.type], raw))
         return every if self.count > 1 else every[0]
 
@@ -147,7 +147,7 @@ class Field:
         low, high = (0, self.mask >> self.bits[0]) if self.type == "bits" else _LIMITS[self.type]
         for part in cast("tuple[float, ...]", _parts(value)):
             if isinstance(part, float) and not math.isfinite(part):
-                continue  # the wire has infinities and NaN, too
+                continue  # the wire can carry infinities and NaN
             if not low <= part <= high:
                 return f"{self.name} is {part}, not {_shown(self.range or (low, high))}"
         return ""
@@ -305,7 +305,7 @@ class Command:
             value = given[part.name]
             values[part.name] = tuple(value) if isinstance(value, list) else value
             if part.type == "text":
-                values[part.name] = str(value).rstrip(" ")  # as what fills it up
+                values[part.name] = str(value).rstrip(" ")  # as spaces are padding
         return next(filter(None, (part.problem(values) for part in parts)), "")
 
 

@@ -104,7 +104,7 @@ def cell(rcx_build: Build) -> Cell:
         return rcx_build()
     except InputError as error:
         reason = f"rcx: {error}"
-    pytest.fail(reason, pytrace=False)  # outside: the message alone, once
+    pytest.fail(reason, pytrace=False)  # outside of except: no chained traceback
 
 
 @pytest.fixture

@@ -211,7 +211,7 @@ def _files(home: Path, sources: Any) -> list[Path]:
             continue
         try:
             matching = sorted(home.glob(str(source)), key=lambda file: file.parts)
-        except (NotImplementedError, ValueError):  # an absolute pattern, or an empty one
+        except (NotImplementedError, ValueError):  # an absolute or empty pattern
             matching = []
         if not matching:
             raise InputError(f"no file is called {source}", file=home, hint="correct rcx_sources")

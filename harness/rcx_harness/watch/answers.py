@@ -56,7 +56,7 @@ class AnswerMonitor:
         if code != self._code:
             self._asked, self._changed = self._asked or code != 0, self._changed or self._code != 0
             self._code = code
-        if len(before) != len(so):  # the first one: what was asked for before is not known
+        if len(before) != len(so):  # first area: earlier commands are unknown
             self._changed = word(so, 0) != READY
             self._asked = self._changed or code != 0
             return []

@@ -158,7 +158,7 @@ class _Block:
 
 
 def _declarations(file: Path) -> tuple[s.Declaration, ...]:
-    from structured_text.language.parser import parse  # only where no answer is kept
+    from structured_text.language.parser import parse  # only without a cached answer
 
     return parse(file).declarations
 

@@ -208,7 +208,7 @@ class RobotsUsed:
             self._call(node, frame, pou)
         elif isinstance(node, t.Assign):
             self._written(node.target, frame)
-            if _has_robot(node.value.type):  # a copy: whose requests go out is not settled
+            if _has_robot(node.value.type):  # a copy: the sent requests are not certain
                 self._let_go(node.value, frame, pou)
                 self._let_go(node.target, frame, pou)
         elif isinstance(node, (t.CallFunction, t.CallMethod)):

@@ -156,7 +156,7 @@ def is_like(pattern: str, name: str) -> bool:
     """
     wanted, given = pattern.strip().upper(), name.upper()
     at = place = 0
-    star, begin = -1, 0  # the last * met, and where in the name what follows it is tried
+    star, begin = -1, 0  # the last *, and the start of the text after it
     while place < len(given):
         if at < len(wanted) and wanted[at] == "*":
             star, begin = at, place

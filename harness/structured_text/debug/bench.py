@@ -53,7 +53,7 @@ class BenchMachine:
 
     def restore(self, snapshot: Any) -> None:
         """Restore the state from `snapshot`."""
-        self.program.note_calls({})  # those of a scan that was left in its middle are forgotten
+        self.program.note_calls({})  # drop the calls of an abandoned scan
         self.bench.restore(snapshot)
 
     def inject(self, event: str, device: int) -> None:

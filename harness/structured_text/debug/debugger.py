@@ -236,7 +236,7 @@ class Debugger:
                 self.player.plain()
         except _Hit:
             return False
-        # Compared again where it was not enough.
+        # After a change the scan is repeated, which compares again.
         return not any(watch.changed() for watch in self.watches)
 
     def _lines(self) -> dict[str, frozenset[int]]:
@@ -322,7 +322,7 @@ class Debugger:
         if self._quiet:
             return
         self._said += 1
-        if self._unsaid > 0:  # said when the scan ran before
+        if self._unsaid > 0:  # printed when the scan ran before
             self._unsaid -= 1
             return
         texts = [
@@ -479,7 +479,7 @@ class Debugger:
             if hits := self._hits(entry.code, entry.at, entry.frame, first=entry.fresh):
                 found.append((Moment(scan, step), Stop("breakpoint", "", hits)))
 
-        with suppress(InputError):  # the scan that ends the program: it is run up to there
+        with suppress(InputError):  # a scan that ends the program runs up to its error
             self.player.every(look)
         changes(Moment(scan, last) if before and last else Moment(scan + 1))
         if rules and len(machine.violations) > broken:

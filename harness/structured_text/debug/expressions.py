@@ -193,6 +193,6 @@ def _scopes(project: Project) -> dict[str, Scope]:
         known = project.pous.get(key)
         for name, symbol in scope.pou.symbols.items():
             same = known.symbols.get(name) if known is not None else None
-            if same is not None:  # what only the bodies tell
+            if same is not None:  # known only after the bodies were checked
                 symbol.addressed, symbol.shared = same.addressed, same.shared
     return {key: replace(scope) for key, scope in scopes.items() if key in project.pous}

@@ -51,7 +51,7 @@ class _Marking(Writer):
         self._pending = False
 
     def _emit(self, line: str) -> None:
-        moved = len(self._code.parts)  # these go before all statements
+        moved = len(self._code.parts)  # inserted before all statements
         if moved:
             self.begins = {index + moved: at for index, at in self.begins.items()}
             self.rounds = {index + moved: first + moved for index, first in self.rounds.items()}

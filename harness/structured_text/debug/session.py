@@ -82,7 +82,7 @@ class Session:
         self._launched: Launched | None = None
         self._configured = self._left = False
         self._arguments: Mapping[str, Any] = {}
-        self._base = 1  # what the client counts lines from
+        self._base = 1  # number of the client's first line
         self._stopped: Stop | None = None
         self._frames: list[Frame] = []
         self._opened: list[Callable[[], list[Item]]] = []

@@ -70,7 +70,7 @@ _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
 #: The size code of a slot of variable size; and the version of `marshal` that encodes equal values
 #: as equal bytes, whether or not they are one object.
 _OPEN, _MARSHAL = "", 2
-#: The members of the robot in the code of a slot.
+#: Pattern of the robot's members that the code of a slot uses.
 _ROBOT = re.compile(r"\brobot\.([A-Z0-9_.]+)")
 _WIDE = ("WORD", "INT", "UINT", "DINT", "TIME", "REAL", "UDINT", "DWORD")
 
@@ -296,11 +296,11 @@ class Abstraction:
             dropped = set(kept.dropped.upper().split()) - _JUDGED
             dropped &= own | self._passed(owner, kind.name)
         elif self._exact and type_name == tables.shared:
-            dropped = set(kept.dropped.upper().split())  # no program looks into it
+            dropped = set(kept.dropped.upper().split())  # no program reads it
             dropped -= {one for one, pou in tables.unless.items() if pou in self._project.pous}
         conditional = kept.while_true
         if self._exact and not type_name.startswith(tables.core):
-            conditional = {}  # what is not read yet is passed on
+            conditional = {}  # unread values can be passed on
         conditions = {
             variable: condition.replace("o.", f"{name}.")
             for condition, variables in conditional.items()
@@ -427,8 +427,8 @@ class Abstraction:
             get = f"min({code} - {name}.SERVING & 65535, 255)"
             self._slots.append(_Slot(get, f"{code} = shift + {{v}} & 65535"))
         elif slot == "LOWEST":
-            # The library leaves LOWEST and NextTicket equal at the end of a scan, unless a ticket
-            # was seen.
+            # At the end of a scan the library sets LOWEST to NextTicket, since no ticket has been
+            # seen yet.
             self._slots.append(_Slot(f"{code} != {name}.NEXTTICKET", f"{code} = {name}.NEXTTICKET"))
         else:
             get = f"min({code} - {name}.SERVING & 65535, 255)"
@@ -533,7 +533,7 @@ def _parts(kind: Type) -> Iterator[tuple[str, Type]]:
         assert isinstance(kind, BlockType)
         kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
         for one in kind.variables:
-            if one.section in kept and one.address is None:  # a located one is shared
+            if one.section in kept and one.address is None:  # located variables are shared
                 yield one.name.upper(), one.type
 
 

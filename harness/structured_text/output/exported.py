@@ -38,7 +38,7 @@ _Records = dict[Path, dict[str, str]]
 
 def release() -> str:
     """Return the version of this package; 0 for a copy that is not installed."""
-    from importlib.metadata import PackageNotFoundError, version  # few need it at their start
+    from importlib.metadata import PackageNotFoundError, version  # slow, and rarely needed
 
     try:
         return version(DISTRIBUTION)

@@ -137,15 +137,15 @@ class OutputFile:
         self._made: list[Path] = []
         self._place = self._written = Path(os.path.realpath(path))
         self._new = new
-        there = os.path.exists(self._place)  # a name too long is told by opening it
+        there = os.path.exists(self._place)  # opening it reports a name that is too long
         regular = os.path.isfile(self._place) or not there
         self._open, self._made_file = True, False
         try:
-            if os.path.islink(self._place):  # in a loop with others: it is not replaced
+            if os.path.islink(self._place):  # stat fails for a loop of links
                 os.stat(self._place)
             self._make_folders()
             with suppress(FileNotFoundError):
-                os.lstat(self._place)  # a name that is too long is none, whatever is beside it
+                os.lstat(self._place)  # fails if the name is too long
             if regular and (whole or there):
                 name = f".{COMMAND}-{os.getpid()}-{next(_numbers)}.new"
                 self._written = self._place.with_name(name)
@@ -218,7 +218,7 @@ class OutputFile:
             if self._made_file:
                 self._written.unlink(missing_ok=True)
             for folder in reversed(self._made):
-                folder.rmdir()  # of others it is, unless it is empty
+                folder.rmdir()  # fails if others have put files there
 
     def _make_folders(self) -> None:
         folder = self._place.parent
@@ -247,7 +247,7 @@ def _named_once(written: Path, place: Path) -> Path:
                 os.link(written, name)
             except FileExistsError:
                 raise
-            except OSError:  # a file system without links
+            except OSError:  # a file system without hard links
                 _copy(written, name)
             written.unlink()
             return name

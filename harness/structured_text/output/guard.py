@@ -24,7 +24,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal
 def _main(parent: int, command: list[str]) -> NoReturn:
     try:
         _run(parent, command)
-    finally:  # also after an error of our own
+    finally:  # also after an error in the guard
         os.killpg(0, signal.SIGKILL)
         os._exit(1)  # not reached
 
@@ -32,7 +32,7 @@ def _main(parent: int, command: list[str]) -> NoReturn:
 def _run(parent: int, command: list[str]) -> None:
     """Run the program until the parent ends, then terminate it."""
     os.set_inheritable(parent, False)
-    for number in _SIGNALS:  # they are meant for the program, or come from the terminal
+    for number in _SIGNALS:  # meant for the program, or sent by the terminal
         signal.signal(number, signal.SIG_IGN)
     ended, waking = os.pipe()
     os.set_blocking(waking, False)
@@ -58,7 +58,7 @@ def _run(parent: int, command: list[str]) -> None:
 
 
 def _say(parent: int, word: str) -> None:
-    with suppress(OSError):  # it has ended meanwhile
+    with suppress(OSError):  # the parent may have ended
         os.write(parent, word.encode())
 
 
@@ -79,7 +79,7 @@ def _leave_with(pid: int) -> None:
         os._exit(code)
     import resource
 
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the program may have left one, this must not
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no core file of the guard
     if -code != signal.SIGKILL:
         signal.signal(-code, signal.SIG_DFL)
     os.kill(os.getpid(), -code)

@@ -54,10 +54,10 @@ class Program(subprocess.Popen[Any]):
                 super().__init__(guarded, pass_fds=[number], **how)
             said = ours.recv(_WORD)
         except BaseException:
-            ours.close()  # which ends it, should it have begun
+            ours.close()  # ends the guard if it has started
             raise
         self._line = ours
-        if said not in (b"0", b""):  # nothing: something has ended the guard
+        if said not in (b"0", b""):  # empty: the guard was killed
             with self:
                 pass
             raise OSError(int(said), os.strerror(int(said)), words[0])

@@ -44,7 +44,7 @@ def progress_bar(console: Console, clock: Callable[[], float] = time.monotonic) 
         TextColumn("{task.fields[told]}"),
         console=console,
         auto_refresh=False,
-        redirect_stdout=not console.stderr,  # it may be a file
+        redirect_stdout=not console.stderr,  # stdout may be a file
         get_time=clock,
     )
 

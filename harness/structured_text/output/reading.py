@@ -43,7 +43,7 @@ def open_file(path: str | Path, kind: Kind) -> BinaryIO:
         InputError: it does not exist, is not a plain file, cannot be read, or is too large for its
             kind.
     """
-    check_file(path)  # opening a device can already do something
+    check_file(path)  # merely opening a device can have effects
     try:
         file = open(path, "rb", opener=without_waiting)  # noqa: SIM115 - the caller closes it
     except (OSError, ValueError) as error:
@@ -72,7 +72,7 @@ def file_bytes(path: str | Path, kind: Kind) -> bytes:
             content = file.read(kind.most_bytes + 1)
         except OSError as error:
             raise _unreadable(path, error) from None
-    if len(content) > kind.most_bytes:  # it grows, or does not say how large it is
+    if len(content) > kind.most_bytes:  # it has grown, or its size is unknown
         raise _too_large(path, kind, len(content))
     return content
 

@@ -85,7 +85,7 @@ class Results:
             if entry is not None and is_whole(entry):
                 self._known[entry["key"]] = entry
                 taken.append(line + b"\n")
-            elif number < len(lines):  # the last one may be cut off: who wrote it was ended
+            elif number < len(lines):  # the last line may be cut off by a kill
                 damaged += 1
         if damaged:
             aside = move_aside(self._file)

@@ -390,7 +390,7 @@ def _be_another(work: Callable[[], object], name: str) -> NoReturn:
             os.setsid()
         for number in map(int, os.listdir("/dev/fd")):
             if number > _STANDARD_ERROR:
-                with suppress(OSError):  # that of the list itself
+                with suppress(OSError):  # the descriptor of listdir
                     os.close(number)
         if sys.platform == "linux":
             Path("/proc/self/comm").write_bytes(name.encode()[-_SHOWN:].lstrip(b"."))
@@ -506,7 +506,7 @@ class SharedMemory:
 
     def unlink(self) -> None:
         """Remove the name; the system frees the memory when all processes have closed it."""
-        if sys.platform != "win32":  # there it goes with them by itself
+        if sys.platform != "win32":  # Windows frees it itself
             os.unlink(self.name)
 
 

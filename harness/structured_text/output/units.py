@@ -13,7 +13,8 @@ __all__ = ["format_us", "format_word", "parse_us", "whole", "within_us"]
 _UNITS = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000}
 _UNITS |= {"ms": 1_000, "us": 1}
 _PART = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|d|h|m|s)")
-#: Limits of the digits of a number, and of the shown characters of an input.
+#: Limits of the digits of a number and of the shown characters of an input; and the longest
+#: duration, since no run and no timer of a PLC takes longer.
 _DIGITS, _SHOWN = 20, 40
 _LONGEST_US = 365 * _UNITS["d"]
 

@@ -38,9 +38,9 @@ def start(config: pytest.Config, order_file: Path) -> None:
     """Execute the order in this run."""
     order = Order.read(order_file)
     _place_outputs(config, order)
-    if hasattr(config.option, "numprocesses"):  # xdist: one process, and no other
+    if hasattr(config.option, "numprocesses"):  # xdist: this process only
         config.option.numprocesses, config.option.dist, config.option.tx = None, "no", []
-    # By name: the package has a function of the same name.
+    # Import by name, since the package has a function of the same name.
     chooser: Any = import_module("structured_text.engines.load")
     chooser.find_matiec = lambda *_: None
     _settle_hypothesis()
@@ -193,7 +193,7 @@ class _Server:
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Execute orders until the other side closes the connection."""
         for file in self._order.sources:
-            parse(file)  # and remember it, for the copies
+            parse(file)  # fill the parser's cache for the copies
         gc.collect()
         gc.freeze()
         with socket.create_connection(("127.0.0.1", self._order.port)) as connection:

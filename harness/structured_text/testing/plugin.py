@@ -71,7 +71,7 @@ def check_keys(config: pytest.Config, names: Iterable[str]) -> None:
     Raises:
         UsageError: one message, for pytest to print.
     """
-    every = getattr(config, "_inicfg", None)  # from pytest 9.1 on; inicfg warns there
+    every = getattr(config, "_inicfg", None)  # since pytest 9.1, where inicfg warns
     given = dict.fromkeys(config.inicfg if every is None else every, config.inipath)
     given |= {key.partition("=")[0].strip(): None for key in config.getoption("override_ini") or ()}
     for key, file in given.items():

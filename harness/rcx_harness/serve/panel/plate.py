@@ -106,7 +106,7 @@ class Plate:
             if keys and not one.keys and len(self._holding()) >= _MOST_HOLDING:
                 self._pages[page] = one
                 raise InputError("too many pages hold keys", hint="close some of them")
-            self._pages[page] = one  # the last one heard is the last to be forgotten
+            self._pages[page] = one  # the latest page is dropped last
             if beat > one.beat:
                 one.beat, one.heard, one.keys = beat, self._now(), frozenset(keys)
                 self._queue()
