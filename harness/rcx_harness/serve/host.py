@@ -226,11 +226,7 @@ class Host:
                     self._heard.set()
             how = how_ended(await self._process.wait())
             self.failure = self.failure or f"its process has ended by itself ({how})"
-        except (
-            ValueError,
-            TypeError,
-            LookupError,
-        ) as error:  # a line that is too long or malformed
+        except (ValueError, TypeError, LookupError) as error:  # a line too long or malformed
             self.failure = f"its process says what nobody understands ({error})"
         finally:
             self.ended.set()

@@ -44,15 +44,15 @@ class WireMonitor:
 
     A command is a handshake over several scans. The data must be there one scan before the code.
     The code may go out only while the status read is 16#0000. Code and data must then stay until an
-    end status is read. Changes of dedicated inputs
-    must be 100 ms apart, except that SI(00) and SI(06) may go OFF at any time.
+    end status is read. Changes of dedicated inputs must be 100 ms apart, except that SI(00) and
+    SI(06) may go OFF at any time.
 
     Args:
         size: Bytes of the area; before the first scan all are zero.
         interval_us: Minimum time between two changes of dedicated inputs.
 
-    Rules: `interval`, `start against stop`, `reserved`, `data before code`, `command held`, `ready
-    before code`.
+    Rules: `interval`, `start against stop`, `reserved`, `data before code`, `command held`,
+    `ready before code`.
     """
 
     def __init__(self, size: int = SIZE, interval_us: int = INTERVAL_US) -> None:

@@ -224,7 +224,7 @@ class OutputFile:
         folder = self._place.parent
         missing = [one for one in (folder, *folder.parents) if not os.path.exists(one)]
         for one in reversed(missing):
-            if os.path.islink(one):  # in a loop with others
+            if os.path.islink(one):  # stat fails for a loop of links
                 os.stat(one)
             one.mkdir(exist_ok=True)
             self._made.append(one)
