@@ -230,6 +230,11 @@ class Bridge:
         return Actions(self._nothing, words_of(self._nothing), 0, state, reason)
 
     def _watch_plc(self, now_us: int, plc: PlcSeen | Lost) -> None:
+        """Track the PLC's heartbeat, and the time since which it has held zeros.
+
+        The first answer after a loss counts for nothing, since the bridge has not written yet. The
+        next answer proves that the zeros were accepted; heartbeats are counted from there.
+        """
         if isinstance(plc, Lost):
             self._beat = self._zero_us = None
             return
@@ -247,6 +252,12 @@ class Bridge:
     def _judge(
         self, now_us: int, plc: PlcSeen | Lost, robot: RobotSeen | Lost
     ) -> tuple[State, str]:
+        """Return the new state and its reason.
+
+        The first fault counts: no answer of the PLC, a gap between two requests that is too long, a
+        heartbeat that stands still, no robot. Without a fault a running bridge goes on. Otherwise
+        the handshake of `_clearing` comes first.
+        """
         if isinstance(plc, Lost):
             return State.NO_PLC, plc.reason
         asked_us, self._asked_us = self._asked_us, plc.asked_us

@@ -146,6 +146,7 @@ class WireMonitor:
         return f"{' and '.join(off)} {'is' if len(off) == 1 else 'are'}" if off else ""
 
     def _command(self, before: bytes, si: bytes, so: bytes) -> list[tuple[str, str]]:
+        """Judge a change of code or data against the status that the program has read."""
         was, code, status = word(before, 0), word(si, 0), word(so, 0)
         same_data = si[_DATA] == before[_DATA]
         found = []

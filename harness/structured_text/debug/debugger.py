@@ -286,6 +286,12 @@ class Debugger:
         self._going = _Step(order, scan, len(tracer.stack), tracer.roots)
 
     def _step_ends(self) -> bool:
+        """Return whether the current step ends before this statement.
+
+        `over` ends at the same or a smaller depth of calls, `out` at a smaller one. Both also end
+        in another program or scan, since the call in which the step began has returned by then.
+        `scan` ends from the target scan on, but not in the program call in which it began.
+        """
         going, tracer = self._going, self.player.tracer
         scan, depth = self.player.machine.scans, len(tracer.stack)
         until = going.order.until

@@ -266,6 +266,7 @@ class Abstraction:
         return found
 
     def _ton(self, timer: Any) -> int:
+        """Return the code of a TON: 0 idle, 255 expired, else 1 plus the elapsed ticks (capped)."""
         if timer.phase == 0:
             return 0
         if timer.phase == 2:
@@ -394,6 +395,12 @@ class Abstraction:
         return f"robot.{ticket.upper()}"
 
     def _ticket(self, code: str, channel: str, condition: str) -> None:
+        """Plan a ticket as its distance from the channel's Serving.
+
+        Tickets count modulo 65536, and blocks only compare differences. A difference below 32768
+        is a ticket that waits, or that is served now (0). All other tickets have been passed. They
+        behave alike and share the code 255; decoding chooses any passed number for them.
+        """
         ahead = f"{code} - {channel}.SERVING & 65535"
         self._slots.append(
             _Slot(
@@ -406,6 +413,7 @@ class Abstraction:
         )
 
     def _number(self, code: str, condition: str) -> None:
+        """Plan a number of a scan: a state stores only whether it is that of the last scan."""
         if code.endswith(".SCAN"):
             self._slots.insert(0, _Slot("0", f"{code} = shift"))
             return
@@ -419,6 +427,11 @@ class Abstraction:
         )
 
     def _turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
+        """Plan a counter of a channel relative to its Serving, which is 0 in every state.
+
+        `shift` is 0 in a normal run. `disturb` sets it to another number, which shifts all tickets
+        and must change nothing.
+        """
         if slot == "SERVING":
             self._slots.insert(0, _Slot("0", f"{code} = shift"))
         elif slot == "LOWEST" and own:

@@ -178,6 +178,7 @@ class Plate:
         self._queue()
 
     def _queue(self) -> None:
+        """Queue the keys that are held now; if the queue is full, drop all of it but a Stop."""
         if len(self._waiting) >= _MOST_WAITING:
             stops = any("Stop" in _all_of(change) for change in self._waiting)
             self._waiting.clear()
