@@ -1,1 +1,1 @@
-"""`rcx bridge`: a PLC that speaks Modbus TCP drives a controller that speaks EtherNet/IP."""
+"""The room of `rcx bridge`: it connects a Modbus TCP PLC to an EtherNet/IP controller."""

@@ -1,9 +1,9 @@
-"""What the bridge does with what it sees on its two sides; no sockets, no clock.
+"""The decisions of the bridge, as a function of its two sides; no sockets, no clock.
 
-The rule behind it: the PLC's words reach the robot only while both sides are there, and after any
-loss only once the PLC has shown that it has noticed. What is not the PLC's word is zero: SI(00)
-and SI(06) OFF stop the robot as a lost connection does (manual chapter 1, 5), but within one
-packet, and the connection that shows the robot's state stays. The words lie in the PLC's holding
+The PLC's words reach the robot only while both sides are there. After any loss they reach it only
+once the PLC has shown that it has noticed the loss. Until then the robot receives zeros: SI(00) and
+SI(06) OFF stop the robot as a lost connection does (manual chapter 1, 5), but within one packet,
+and the connection that shows the robot's state stays open. The words lie in the PLC's holding
 registers.
 """
 
@@ -38,12 +38,12 @@ double word of the area is cut in two."""
 
 
 def words_of(area: bytes) -> tuple[int, ...]:
-    """The words of an area: byte 2k is the low half of word k (manual chapter 1, 4.1)."""
+    """Return the words of an area: byte 2k is the low half of word k (manual chapter 1, 4.1)."""
     return struct.unpack(f"<{len(area) // 2}H", area)
 
 
 def area_of(words: Sequence[int]) -> bytes:
-    """The bytes of an area, twice as many as words; each word is 0 to 65535."""
+    """Return the bytes of an area, twice as many as words; each word is 0 to 65535."""
     return struct.pack(f"<{len(words)}H", *words)
 
 
@@ -51,8 +51,8 @@ def area_of(words: Sequence[int]) -> bytes:
 class Registers:
     """The PLC's registers that the bridge reads and writes.
 
-    Each area is followed by one more register: the PLC's heartbeat behind what is read, the
-    bridge's life word behind what is written.
+    One more register follows each area: the PLC's heartbeat follows the area that the bridge reads,
+    and the bridge's life word follows the area that it writes.
 
     Attributes:
         read: First register of the area to the robot; OpenPLC: %QW0 is 0.
@@ -68,7 +68,7 @@ class Registers:
     size: int = SIZE
 
     def __post_init__(self) -> None:
-        """Check them."""
+        """Check size and registers."""
         check_size(self.size)
         for name, first in (("--read", self.read), ("--write", self.write)):
             if not 0 <= first <= _LAST - self.words:
@@ -84,18 +84,18 @@ class Registers:
 
     @property
     def words(self) -> int:
-        """Words of an area, without the one behind it."""
+        """Return the number of words of an area, without the register that follows it."""
         return self.size // 2
 
     def text(self, first: int) -> str:
-        """`0 to 24`: the registers of an area and the one behind it."""
+        """Return `0 to 24`: the registers of an area and the register that follows it."""
         return f"{first} to {first + self.words}"
 
     def parts(self, first: int) -> Iterator[tuple[int, int]]:
-        """The requests that an area and the word behind it take: first register and number.
+        """Yield the requests for an area and the word that follows it: first register and number.
 
-        With 48 bytes it is one, so that all words are of one scan of the PLC. With 256 bytes all
-        but the last few words are in the first one.
+        With 48 bytes one request is enough, so all words come from the same scan of the PLC. With
+        256 bytes the first request contains all words but the last few.
         """
         end = first + self.words + 1
         for start in range(first, end, _AT_ONCE):
@@ -110,7 +110,7 @@ _SCANS = 2
 
 
 class State(str, Enum):
-    """What holds the bridge up, or that nothing does."""
+    """The state of the bridge: the reason why it waits, or RUN."""
 
     NO_PLC = "no PLC"
     STANDING = "the PLC's program stands still"
@@ -121,12 +121,13 @@ class State(str, Enum):
 
 @dataclass(frozen=True)
 class Limits:
-    """Times in microseconds.
+    """The time limits of the bridge, in microseconds.
 
     Attributes:
-        gap_us: Longest time from one request to the answer of the next; more is a loss of the PLC.
-        beat_us: Longest time without a change of the PLC's heartbeat; 0: there is none.
-        hold_us: After a loss the PLC is told so for at least this long.
+        gap_us: Longest time from a request to the answer of the next one; more is a loss of the
+            PLC.
+        beat_us: Longest time without a change of the PLC's heartbeat; 0: there is no heartbeat.
+        hold_us: Shortest time for which the PLC receives life word 0 after a loss.
     """
 
     gap_us: int = 100_000
@@ -136,12 +137,12 @@ class Limits:
 
 @dataclass(frozen=True)
 class PlcSeen:
-    """The PLC has answered, and has taken what was written to it the time before.
+    """An answer of the PLC, which has also accepted the previous write.
 
     Attributes:
         area: Its output words as bytes.
         beat: Its heartbeat word.
-        asked_us: When it was asked, in microseconds of the clock of `Bridge.step`.
+        asked_us: Time of the request, in microseconds of the clock of `Bridge.step`.
     """
 
     area: bytes
@@ -151,29 +152,29 @@ class PlcSeen:
 
 @dataclass(frozen=True)
 class RobotSeen:
-    """Packets of the robot come: its area as it came last."""
+    """The latest area from a robot that sends packets."""
 
     area: bytes
 
 
 @dataclass(frozen=True)
 class Lost:
-    """A side is not there; why, in words."""
+    """A side that is not there, with the reason in words."""
 
     reason: str
 
 
 @dataclass(frozen=True)
 class Actions:
-    """What is to be done now.
+    """The outputs of one step.
 
     Attributes:
         to_robot: Assembly 150 for the next packet.
         to_plc: The area from the robot, as words.
-        life: The word behind it: 0 while the PLC must take its robot as not connected, else a
-            number from 1 to 65535 that is another one each time.
-        state: Where the bridge is.
-        reason: Why, in words; empty while it runs.
+        life: The word that follows it: 0 while the PLC must regard its robot as not connected, else
+            a number from 1 to 65535 that changes each time.
+        state: The state of the bridge.
+        reason: The reason in words; empty while the bridge runs.
     """
 
     to_robot: bytes
@@ -184,11 +185,17 @@ class Actions:
 
 
 class Bridge:
-    """The state between the two sides.
+    """The state machine between the two sides.
+
+    The handshake after a loss has three parts. First the PLC receives life word 0 and zeros for at
+    least `hold_us`. Then its heartbeat, if it has one, must change twice, which proves that
+    a whole scan of its program has run since it accepted the zeros. Last, it must have cleared the
+    remote command and the dedicated inputs. Only then the bridge runs. Otherwise a command from
+    before the loss would start the robot again.
 
     Args:
         size: Bytes of each area, 48 or 256.
-        limits: Its times.
+        limits: Its time limits.
     """
 
     def __init__(self, size: int, limits: Limits) -> None:
@@ -204,12 +211,12 @@ class Bridge:
         """Since when the PLC has had the news that it is not connected."""
 
     def step(self, now_us: int, plc: PlcSeen | Lost, robot: RobotSeen | Lost) -> Actions:
-        """Take one look at both sides.
+        """Evaluate both sides once and return the outputs.
 
         Args:
             now_us: A clock that never goes back, in microseconds.
-            plc: Its answer; `Lost` also if the last writing failed.
-            robot: What has come from the robot.
+            plc: Its answer; `Lost` also if the last write failed.
+            robot: The robot's latest area, or its loss.
         """
         self._watch_plc(now_us, plc)
         state, reason = self._judge(now_us, plc, robot)
@@ -223,14 +230,19 @@ class Bridge:
         return Actions(self._nothing, words_of(self._nothing), 0, state, reason)
 
     def _watch_plc(self, now_us: int, plc: PlcSeen | Lost) -> None:
+        """Track the PLC's heartbeat, and the time since which it has held zeros.
+
+        The first answer after a loss counts for nothing, since the bridge has not written yet. The
+        next answer proves that the zeros were accepted; heartbeats are counted from there.
+        """
         if isinstance(plc, Lost):
             self._beat = self._zero_us = None
             return
-        if self._beat is None:  # its first answer: what it holds from before is unknown
+        if self._beat is None:  # first answer: its old registers are unknown
             self._beat, self._beat_us = plc.beat, now_us
             return
         if self._zero_us is None and self._state is not State.RUN:
-            # It has answered after the writing of zeros: it has taken them.
+            # The PLC has answered after the bridge wrote zeros, so it has accepted them.
             self._zero_us, self._beats = now_us, 0
         elif plc.beat != self._beat:
             self._beats += 1
@@ -240,6 +252,12 @@ class Bridge:
     def _judge(
         self, now_us: int, plc: PlcSeen | Lost, robot: RobotSeen | Lost
     ) -> tuple[State, str]:
+        """Return the new state and its reason.
+
+        The first fault counts: no answer of the PLC, a gap between two requests that is too long, a
+        heartbeat that stands still, no robot. Without a fault a running bridge goes on. Otherwise
+        the handshake of `_clearing` comes first.
+        """
         if isinstance(plc, Lost):
             return State.NO_PLC, plc.reason
         asked_us, self._asked_us = self._asked_us, plc.asked_us
@@ -257,7 +275,7 @@ class Bridge:
         return self._clearing(now_us, plc)
 
     def _clearing(self, now_us: int, plc: PlcSeen) -> tuple[State, str]:
-        """Has the PLC seen that it was not connected, and does it ask for nothing?"""
+        """Check whether the PLC has seen the loss and holds no command any more."""
         if self._zero_us is None or now_us - self._zero_us < self._limits.hold_us:
             return State.CLEARING, "it is being told that there was no connection"
         if self._limits.beat_us and self._beats < _SCANS:

@@ -1,4 +1,4 @@
-"""Rates, round trips and ages, and what the bridge says of them and of its state."""
+"""Rates, round trips and ages of the bridge, and their texts."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _KEPT = 1000
 
 @dataclass(frozen=True)
 class Rate:
-    """Of the exchanges kept, the last 1,000 at most.
+    """The statistics of the last exchanges, 1,000 at most.
 
     Attributes:
         count: All exchanges that succeeded since the start.
         per_second: Exchanges a second; 0 with fewer than two.
-        median_us: Of the round trips (reading and writing), in microseconds; 0 without any.
-        p99_us: 99 of 100 took at most so long.
-        max_us: The longest.
-        age_us: Since the last answer; None before the first.
+        median_us: Median of the round trips (read and write), in microseconds; 0 without any.
+        p99_us: 99 % of the round trips took at most this long.
+        max_us: The longest round trip.
+        age_us: Time since the last answer; None before the first.
     """
 
     count: int
@@ -36,7 +36,7 @@ class Rate:
 
 
 class Figures:
-    """Collects exchanges; one thread may add while another looks."""
+    """A collection of exchanges; one thread may add while another one reads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -44,13 +44,13 @@ class Figures:
         self._count = 0
 
     def add(self, ended_us: int, took_us: int) -> None:
-        """An exchange has ended at `ended_us` and took `took_us`."""
+        """Add an exchange that ended at `ended_us` and took `took_us`."""
         with self._lock:
             self._kept.append((ended_us, took_us))
             self._count += 1
 
     def look(self, now_us: int) -> Rate:
-        """What there is to show at `now_us`, of the same clock."""
+        """Return the statistics at `now_us`, a time of the same clock."""
         with self._lock:
             kept, count = list(self._kept), self._count
         if not kept:
@@ -72,12 +72,12 @@ _LONG_US = 1_000_000
 
 
 def state_text(state: State, reason: str) -> str:
-    """`no PLC: 127.0.0.1:502: no answer within 100 ms`."""
+    """Return state and reason, as `no PLC: 127.0.0.1:502: no answer within 100 ms`."""
     return f"{state.value}: {reason}" if reason else state.value
 
 
 def plc_text(rate: Rate) -> str:
-    """The PLC's side: exchanges a second, round trip, age of its data."""
+    """Return the figures of the PLC's side: exchanges a second, round trip, age of its data."""
     if rate.age_us is None:
         return "PLC: no exchange yet"
     if rate.age_us > _LONG_US:
@@ -89,7 +89,7 @@ def plc_text(rate: Rate) -> str:
 
 
 def robot_text(look: tuple[ScannerStatistics, int | None] | None) -> str:
-    """The robot's side: packets a second, time between two of them, age of its data."""
+    """Return the figures of the robot's side: packets a second, their interval, age of data."""
     seen, age_us = look or (None, None)
     if seen is None or age_us is None:
         return "robot: no packet yet"
@@ -104,7 +104,7 @@ def robot_text(look: tuple[ScannerStatistics, int | None] | None) -> str:
 
 
 def figures_text(rate: Rate, look: tuple[ScannerStatistics, int | None] | None) -> str:
-    """Both sides in one line."""
+    """Return the figures of both sides in one line."""
     return f"{plc_text(rate)}; {robot_text(look)}"
 
 

@@ -1,4 +1,4 @@
-"""The exchange, again and again: read the PLC, look at the robot, decide, write both."""
+"""The cyclic exchange: read the PLC, read the robot, decide, write both."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ own process stands still, and nobody knows what the PLC wants."""
 
 
 class PlcPort(Protocol):
-    """What is needed of `rcx_harness.bridge.plc.PlcLink`."""
+    """The methods of `rcx_harness.bridge.plc.PlcLink` that the loop uses."""
 
     @property
     def connected(self) -> bool: ...
@@ -42,7 +42,7 @@ class PlcPort(Protocol):
 
 
 class RobotPort(Protocol):
-    """What is needed of `rcx_harness.bridge.robot.RobotLink`."""
+    """The methods of `rcx_harness.bridge.robot.RobotLink` that the loop uses."""
 
     def read(self) -> RobotSeen | Lost: ...
 
@@ -50,20 +50,22 @@ class RobotPort(Protocol):
 
 
 class Loop:
-    """One exchange after the other, each by a call of `turn`; it waits for the PLC's answers only.
+    """The exchange between both sides: each call of `turn` is one exchange.
+
+    A call blocks only until the PLC answers.
 
     Args:
         plc: The PLC's registers.
         robot: The robot's connection.
         registers: Where the areas lie.
-        limits: Times of the bridge.
-        on_state: Told each change of state, with its reason.
+        limits: Time limits of the bridge.
+        on_state: Called at each change of state, with its reason.
         clock_us: The clock, in microseconds.
 
     Attributes:
-        state: As the last exchange left it.
-        reason: Why it is that.
-        figures: Of the exchanges that succeeded.
+        state: State after the last exchange.
+        reason: Reason of this state.
+        figures: Statistics of the exchanges that succeeded.
     """
 
     def __init__(
@@ -88,11 +90,12 @@ class Loop:
         self.figures = Figures()
 
     def turn(self) -> Actions:
-        """One exchange."""
+        """Run one exchange."""
         asked_us = self._clock_us()
         plc = self._look_at_plc(asked_us)
         actions = self._bridge.step(self._clock_us(), plc, self._robot.read())
-        # Zeros may stand for ever, the PLC's words must not.
+        # Zeros are safe and stay valid. The PLC's words expire, so that the robot stops if this
+        # process does.
         valid_us = self._valid_us if actions.state is State.RUN else None
         self._robot.write(actions.to_robot, valid_us)
         self._tell(actions)
@@ -107,7 +110,7 @@ class Loop:
         return actions
 
     def end(self) -> None:
-        """Leave both sides with zeros, as far as they can be reached."""
+        """Write zeros to both sides, as far as they can be reached."""
         nothing = (0,) * (self._words + 1)
         self._robot.write(area_of(nothing[:-1]), None)
         if self._plc.connected:
@@ -117,7 +120,8 @@ class Loop:
                 self._fail(error)
 
     def _look_at_plc(self, asked_us: int) -> PlcSeen | Lost:
-        # A writing that failed is told first: before anything is waited for, the robot gets zeros.
+        # Report a failed write before anything that can block, so that the robot gets zeros at
+        # once.
         failure, self._failure = self._failure, None
         if failure is not None:
             return Lost(failure)
@@ -144,5 +148,5 @@ class Loop:
             self._on_state(actions.state, actions.reason)
 
 
-#: States in which another reason is news; in the others it only counts on.
+#: States in which a new reason is reported. In the others the reason only contains a counter.
 _REASONS_COUNT = (State.NO_PLC, State.NO_ROBOT, State.CLEARING)

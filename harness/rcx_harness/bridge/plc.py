@@ -25,16 +25,16 @@ _EXCEPTIONS = {
 }
 _NO_SUCH_REGISTER = 2
 
-# What it says is said here, once and in words.
+# This module reports errors itself, once and in words.
 logging.getLogger("pymodbus").setLevel(logging.CRITICAL + 1)
 
 
 class PlcError(Exception):
-    """The PLC is not there, has not answered, or refuses; one sentence without a full stop."""
+    """A PLC that is not there, has not answered, or refuses; one sentence without a full stop."""
 
 
 class PlcLink:
-    """Reads and writes the PLC's registers; connects again by itself after any failure.
+    """The PLC's registers over Modbus TCP; the client can reconnect after any failure.
 
     Args:
         host: Name or address of the PLC.
@@ -61,32 +61,32 @@ class PlcLink:
         self._unit = unit
         self._timeout_s = timeout_s
         self._connect_s = connect_s
-        # It must neither repeat a request nor wait for long: an answer that is late is a loss.
+        # The client must not repeat requests: a late answer is a loss.
         self._client = ModbusTcpClient(host, port=port, timeout=timeout_s, retries=0)
 
     @property
     def connected(self) -> bool:
-        """There is a TCP connection."""
+        """Return whether there is a TCP connection."""
         return self._client.connected
 
     def connect(self) -> None:
-        """Connect, unless it is connected.
+        """Connect, unless there is a connection.
 
         Raises:
-            PlcError: nobody is there.
+            PlcError: the connection cannot be established.
         """
         if self.connected:
             return
         try:
             made = socket.create_connection(self._address, self._connect_s)
-        except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
+        except (OSError, OverflowError, UnicodeError) as error:  # also an invalid port or host name
             raise PlcError(f"no Modbus TCP connection to {self.name}: {error}") from None
-        # Requests are small segments; waiting to fill one would cost 40 ms.
+        # Requests are small segments. Nagle's algorithm would delay them by 40 ms.
         made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._client.socket = made
 
     def read(self) -> tuple[int, ...]:
-        """The words of the area to the robot, and the heartbeat behind them.
+        """Read the area to the robot and the heartbeat that follows it, as words.
 
         Raises:
             PlcError: no answer in time, or a refusal.
@@ -102,9 +102,9 @@ class PlcLink:
         return tuple(words)
 
     def write(self, words: Sequence[int]) -> None:
-        """Write the area from the robot, and the life word behind it.
+        """Write the area from the robot, and the life word that follows it.
 
-        The life word goes last: once it is there, so is the area.
+        The life word is written last, so that the area is complete once it arrives.
 
         Raises:
             PlcError: no answer in time, or a refusal.
@@ -116,7 +116,7 @@ class PlcLink:
             self._ask("write_registers", what, start, part)
 
     def close(self) -> None:
-        """Close the connection; more than once does no harm."""
+        """Close the connection; later calls do nothing."""
         self._client.close()  # type: ignore[no-untyped-call]
 
     def _ask(self, request: str, what: str, *args: object, **more: object) -> ModbusPDU:
@@ -137,7 +137,10 @@ class PlcLink:
         return answer
 
     def _failure(self, text: str) -> PlcError:
-        """Nobody knows which answer would come next: a new connection is needed."""
+        """Close the connection and return the error.
+
+        A late answer could otherwise be taken for the answer to the next request.
+        """
         self.close()
         return PlcError(f"{self.name}: {text}")
 

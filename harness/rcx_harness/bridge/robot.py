@@ -1,4 +1,4 @@
-"""The robot's side of the bridge: a cyclic connection that is opened again after every loss."""
+"""The robot's side of the bridge: a cyclic connection that reopens after every loss."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ __all__ = ["RobotLink"]
 
 
 class RobotLink(KeptConnection):
-    """One exclusive-owner connection, as long as there is a robot."""
+    """The exclusive-owner connection to the robot."""
 
     def read(self) -> RobotSeen | Lost:
-        """What has come from the robot."""
+        """Return the latest area from the robot, or the reason of its loss."""
         received = self.received()
         return Lost(received) if isinstance(received, str) else RobotSeen(received.image)

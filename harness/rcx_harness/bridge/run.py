@@ -1,4 +1,4 @@
-"""The bridge until Ctrl-C: connect both sides, exchange, show, leave both with zeros."""
+"""The program of `rcx bridge`: connect both sides, exchange, show, leave both with zeros."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _STYLES = {State.RUN: "bold green", State.CLEARING: "yellow"}
 
 @dataclass(frozen=True)
 class BridgeOptions:
-    """What `rcx bridge` was asked for.
+    """The options of `rcx bridge`.
 
     Attributes:
         plc_host: Name or address of the PLC.
@@ -49,11 +49,11 @@ class BridgeOptions:
         address: Address of this machine towards the controller; empty for the usual one.
         registers: Where the areas lie in the PLC.
         unit: Modbus unit identifier.
-        period_us: From one exchange with the PLC to the next, in microseconds.
+        period_us: Time from one exchange with the PLC to the next, in microseconds.
         rpi_us: Packet interval to and from the controller, in microseconds.
-        limits: When a side counts as lost.
+        limits: Limits after which a side counts as lost.
         wait: Start although a side is not there yet.
-        quiet: Say only what goes wrong.
+        quiet: Print only problems.
     """
 
     plc_host: str
@@ -71,17 +71,17 @@ class BridgeOptions:
 
 
 class Running(Closing):
-    """The bridge at work: a thread exchanges, another one opens the robot's connection anew.
+    """A running bridge: one thread exchanges, another one reopens the robot's connection.
 
     Args:
-        options: What is asked for.
+        options: The options.
 
     Attributes:
         loop: The exchange.
         robot: The robot's side.
-        start_s: When it was started, by the monotonic clock.
-        news: Changes of state: monotonic time in seconds, state, reason; `None` when one of the
-            threads has ended by itself.
+        start_s: Start time, by the monotonic clock.
+        news: Changes of state: monotonic time in seconds, state, reason; `None` if one of the
+            threads has ended unexpectedly.
 
     Raises:
         InputError: a side that is not there or refuses, unless `wait`; bad options.
@@ -121,7 +121,7 @@ class Running(Closing):
         self.robot.opener.start(_KEEP_EVERY_S, on_died=lambda: self.news.put(None))
 
     def close(self) -> None:
-        """Zeros to both sides, then the end of both connections; more than once does no harm."""
+        """Write zeros to both sides, then close both connections; later calls do nothing."""
         self._stop.set()
         self._thread.join()
         self.robot.opener.end()
@@ -130,7 +130,7 @@ class Running(Closing):
         self.robot.close()
 
     def _first_contact(self) -> None:
-        """What is wrong from the start is the user's to put right."""
+        """Connect both sides once, and raise InputError if that fails; with `wait` ignore it."""
         try:
             self._plc.connect()
             self._plc.read()
@@ -146,7 +146,7 @@ class Running(Closing):
             raise
 
     def _first_packet(self) -> None:
-        """It is no news that the first packet takes a moment."""
+        """Wait for the first packet of the robot, so that its delay is not reported as a loss."""
         until_s = time.perf_counter() + _FIRST_S
         while isinstance(self.robot.read(), Lost) and time.perf_counter() < until_s:
             self._stop.wait(_LOOK_S)
@@ -157,7 +157,8 @@ class Running(Closing):
         try:
             while not self._stop.is_set():
                 self.loop.turn()
-                # Late by more than a period: go on from now, never in a burst.
+                # If an exchange is late by more than a period, skip the missed ones and avoid a
+                # burst.
                 due_s = max(due_s + period_s, time.perf_counter() - period_s)
                 self._stop.wait(max(0.0, due_s - time.perf_counter()))
         finally:
@@ -169,7 +170,7 @@ def bridge(options: BridgeOptions) -> int:
     """Bridge until SIGINT or SIGTERM.
 
     Returns:
-        0 after a signal, 1 if the exchange has ended by itself.
+        0 after a signal, 1 if the exchange has ended unexpectedly.
 
     Raises:
         InputError: as `Running`.
@@ -198,7 +199,7 @@ def _announce(options: BridgeOptions) -> None:
 
 
 def _show(running: Running, stop: threading.Event, options: BridgeOptions) -> bool:
-    """Show until told to stop (false), or until it ends by itself (true)."""
+    """Show the state until `stop` is set; return true if a thread has ended by itself before."""
     console = Console()
     start_s = shown_s = running.start_s
     live = console.is_terminal and not options.quiet
@@ -233,7 +234,7 @@ def news_lines(
     *,
     quiet: bool,
 ) -> list[str]:
-    """Changes of state with their times; of a flood only some, with the time of the look."""
+    """Return changes of state with their times; if there are too many, return only some of them."""
     shown = [one for one in news if not quiet or one[1] not in (State.RUN, State.CLEARING)]
     lines = []
     for happened_s, state, reason in shown:

@@ -1,3 +1,3 @@
-"""`rcx serve`: virtual controllers in real time, for a real PLC, in the terminal and on a page."""
+"""The room of `rcx serve`: virtual controllers for a real PLC, shown in a terminal and a page."""
 
 __all__: list[str] = []

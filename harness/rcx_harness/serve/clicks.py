@@ -1,4 +1,4 @@
-"""What was done on the page, as a stimulus that does the same to `rcx run`."""
+"""A record of the user's actions on the page, as a stimulus that repeats them in `rcx run`."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from rcx_harness.cell.stimulus import Entry, stimulus_text
 
 __all__ = ["MOST", "Clicks", "entry_of"]
 
-#: So many are kept, the latest.
+#: Maximum number of recorded actions. The latest ones count.
 MOST = 10_000
 
 
 class Clicks:
-    """Keeps what was done to which controller, and when.
+    """The recorded actions: controller, time and action.
 
-    Time 0 is the start of each controller, or when `begin` was called last.
+    Time 0 is the start of each controller, or the last call of `begin`.
     """
 
     def __init__(self) -> None:
@@ -28,23 +28,23 @@ class Clicks:
         return len(self._entries)
 
     def begin(self, now_us: Sequence[int]) -> None:
-        """Forget all, and count from now on; `now_us` is the time of each controller."""
+        """Delete all actions, and restart the time; `now_us` is the time of each controller."""
         self._begin_us = dict(enumerate(now_us))
         self._entries.clear()
 
     def add(self, number: int, t_us: int, message: Mapping[str, Any]) -> None:
-        """Something was done to a controller, by its place from 0, at its time `t_us`."""
+        """Add an action on controller `number` (from 0) at the controller's time `t_us`."""
         since = max(0, t_us - self._begin_us.get(number, 0))
         self._entries.append(entry_of(since, number + 1, message))
 
     def text(self) -> str:
-        """The stimulus file."""
+        """Return the text of the stimulus file."""
         about = "What was done on the page of rcx serve: rcx run PROGRAM --stimulus THIS"
         return stimulus_text(sorted(self._entries, key=lambda entry: entry.t_us), about)
 
 
 def entry_of(t_us: int, controller: int, message: Mapping[str, Any]) -> Entry:
-    """A message to a station (`Station.obey`) as an entry of a stimulus."""
+    """Convert a message to a station (`Station.obey`) into an entry of a stimulus."""
     if "output" in message:
         name = message["output"]
         if message["do"] == "force":

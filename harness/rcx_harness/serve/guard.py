@@ -1,4 +1,4 @@
-"""What each page of this program is behind: loopback, a token nobody can guess, its own origin."""
+"""The protection of all pages of this package: loopback, a random token, the own origin."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _CHARSETS = ("utf-8", "utf8", "us-ascii")
 _LARGEST_REQUEST = 4096
 _HEADERS = {
     "Cache-Control": "no-store",
-    # The charts carry their style sheet in themselves; nothing comes from elsewhere.
+    # The charts contain their style sheet; nothing is loaded from other hosts.
     "Content-Security-Policy": (
         "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
         "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
@@ -37,7 +37,7 @@ _HEADERS = {
 _TOKEN: web.AppKey[str] = web.AppKey("token", str)
 _COMMAND: web.AppKey[str] = web.AppKey("command", str)
 _FILES: web.AppKey[Mapping[str, tuple[str, str, str]]] = web.AppKey("files", Mapping)
-#: What a sender does wrong is answered; only mistakes of this program belong in the log.
+#: Errors of the sender. They are answered; only errors of this program belong in the log.
 _SENDERS_FAULTS = (HttpProcessingError, web.RequestPayloadError, ConnectionError)
 _LOG = logging.getLogger(__name__)
 _LOG.addFilter(lambda record: not isinstance((record.exc_info or (0, 0))[1], _SENDERS_FAULTS))
@@ -45,7 +45,7 @@ _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def guarded(token: str, command: str) -> web.Application:
-    """An application whose paths begin with the token; `command` has printed its address."""
+    """Create an application with the token in its paths; `command` prints its address."""
     app = web.Application(middlewares=[_guard], client_max_size=_LARGEST_REQUEST)
     app[_TOKEN], app[_COMMAND] = token, command
     app.router.add_get(f"/{token}", _to_page)
@@ -60,13 +60,13 @@ def add_files(app: web.Application, served: Mapping[str, tuple[str, str, str]]) 
 
 
 class TokenServer:
-    """Serves a page on the loopback interface.
+    """A server for a page on the loopback interface.
 
     Args:
-        application: What makes it for a token.
+        application: Creates the application for a token.
         port: TCP port, 0 for any free one.
-        option: The option that has the port.
-        token: What the paths begin with; another one each time where it is not given.
+        option: The option of the command line for the port, for messages.
+        token: First part of the paths; default: a random one.
     """
 
     def __init__(
@@ -85,11 +85,11 @@ class TokenServer:
 
     @property
     def address(self) -> str:
-        """Where to find the page, with its token."""
+        """Return the address of the page, with its token."""
         return f"http://{WEB_HOST}:{self.port}/{self._token}/"
 
     async def start(self) -> None:
-        """Listen.
+        """Start to listen.
 
         Raises:
             InputError: the port is taken.
@@ -107,16 +107,21 @@ class TokenServer:
         self.port = self._runner.addresses[0][1]
 
     async def close(self) -> None:
-        """Stop it."""
+        """Stop the server."""
         await self._runner.cleanup()
 
 
 @web.middleware
 async def _guard(request: web.Request, handler: _Handler) -> web.StreamResponse:
-    """Only who knows the token may ask; each answer says what a page may do."""
+    """Refuse requests without the token, from another host or origin; add the security headers.
+
+    The token is secret, so no other user of this computer can open the page. The check of the host
+    name prevents DNS rebinding: a foreign site could resolve its own name to this computer. The
+    check of the origin stops a foreign page in the same browser from sending requests.
+    """
     host, _, _port = request.host.rpartition(":")
     if (host or request.host) not in _OWN_NAMES:
-        # Another name that leads here is another site's (DNS rebinding).
+        # A foreign site can let its own name resolve to this address (DNS rebinding).
         response: web.StreamResponse = _error(403, "this page is for this machine only")
     elif not _has_token(request):
         response = _error(403, _without_token(request))
@@ -156,7 +161,7 @@ def _error(status: int, text: str) -> web.Response:
 
 
 async def _to_page(request: web.Request) -> web.Response:
-    """The address without the slash at its end, which all others are relative to."""
+    """Redirect to the address with a slash at its end; all paths of the page are relative to it."""
     return web.Response(status=308, headers={"Location": f"/{request.app[_TOKEN]}/"})
 
 
@@ -169,7 +174,7 @@ async def _file(request: web.Request) -> web.Response:
 async def read_message(
     request: web.Request, example: str, what: str, **needed: type[Any]
 ) -> dict[str, Any]:
-    """The JSON object that was sent, whose entries `needed` have these types."""
+    """Read the JSON object of a request; raise InputError unless `needed` entries fit."""
     charset = request.charset or "utf-8"
     if charset.lower() not in _CHARSETS:
         raise InputError(f"the charset {charset[:20]!r} is not taken", hint="send UTF-8")

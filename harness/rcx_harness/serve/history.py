@@ -12,7 +12,7 @@ from rcx_harness.trace.chart_svg import COLOURS, STYLE, Look, Scale, draw_lane, 
 
 __all__ = ["History", "live_chart"]
 
-_SKIPPED = 30  # of a change's four bytes the first two are bytes 0 and 1, then come 32 and 33
+_SKIPPED = 30  # a change has bytes 0, 1, 32 and 33 of the area
 
 _ROW, _TOP = 22, 28
 _NAMES, _PLOT, _RIGHT = 352, 900, 14
@@ -28,11 +28,11 @@ _STYLE = (
 
 
 class History:
-    """Keeps what changed within the last `kept_us`, and the state before that.
+    """The changes within the last `kept_us`, and the state before them.
 
     Args:
-        kept_us: How far back it reaches [us].
-        most: Changes that are kept at most, so that memory stays bounded.
+        kept_us: Length of the history [us].
+        most: Maximum number of changes, so that memory stays bounded.
     """
 
     def __init__(self, kept_us: int = 60_000_000, most: int = 20_000) -> None:
@@ -42,7 +42,7 @@ class History:
         self.now_us = 0
 
     def add(self, changes: Iterable[Change], now_us: int) -> None:
-        """Take new changes, in order of time; it is `now_us`."""
+        """Add new changes, in order of time, and drop those that are too old at `now_us`."""
         self._changes.extend(changes)
         self.now_us = max(self.now_us, now_us)
         kept = self._changes
@@ -51,7 +51,7 @@ class History:
             kept.popleft()
 
     def lanes(self) -> list[Lane]:
-        """All dedicated signals, code, status and the connection, each with its changes."""
+        """Return the lanes of signals, code, status and connection, each with its changes."""
         table = signals()
         connection = Lane("Connection with the master", "event")
         code = Lane("Remote command code", "word", show=command_name)
@@ -70,10 +70,10 @@ class History:
 
 
 def live_chart(lanes: Sequence[Lane], now_us: int, seconds: float) -> str:
-    """The chart; the same lanes and times give the same text.
+    """Return the chart as SVG; the same lanes and times give the same text.
 
     Args:
-        lanes: What to draw, from top to bottom.
+        lanes: Lanes from top to bottom.
         now_us: Time at the right end.
         seconds: Length of the axis.
     """
@@ -104,6 +104,6 @@ def live_chart(lanes: Sequence[Lane], now_us: int, seconds: float) -> str:
 
 
 def _lamp(lane: Lane, y: int, now_us: int) -> str:
-    """Filled while the signal is ON, or the word is not 0."""
+    """Return the lamp of a lane: filled while the signal is ON, or the word is not 0."""
     fill = f'fill="{COLOURS[lane.kind]}"' if lane.value_at(now_us) else 'class="o"'
     return f'<circle cx="10" cy="{y}" r="4.5" {fill}/>'

@@ -1,4 +1,4 @@
-"""The parent's side of the served controllers: their processes, and what they told last."""
+"""The parent's side of the served controllers: their processes, and their last reports."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from structured_text.output import system
 
 __all__ = ["MODULE", "STOP_S", "Host", "Settings"]
 
-#: What its process runs, and how long it may take to end before it is killed [s].
+#: Module that the child process runs; and the time for it to end before it is killed [s].
 MODULE = "rcx_harness.serve.station_process"
 STOP_S = 5.0
 _ANSWER_S = 5.0
@@ -36,18 +36,18 @@ _MOST_EVENTS = 5000
 
 @dataclass(frozen=True)
 class Settings:
-    """One controller to serve.
+    """The settings of one served controller.
 
     Args:
         host: Its IPv4 address.
         port: TCP and UDP port of explicit messages.
         cyclic: UDP port of cyclic I/O.
         robot: File with its properties; empty for the defaults.
-        trace: File to write what it sees to; empty for none.
-        size: Bytes of its areas, 48 or 256; None for what the file says.
-        seed: Decides all delays that are given as a range.
-        identity: What its Identity object shows.
-        options: What is chosen about its adapter.
+        trace: File for its trace; empty for none.
+        size: Bytes of its areas, 48 or 256; None for the size in the file.
+        seed: Seed of all delays that are given as a range.
+        identity: Contents of its Identity object.
+        options: Options of its adapter.
     """
 
     host: str = "127.0.0.1"
@@ -65,20 +65,20 @@ class Host:
     """A served controller in a process of its own.
 
     Args:
-        settings: What to serve.
+        settings: Its settings.
 
     Attributes:
-        settings: As given.
-        status: What it told last.
+        settings: Its settings.
+        status: Its last report.
         history: Its last seconds.
         size: Bytes of its areas, once it has started.
-        ended: It has ended, unexpectedly or not.
-        shapes: What its robots look like (`rcx_harness.robot.shape`).
-        drawn: How often that has changed.
-        failure: Which part has ended by itself, and how; empty as long as all run.
-        events: What has happened, until somebody takes it away; the latest ones.
-        reports: How many it has told.
-        silent: Its process stands still; for who watches it to set.
+        ended: Set when it has ended, unexpectedly or not.
+        shapes: Geometry of its robots (`rcx_harness.robot.shape`).
+        drawn: Number of changes of `shapes`.
+        failure: The part that has ended by itself, and how; empty as long as all run.
+        events: Latest events that no reader has removed yet.
+        reports: Number of reports.
+        silent: Its process stands still; its watchdog sets this.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -90,10 +90,10 @@ class Host:
         self.failure = ""
         self._process: asyncio.subprocess.Process | None = None
         self._reader: asyncio.Task[None] | None = None
-        self._heard = asyncio.Event()  # its first report, or its end
+        self._heard = asyncio.Event()  # set at its first report, or at its end
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[tuple[str, int]]] = {}
-        self._folder = ""  # of the recording
+        self._folder = ""  # folder of the recording
         self.shapes: tuple[dict[str, Any], ...] = ()
         self.drawn = 0
         self.events: deque[Event] = deque(maxlen=_MOST_EVENTS)
@@ -102,17 +102,17 @@ class Host:
 
     @property
     def name(self) -> str:
-        """Address, with the port where it is not the usual one."""
+        """Return the address, with the port if it is not the usual one."""
         usual = self.settings.port == Settings.port
         return self.settings.host if usual else f"{self.settings.host}:{self.settings.port}"
 
     @property
     def pid(self) -> int:
-        """Number of its process; 0 before `start`."""
+        """Return the number of its process; 0 before `start`."""
         return self._process.pid if self._process else 0
 
     async def start(self) -> None:
-        """Start its process and wait until it listens and tells how it is.
+        """Start its process, and wait until it listens and has sent its first report.
 
         Raises:
             InputError: a wrong robot file, or it cannot listen there.
@@ -139,7 +139,7 @@ class Host:
         await self._heard.wait()
 
     async def record(self, *, on: bool) -> None:
-        """Begin a recording, which takes the place of the one before; or end it.
+        """Start a recording, which replaces the previous one, or end it.
 
         Raises:
             InputError: it cannot be written, or the process has ended.
@@ -153,10 +153,10 @@ class Host:
         return Path(self._folder) / "recording.jsonl"
 
     def recording(self) -> Path:
-        """The file with the recording.
+        """Return the file with the recording.
 
         Raises:
-            InputError: there is none, or it is still going on.
+            InputError: there is none, or it is not finished yet.
         """
         if not self._folder or not self._file.exists():
             raise InputError("nothing has been recorded", hint="start a recording first")
@@ -165,10 +165,10 @@ class Host:
         return self._file
 
     async def ask(self, message: Mapping[str, Any]) -> int:
-        """Let the controller do something; see `Station.obey`.
+        """Send a request to the controller (`Station.obey`) and wait for its answer.
 
         Returns:
-            Its time then [us].
+            The controller's time of the answer [us].
 
         Raises:
             InputError: it refuses, or the process has ended.
@@ -191,7 +191,7 @@ class Host:
         return t_us
 
     async def close(self) -> None:
-        """End the process; more than once does no harm."""
+        """End the process; later calls do nothing."""
         if self._process is not None:
             await self._end(self._process)
         if self._folder:
@@ -200,7 +200,7 @@ class Host:
 
     async def _end(self, process: asyncio.subprocess.Process) -> None:
         if process.stdin is not None:
-            process.stdin.close()  # its sign to end
+            process.stdin.close()  # signals the end
         try:
             await asyncio.wait_for(process.wait(), STOP_S)
         except asyncio.TimeoutError:
@@ -226,14 +226,14 @@ class Host:
                     self._heard.set()
             how = how_ended(await self._process.wait())
             self.failure = self.failure or f"its process has ended by itself ({how})"
-        except (ValueError, TypeError, LookupError) as error:  # a line too long, or not of ours
+        except (ValueError, TypeError, LookupError) as error:  # a line too long or malformed
             self.failure = f"its process says what nobody understands ({error})"
         finally:
             self.ended.set()
             self._heard.set()
 
     def take(self, status: Status) -> None:
-        """Take what the controller tells."""
+        """Take a report of the controller."""
         self.status = status
         self.reports += 1
         self.events += status.events

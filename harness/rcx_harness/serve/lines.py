@@ -1,4 +1,4 @@
-"""The served controllers where no terminal is: plain lines."""
+"""The served controllers without a terminal: plain lines."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from structured_text.output.throttle import Throttle
 
 __all__ = ["Lines"]
 
-#: A master that is refused comes again every few seconds: the same sentence passes once, then it is
-#: counted. So many sentences are told apart.
+#: A master that is refused comes again every few seconds: the same sentence passes once, and then
+#: it is counted. This is the maximum number of different sentences.
 _REFUSALS = 50
 
 
 @dataclass
 class _Log:
-    """What has been told of one controller."""
+    """The state of the log of one controller."""
 
     throttle: Throttle = field(default_factory=Throttle)
     refusals: Throttle = field(default_factory=lambda: Throttle(burst=1))
@@ -27,7 +27,7 @@ class _Log:
 
 
 class Lines:
-    """What has happened since the last look, a line each; of a flood only some (`Throttle`).
+    """The log of all controllers: a line for each event, limited by `Throttle`.
 
     Args:
         hosts: The controllers.
@@ -37,7 +37,7 @@ class Lines:
         self._logs = [(host, _Log()) for host in hosts]
 
     def new(self) -> list[str]:
-        """Return a line for each event, with its own time, in their order."""
+        """Return a line for each new event, with its own time, in the order of the events."""
         lines = []
         for host, log in self._logs:
             while host.events:

@@ -1,4 +1,4 @@
-"""What the adapter's processes tell: connections, refusals, drops, and that they are alive."""
+"""The events of the adapter's processes: connections, refusals, drops, signs of life."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ __all__ = ["DROPS_EVERY_US", "NetworkJournals", "NetworkNews"]
 DROPS_EVERY_US = 5_000_000
 """Dropped packets are told at most so often."""
 
-#: So long a refusal is shown beside the state of the connection.
+#: Time for which a refusal is shown beside the state of the connection.
 _REFUSED_FOR_US = 60_000_000
-#: Processes that show their life in the shared memory.
+#: Processes with a sign of life in the shared memory.
 _PARTS: dict[Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE], str] = {
     Word.ADAPTER_ALIVE: "the process of the EtherNet/IP adapter",
     Word.CYCLIC_ALIVE: "the process of the cyclic I/O",
@@ -26,33 +26,34 @@ _PARTS: dict[Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE], str] = {
 
 
 class NetworkJournals(Protocol):
-    """What is needed of `rcx_harness.enip.cyclic.shared.SharedImages`."""
+    """The members of `rcx_harness.enip.cyclic.shared.SharedImages` that this module uses."""
 
     @property
     def events(self) -> Journal:
-        """Changes of connections."""
+        """Return the journal of changes of connections."""
 
     @property
     def refusals(self) -> Journal:
-        """Connections that were refused."""
+        """Return the journal of refused connections."""
 
     def status(self) -> Status:
-        """State of the cyclic connections."""
+        """Return the state of the cyclic connections."""
 
     def heard_us(self, part: Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE]) -> int:
-        """When a process of the adapter has shown last that it is alive; 0: not yet."""
+        """Return the time of a process's last sign of life; 0: none yet."""
 
 
 class NetworkNews:
-    """Turns what the adapter's processes have written into events.
+    """A converter of the journals of the adapter's processes into events.
 
     Args:
-        network: Where they write.
+        network: The journals.
         news: Takes the events.
 
     Attributes:
-        refused: The last connection that was refused, in a sentence; empty after a minute, or if a
-            master has connected since.
+        refused: The last refused connection, as a sentence; empty after a minute, or if a master
+            has
+            connected since.
     """
 
     def __init__(self, network: NetworkJournals, news: News) -> None:
@@ -97,7 +98,7 @@ class NetworkNews:
                 self._news.note(now_us, "lost", text)
 
     def note_drops(self, network: Status, now_us: int) -> None:
-        """Tell of packets that were dropped since this was told last, from time to time."""
+        """Report newly dropped packets, at most once every `DROPS_EVERY_US`."""
         if network.drops == self._drops or now_us - self._drops_told_us < DROPS_EVERY_US:
             return
         text = drops_text(network, _difference(network.drops, self._drops))
@@ -105,16 +106,16 @@ class NetworkNews:
         self._news.note(now_us, "dropped", f"packets dropped: {text}")
 
     def untaken(self, network: Status) -> str:
-        """Return what was dropped since a master that still waits has opened its connection."""
+        """Return the packets dropped since a waiting master has opened its connection, as text."""
         if network.owner is not OwnerState.WAITING:
             return ""
         return drops_text(network, _difference(network.drops, self._drops_at_opening))
 
     def stalled(self, now_us: int) -> tuple[str, ...]:
-        """Return which processes stand still.
+        """Return the processes that stand still.
 
         Args:
-            now_us: By the clock of these processes.
+            now_us: Time by the clock of these processes.
         """
         for part, watchdog in self._watchdogs.items():
             watchdog.look(self._network.heard_us(part), now_us)

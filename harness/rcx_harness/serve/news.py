@@ -1,4 +1,4 @@
-"""What happens to a served controller, each event once and with its own time."""
+"""The events of a served controller, each reported once and with its own time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _READER = {
 
 
 class News:
-    """Collects events until they are reported; of too many the earliest are left out."""
+    """A buffer for events until they are reported; if it is full, the earliest are dropped."""
 
     def __init__(self) -> None:
         self._events: deque[Event] = deque(maxlen=_MOST)
@@ -39,7 +39,7 @@ class News:
         self._events.append(Event(t_us, kind, text))
 
     def take(self, now_us: int) -> tuple[Event, ...]:
-        """Return what has been added since the last call, in the order of time."""
+        """Return the events since the last call, in the order of time."""
         events = sorted(self._events, key=lambda event: event.t_us)
         if self._lost:
             text = f"{self._lost} earlier events are not shown: they came too fast"
@@ -50,10 +50,10 @@ class News:
 
 
 def event_text(event: ConnectionEvent) -> tuple[str, str]:
-    """Return kind and sentence of a change of a connection; both empty for what goes without.
+    """Return kind and sentence of a change of a connection; both empty if it needs no report.
 
-    That a controller that is switched off has no connections goes without saying, and a reader is
-    told as it comes and as it goes.
+    A controller that is switched off has no connections, so their end is not reported. A reader is
+    reported when it comes and when it goes.
     """
     if event.kind is ConnectionKind.EXCLUSIVE_OWNER:
         text = _OWNER.get(event.state, "")

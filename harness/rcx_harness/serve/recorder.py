@@ -1,4 +1,4 @@
-"""A recording of a served controller that is started and stopped on the way: a trace of its own."""
+"""A recording of a served controller, started and stopped by the user: a separate trace."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from rcx_harness.trace import Cycle, Trace
 
 __all__ = ["MOST_CYCLES", "Recorder"]
 
-#: A recording ends by itself after so many cycles: an hour of motion without a pause.
+#: Number of cycles after which a recording ends: an hour of continuous motion.
 MOST_CYCLES = 720_000
 _UNIT = "mm"
 
 
 class Recorder:
-    """Writes the cycles whose areas or positions are other than before, and broken rules.
+    """A trace of the cycles in which areas or positions have changed, and of broken rules.
 
     Its time begins at 0. `rcx view` and `rcx judge` read it.
 
     Args:
-        controller: What is recorded.
+        controller: The recorded controller.
         host: Its address, for the header.
-        file: Where to; what is there is written over.
+        file: File for the trace; an existing one is replaced.
         now_us: Time of the first cycle [us].
 
     Attributes:
-        cycles: How many it has.
+        cycles: Number of recorded cycles.
 
     Raises:
         InputError: the file cannot be written.
@@ -55,11 +55,11 @@ class Recorder:
 
     @property
     def is_full(self) -> bool:
-        """Has it all the cycles that it may have?"""
+        """Return whether the maximum number of cycles is reached."""
         return self.cycles >= MOST_CYCLES
 
     def note(self, now_us: int, cycle: int, si: bytes, so: bytes, *, last: bool = False) -> None:
-        """A cycle; the last one is written even if nothing has changed."""
+        """Record a cycle if something has changed or it is the last one."""
         stood, posed = where(self._controller, _UNIT), tuple(poses(self._controller))
         if (si, so) == self._seen and stood == self._stood and posed == self._posed and not last:
             return
@@ -70,10 +70,10 @@ class Recorder:
         self.cycles += 1
 
     def broken(self, violation: Violation) -> None:
-        """A broken rule, in words."""
+        """Record a broken rule."""
         t_us = max(0, violation.t_us - self._begin_us)
         self._trace.add(Violation(t_us, violation.rule, violation.text))
 
     def close(self) -> None:
-        """Write out what is buffered."""
+        """Write buffered data, and close the file."""
         self._trace.close()

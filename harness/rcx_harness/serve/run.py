@@ -1,4 +1,4 @@
-"""Serving until Ctrl-C: start the controllers and the page, show them, end them."""
+"""The program of `rcx serve`: start controllers and page, show them until Ctrl-C, end them."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
     Args:
         every: The controllers.
         web_port: TCP port of the web page, 0 for any free one; None for no page.
-        quiet: Nothing is said but what goes wrong.
+        quiet: Print only problems.
 
     Returns:
-        0 after a signal, 1 if a part of a controller has ended by itself; then all end.
+        0 after a signal, 1 if a part of a controller has ended by itself; then all are ended.
 
     Raises:
         InputError: a controller or the page cannot be served, or aiohttp is missing.
-        OSError: what is shown cannot be written; all end then, too.
+        OSError: the output cannot be written; all controllers are ended then, too.
     """
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -52,7 +52,7 @@ async def _serve(
     page = _page(hosts, web_port)
     try:
         await _start(hosts, stop)
-        for line in warnings(every):  # also if told to end at once: others have been let in
+        for line in warnings(every):  # even after an early signal: the port was open
             print(f"rcx: {line}", file=sys.stderr, flush=True)
         if page is not None and not stop.is_set():
             await page.start()
@@ -65,7 +65,7 @@ async def _serve(
         await _until(stop, hosts, shown)
         watching.cancel()
         with suppress(asyncio.CancelledError):
-            shown.result()  # what it shows may have nowhere to go
+            shown.result()  # raises if the output cannot be written
         dead = [host for host in hosts if host.ended.is_set()]
         for host in dead:
             print(f"rcx: controller {host.name} is gone: {host.failure}", file=sys.stderr)
@@ -77,7 +77,7 @@ async def _serve(
 
 
 def warnings(every: Sequence[Settings]) -> list[str]:
-    """A line for each controller that others than this computer can reach."""
+    """Return a warning for each controller that other computers can reach."""
     beyond = [one.host for one in every if not ipaddress.IPv4Address(one.host).is_loopback]
     return [
         f"warning: {host} can be reached from the network: this simulated controller asks nobody "
@@ -98,7 +98,7 @@ def _page(hosts: Sequence[Host], port: int | None) -> WebServer | None:
 
 
 async def _start(hosts: Sequence[Host], stop: asyncio.Event) -> None:
-    """Start all at once; give up at the first one that fails, or when told to end."""
+    """Start all controllers in parallel; stop at the first failure, or when `stop` is set."""
     starting = [asyncio.create_task(host.start()) for host in hosts]
     ending = asyncio.create_task(_wait(stop))
     waiting: set[asyncio.Task[None]] = set(starting)
@@ -116,7 +116,7 @@ async def _start(hosts: Sequence[Host], stop: asyncio.Event) -> None:
 
 
 async def _until(stop: asyncio.Event, hosts: Sequence[Host], shown: asyncio.Task[None]) -> None:
-    """Wait for the signal, or for the end of a controller or of what shows them."""
+    """Wait for the signal, or for the end of a controller or of the display."""
     events = (stop, *(one.ended for one in hosts))
     ends = {*(asyncio.create_task(_wait(event)) for event in events), shown}
     await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
@@ -145,7 +145,7 @@ async def _watch(hosts: Sequence[Host]) -> None:
     stalls = Stalls(hosts)
     while True:
         for line in stalls.new(now_us()):
-            with suppress(OSError):  # nobody reads it; that is no reason to end
+            with suppress(OSError):  # go on if stderr is closed
                 print(f"rcx: {line}", file=sys.stderr, flush=True)
         await asyncio.sleep(_SHOW_EVERY_S)
 

@@ -1,4 +1,4 @@
-"""Which processes of the served controllers stand still, in lines for people."""
+"""Warnings about processes of the served controllers that stand still."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Stalls"]
 
 
 class Stalls:
-    """Says which processes of the controllers stand still, and which go on.
+    """A monitor that reports processes of the controllers that stand still or go on again.
 
     Args:
         hosts: The controllers.
@@ -20,7 +20,7 @@ class Stalls:
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
         self._watchdogs = [Watchdog() for _ in hosts]
-        self._heard = [(0, 0) for _ in hosts]  # reports until then, and when
+        self._heard = [(0, 0) for _ in hosts]  # number of reports, and time of the last
         self._stalled: list[tuple[str, ...]] = [() for _ in hosts]
 
     def new(self, now_us: int) -> list[str]:

@@ -1,4 +1,4 @@
-"""One served controller, cycle by cycle: what the network brings in, what there is to tell."""
+"""One served controller, cycle by cycle: inputs from the network, outputs to it, reports."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from structured_text.errors import InputError
 
 __all__ = ["LINK_EVENTS", "Images", "Station"]
 
-#: Events of the network beside those of the controller.
+#: Events of the network, in addition to those of the controller.
 LINK_EVENTS = {
     "link_down": "pull the network cable",
     "link_up": "plug it in again",
 }
 
-_NO_ARGUMENTS = {"self", "event"}  # names that Controller.inject has for something else
+_NO_ARGUMENTS = {"self", "event"}  # parameters of Controller.inject itself
 _KEPT = 20
 _MOST_CHANGES = 2000
 _SKIPS_MATTER_US = 200_000
@@ -40,26 +40,26 @@ _DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
 
 
 class Images(NetworkJournals, Protocol):
-    """What the station needs of `rcx_harness.enip.cyclic.shared.SharedImages`."""
+    """The members of `rcx_harness.enip.cyclic.shared.SharedImages` that the station uses."""
 
     link: LinkState
 
     @property
     def to_master(self) -> Image:
-        """Assembly 100."""
+        """Return assembly 100."""
 
     @property
     def to_robot(self) -> Image:
-        """Assembly 150."""
+        """Return assembly 150."""
 
 
 class Station:
-    """A controller on its network; no clock of its own.
+    """A controller on its network; the caller gives the time.
 
     Args:
         controller: The controller.
-        images: Where its areas are exchanged.
-        trace: Takes each cycle whose areas are other than before, and each broken rule.
+        images: The areas that are exchanged with the network.
+        trace: Takes each cycle in which the areas have changed, and each broken rule.
         host: Its address, for recordings.
 
     Attributes:
@@ -78,7 +78,7 @@ class Station:
         self._host = host
         self._recorder: Recorder | None = None
         self._recorded = 0
-        self._drawn = -1  # commands that were executed when the robots' shapes were told
+        self._drawn = -1  # executed commands at the last report of the shapes
         self._images = images
         self._trace = trace
         self._cut = False
@@ -89,7 +89,7 @@ class Station:
         self._active: tuple[str, ...] = ()
         self._skipped_told = 0
         self._network = NetworkNews(images, self._news)
-        self._generation: int | None = None  # of the owner's connection in the cycle before
+        self._generation: int | None = None  # owner's generation in the cycle before
         self._last_run: bytes | None = None
         self._si: bytes | None = None
         self._so = bytes(controller.config.size)
@@ -104,11 +104,11 @@ class Station:
         self._changes: deque[Change] = deque(maxlen=_MOST_CHANGES)
 
     def step(self, now_us: int, *, skipped: int = 0) -> None:
-        """Do one controller cycle.
+        """Run one controller cycle.
 
         Args:
             now_us: Time of the cycle [us].
-            skipped: Cycles that were left out right before it.
+            skipped: Number of cycles that were skipped right before it.
         """
         if skipped:
             self._skipped += skipped
@@ -124,7 +124,7 @@ class Station:
         self._watch()
 
     def happen(self, event: str, args: Mapping[str, int] | None = None) -> None:
-        """Let something happen before the next cycle: one of EVENTS or LINK_EVENTS.
+        """Trigger one of EVENTS or LINK_EVENTS before the next cycle.
 
         Args:
             event: Its name.
@@ -147,14 +147,14 @@ class Station:
             self.controller.inject(event, **given)
 
     def obey(self, message: Mapping[str, Any]) -> None:
-        """Do what a message of the page wants, before the next cycle.
+        """Execute a message of the page before the next cycle.
 
-        `event` with `args` is what `happen` takes. `output` is an output to `hold`, `force` to
-        `value` or `release`, as `do` says; `workpiece` the number of an axis, from 1, with its
-        `pulses` or None. `record` is a file for a recording, or None to end it.
+        `event` and `args` are the arguments of `happen`. `output` is the name of an output, and
+        `do` is `hold`, `force` (to `value`) or `release`. `workpiece` is the number of an axis,
+        from 1, with its `pulses` or None. `record` is a file for a recording, or None to end it.
 
         Raises:
-            InputError: it cannot be done.
+            InputError: it cannot be executed.
         """
         if "output" in message:
             name, controller = message["output"], self.controller
@@ -170,7 +170,7 @@ class Station:
             self.happen(str(message.get("event")), message.get("args"))
 
     def _record(self, file: str | None) -> None:
-        """Begin a recording, or end the one that is under way."""
+        """End the current recording, and start a new one if a file is given."""
         if self._recorder is not None:
             self._note_recorded(last=True)
             self._recorder.close()
@@ -186,14 +186,14 @@ class Station:
             self._recorded = self._recorder.cycles
 
     def finish(self) -> None:
-        """End the trace and the recording, if there are, with the last cycle."""
+        """End trace and recording, if there are any, with the last cycle."""
         self._record(None)
         if self._trace is not None:
             self._note_cycle()
             self._trace.close()
 
     def report(self) -> Status:
-        """Its state now, with what has changed since the last report."""
+        """Return the current state, with the changes since the last report."""
         machine = self.controller.machine
         network = self._images.status()
         self._note_skipped()
@@ -249,18 +249,25 @@ class Station:
         )
 
     def _shapes(self) -> tuple[dict[str, Any], ...]:
-        """What the robots look like, where a command may have changed that since it was told."""
+        """Return the robots' geometry if a command was executed since the last report; else ()."""
         if self._drawn == self.controller.commands_executed:
             return ()
         self._drawn = self.controller.commands_executed
         return tuple(shapes(self.controller))
 
     def _take_inputs(self) -> bytes | None:
-        """What the owner of the connection sends; None where the controller sees no connection."""
+        """Return the inputs from the owner of the connection; None if there is no connection.
+
+        Two questions decide. If the owner's connection is new, the controller must see one cycle
+        without a connection, even if the loss and the new connection lie between two cycles. If the
+        owner is idle, the option `idle_header` decides: `loss` treats it as a lost connection,
+        otherwise the last inputs of RUN stay, or zeros if there were none.
+        """
         network = self._images.status()
         generation, self._generation = self._generation, network.generation
         there = network.owner in (OwnerState.RUN, OwnerState.IDLE)
-        # One step is run to idle or back; more are a loss and a new connection between two cycles.
+        # A generation counts each change of the owner. One step is a change between run and idle.
+        # More steps are a loss and a new connection between two cycles.
         replaced = self._last_run is not None and network.generation - (generation or 0) > 1
         if not self.controller.online or not there or replaced:
             self._last_run = None
@@ -275,7 +282,7 @@ class Station:
         return self._last_run
 
     def _switch_link(self) -> None:
-        """Tell the adapter's processes whether they have power and a cable."""
+        """Write the state of power and cable for the adapter's processes, if it has changed."""
         if not self.controller.online:
             link = LinkState.OFF
         else:
@@ -284,7 +291,7 @@ class Station:
             self._images.link = link
 
     def _note_state(self) -> None:
-        """Note power, cable, LEDs and alarms where they have changed."""
+        """Report power, cable, LEDs and alarms that have changed."""
         controller = self.controller
         place = (controller.machine.powered, controller.online, self._cut)
         if place != self._place:
@@ -307,7 +314,7 @@ class Station:
                     self._news.note(self.now_us, "alarms", text)
 
     def _note_skipped(self) -> None:
-        """Note how many cycles have been left out."""
+        """Report the number of skipped cycles."""
         if skipped := self._skipped - self._skipped_told:
             self._skipped_told = self._skipped
             cycles = "1 cycle" if skipped == 1 else f"{skipped} cycles"
@@ -350,12 +357,12 @@ class Station:
 
     @staticmethod
     def _shown(si: bytes | None, so: bytes) -> tuple[bool, str, str]:
-        """What the chart shows: connection, word 0 and the dedicated bytes of both areas."""
+        """Return the content of the chart: connection, word 0 and dedicated bytes of both areas."""
         inputs = _NO_INPUTS if si is None else si[:2] + si[_DEDICATED]
         return si is not None, inputs.hex(), (so[:2] + so[_DEDICATED]).hex()
 
     def _follow_command(self) -> None:
-        """Note a remote command as its status appears, and its end as that is shown."""
+        """Note a remote command when its status appears, and its result when that appears."""
         before, self._status_word = self._status_word, int.from_bytes(self._so[:2], "little")
         status = self._status_word
         if status == before:
@@ -377,7 +384,7 @@ class Station:
 
 
 def _place_text(before: tuple[bool, bool, bool] | None, place: tuple[bool, bool, bool]) -> str:
-    """Return in words where the controller is on its network."""
+    """Return the state of power, network and cable in words."""
     powered, online, cut = place
     if not powered:
         return "the controller is off"

@@ -1,9 +1,9 @@
-"""A served controller's own process: its adapter, its 5 ms cycle, and a pipe to its parent.
+"""The process of a served controller: its adapter, its 5 ms cycle, and a pipe to its parent.
 
-Started by `rcx_harness.serve.host` with its settings as JSON. Standard input takes events, a line
-each; standard output tells whether it listens, and then how the controller is, ten times a second.
-The process ends when its standard input does, that is with its parent at the latest, or when a part
-of it has ended by itself, which it tells.
+`rcx_harness.serve.host` starts it with its settings as JSON. Standard input receives requests, one
+line each. Standard output first reports whether the process listens, and then the state of the
+controller, ten times a second. The process ends when its standard input ends, and so at the latest
+with its parent. It also ends when a part of it has ended by itself, which it reports.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ __all__ = ["REPORT_CYCLES", "Channel", "Pace", "main", "run"]
 
 
 class Pace:
-    """Cycles on a fixed grid of a monotonic clock.
+    """A fixed grid of cycles on a monotonic clock.
 
-    A cycle that comes too late is done once; those that were missed meanwhile are left out and
-    counted, never made up for. So neither a late wake-up nor a standstill of this computer shifts
-    the cycles to come, and the controller's time, a whole number of periods, stays real time.
+    A late cycle runs once. Cycles missed meanwhile are skipped and counted, and never made up for.
+    Therefore neither a late wake-up nor a standstill of this computer shifts later cycles. The
+    controller's time is a whole number of periods and stays real time.
 
     Args:
         start_us: Time of the first cycle on the clock [us].
         period_us: Length of a cycle [us].
 
     Attributes:
-        cycles: Cycles done.
-        skipped: Cycles left out.
+        cycles: Number of cycles that have run.
+        skipped: Number of skipped cycles.
     """
 
     def __init__(self, start_us: int, period_us: int) -> None:
@@ -58,7 +58,7 @@ class Pace:
         self.skipped = 0
 
     def wait_us(self, now_us: int) -> int:
-        """How long to wait for the next cycle; 0 if it is due."""
+        """Return the time until the next cycle; 0 if it is due."""
         return max(0, self._start_us + self._next * self._period_us - now_us)
 
     def take(self, now_us: int) -> int:
@@ -74,7 +74,7 @@ class Pace:
         return number * self._period_us
 
 
-#: A report to the parent comes after so many cycles: ten times a second.
+#: Cycles between two reports to the parent: ten reports a second.
 REPORT_CYCLES = 20
 
 _WAITING_LINES = 50
@@ -83,10 +83,10 @@ _LAST_LINE_S = 2.0
 
 
 class Channel:
-    """The pipes to and from the parent; neither ever keeps a cycle waiting.
+    """The pipes to and from the parent; they never delay a cycle.
 
     Args:
-        lines: Where to put what is told, if not on standard output.
+        lines: Queue for the output; default: standard output.
     """
 
     def __init__(self, lines: queue.Queue[str] | None = None) -> None:
@@ -96,38 +96,38 @@ class Channel:
         self.ended = threading.Event()
 
     def start(self) -> None:
-        """Read and write from now on."""
+        """Start the threads that read and write."""
         threading.Thread(target=self._read, daemon=True).start()
         self._writer.start()
 
     @property
     def has_room(self) -> bool:
-        """The parent reads what it is told."""
+        """Return whether the parent reads the reports."""
         return not self._out.full()
 
     def tell(self, line: str) -> None:
-        """Send a line, or drop it where the parent does not read."""
+        """Send a line; drop it if the parent does not read."""
         try:
             self._out.put_nowait(line)
         except queue.Full:
             return
 
     def finish(self, line: str) -> None:
-        """Send a last line, and wait until the parent has it, unless it does not read."""
+        """Send a last line, and wait until it is written, unless the parent does not read."""
         with suppress(queue.Full):
             self._out.put(line, timeout=_LAST_LINE_S)
             self._out.put(_NO_MORE, timeout=_LAST_LINE_S)
             self._writer.join(_LAST_LINE_S)
 
     def take(self) -> dict[str, Any] | None:
-        """The next message of the parent."""
+        """Return the next message of the parent, or None."""
         try:
             return self._in.get_nowait()
         except queue.Empty:
             return None
 
     def put(self, message: dict[str, Any]) -> None:
-        """As if the parent had sent it."""
+        """Queue a message as if the parent had sent it."""
         self._in.put(message)
 
     def _read(self) -> None:
@@ -150,17 +150,17 @@ def run(
     sleep_us: Callable[[int], None],
     failure: Callable[[], str] = lambda: "",
 ) -> str:
-    """Let the controller live until the channel has ended, or a part of it.
+    """Run the controller's cycles until the channel or a part of the controller has ended.
 
     Args:
         station: The controller on its network.
         channel: The parent.
         clock_us: A monotonic clock [us].
-        sleep_us: Waits so many microseconds, or somewhat longer.
-        failure: Tells which part has ended by itself, and how; looked at with each report.
+        sleep_us: Sleeps at least this number of microseconds.
+        failure: Returns the part that has ended by itself, and how; called before each report.
 
     Returns:
-        What `failure` told; empty if the channel has ended.
+        The result of `failure`; empty if the channel has ended.
     """
     station.begin_us = clock_us()
     pace = Pace(station.begin_us, CYCLE_US)
@@ -183,7 +183,7 @@ def run(
 
 
 def main(argument: str) -> None:
-    """Serve one controller until the parent closes our standard input.
+    """Serve one controller until the parent closes standard input.
 
     Args:
         argument: JSON object with `robot` and `trace` (files or empty), `size` (or null), `seed`,
@@ -210,14 +210,14 @@ def main(argument: str) -> None:
                 failure=lambda: adapter.failure,
             )
             station.finish()
-        except InputError as error:  # the trace cannot be written any more
+        except InputError as error:  # the trace can no longer be written
             reason = str(error)
-        except Exception as error:  # a mistake of ours: the parent must hear of it
+        except Exception as error:  # an internal error: report it to the parent
             traceback.print_exc()
             reason = f"the controller has ended by itself ({type(error).__name__}: {error})"
         if reason:
             channel.finish(json.dumps({"died": reason}))
-    # A thread still reads standard input, and at the end the interpreter would wait for it.
+    # A thread still reads standard input. A normal exit of the interpreter would wait for it.
     os._exit(1 if reason else 0)
 
 
@@ -227,7 +227,7 @@ def _config(settings: dict[str, Any]) -> RobotConfig:
 
 
 def _trace(settings: dict[str, Any], size: int) -> Trace | None:
-    """Where to write what is seen: the cycles whose areas are other than before."""
+    """Return the trace of the cycles in which the areas have changed, or None."""
     if not settings["trace"]:
         return None
     header = {"by": "rcx serve", "of": settings["host"], "cycle_us": CYCLE_US, "size": size}
@@ -246,7 +246,7 @@ def _adapter(settings: dict[str, Any], size: int) -> Adapter:
 
 
 def _obey(station: Station, message: dict[str, Any]) -> str:
-    """Do what the parent wants; what is wrong with it, or empty."""
+    """Execute a message of the parent; return an error message, or an empty text."""
     try:
         station.obey(message)
     except InputError as error:

@@ -1,4 +1,4 @@
-"""What a served controller tells of itself, as its process sends it: one line of JSON."""
+"""The reports of a served controller, as its process sends them: one line of JSON each."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Change", "CommandNote", "Connection", "Event", "Note", "Status"]
 
 @dataclass(frozen=True)
 class Change:
-    """An instant at which something of the chart changed.
+    """A moment at which a signal of the chart has changed.
 
     `si` and `so` are four bytes each in hexadecimal: word 0, then the two dedicated bytes.
     """
@@ -25,7 +25,7 @@ class Change:
 
 @dataclass(frozen=True)
 class CommandNote:
-    """A remote command: what it asked for, and how it ended (empty as long as it runs)."""
+    """A remote command: its request, and its result (empty while it runs)."""
 
     t_us: int
     request: str
@@ -34,7 +34,7 @@ class CommandNote:
 
 @dataclass(frozen=True)
 class Note:
-    """Something with a time, in words: a broken rule, an alarm."""
+    """A text with a time: a broken rule, an alarm."""
 
     t_us: int
     text: str
@@ -42,10 +42,10 @@ class Note:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that has happened, in words: when, and of which kind.
+    """An event in words, with its time and kind.
 
     Kinds are connection, readers, refused, dropped, leds, alarms, commands, violations, skipped and
-    lost. A flood of one kind must not hide the others.
+    lost. Each kind is throttled separately, so that a flood of one does not hide the others.
     """
 
     t_us: int
@@ -57,11 +57,12 @@ class Event:
 class Connection:
     """The master's connection: `state` is none, waiting, run, idle, timed out or closed.
 
-    `peer` is the master's address; the packet intervals are in microseconds, 0 without one.
-    `received` and `sent` count packets, `others` the further connections, which write nothing.
-    `dropped` says which packets were not taken, and why, since the start; `untaken` the same since
-    a master that waits has opened its connection. `refused` is the last connection that was
-    refused, in a sentence; it is empty after a minute, or once a master has connected since.
+    `peer` is the master's address. The packet intervals are in microseconds, 0 without a
+    connection. `received` and `sent` count packets, `others` the further connections, which only
+    listen. `dropped` is a text on all packets dropped since the start, with reasons. `untaken` is
+    the same since a master that still waits has opened its connection. `refused` is the last
+    refused connection as a sentence; it is empty after a minute, or once a master has connected
+    since.
     """
 
     state: str = "none"
@@ -78,14 +79,14 @@ class Connection:
 
 @dataclass(frozen=True)
 class Status:
-    """A controller as it is now, and what has changed since the status before.
+    """The state of a controller, and the changes since the previous report.
 
-    `si` and `so` are the areas in hexadecimal, `si` empty where the controller sees none. LEDs are
-    those of `rcx_harness.robot.Led`. Positions are robot by robot, in pulses and in mm; `poses` and
-    `shapes` those of `rcx_harness.robot.shape`, `shapes` empty where they have not changed.
-    `workpieces` are axis and pulses, `held` the outputs that are held or forced. `stalled` names
-    the processes of its network that stand still, `events` what has happened since the status
-    before.
+    `si` and `so` are the areas in hexadecimal; `si` is empty if the controller sees no connection.
+    LEDs are those of `rcx_harness.robot.Led`. Positions are listed robot by robot, in pulses and in
+    mm. `poses` and `shapes` are those of `rcx_harness.robot.shape`; `shapes` is empty if it has not
+    changed. `workpieces` are axis and pulses, `held` the outputs that are held or forced. `stalled`
+    names the processes of its network that stand still, `events` the events since the previous
+    report.
     """
 
     t_us: int = 0
@@ -124,12 +125,12 @@ class Status:
     events: tuple[Event, ...] = ()
 
     def to_json(self) -> str:
-        """One line, without its end."""
+        """Return the report as one line, without its end."""
         return json.dumps(asdict(self), separators=(",", ":"), ensure_ascii=False)
 
     @classmethod
     def from_table(cls, message: Mapping[str, Any]) -> Status:
-        """What `to_json` made, read as JSON."""
+        """Create the report from the JSON object that `to_json` has written."""
         table = dict(message)
         kinds: dict[str, type[Any]] = {
             "commands": CommandNote,

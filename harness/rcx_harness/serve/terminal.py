@@ -21,12 +21,12 @@ __all__ = ["screen", "show"]
 _STYLES = {"green": "bold green", "red": "bold red", "off": "dim"}
 _FULL_HEIGHT = 23  # lines of a controller with all its dedicated bits
 _COMMANDS = 3
-#: Lamps that are on, and off.
+#: Characters for lamps that are on, and off.
 _LAMPS, _PLAIN = ("●", "○"), ("*", ".")
 
 
 async def show(hosts: Sequence[Host], every_s: float) -> NoReturn:
-    """Show the table on standard output, anew after `every_s` seconds each."""
+    """Show the table on standard output, and update it every `every_s` seconds."""
     console = Console()
     plain = not draws(console.encoding)
     with Live(console=console, auto_refresh=False, screen=False) as live:
@@ -36,7 +36,7 @@ async def show(hosts: Sequence[Host], every_s: float) -> NoReturn:
 
 
 def screen(hosts: Sequence[Host], height: int, *, ascii_only: bool = False) -> RenderableType:
-    """The table for a terminal of `height` lines; with little room only the bits that are ON."""
+    """Return the table for a terminal of `height` lines; in a small one, show only the bits ON."""
     full = len(hosts) * _FULL_HEIGHT <= height
     lamps = _PLAIN if ascii_only else _LAMPS
     return Group(*(_panel(view(number, host), full, lamps) for number, host in enumerate(hosts)))

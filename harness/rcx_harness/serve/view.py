@@ -1,4 +1,4 @@
-"""A served controller as people read it: the same for the terminal and the web page."""
+"""A served controller in words, for the terminal and the web page."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _WORDS, _EXTENDED = range(16), range(24, 128)
 
 
 def view(number: int, host: Host) -> dict[str, Any]:
-    """All there is to show of a controller, in words, as JSON takes it.
+    """Return the complete display of a controller, in words, ready for JSON.
 
     Args:
         number: Its place among the served ones, from 0.
@@ -116,7 +116,7 @@ def view(number: int, host: Host) -> dict[str, Any]:
 
 
 def axis_titles(shapes: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
-    """Of each axis, robot by robot: its name, and that of its place with the unit."""
+    """Return the titles of each axis, robot by robot: its name, and its position with the unit."""
     several = len(shapes) > 1
     return [
         {
@@ -129,7 +129,7 @@ def axis_titles(shapes: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
 
 
 def connection_text(status: Status) -> str:
-    """The connection with the master in one line."""
+    """Return the connection with the master in one line."""
     if not status.powered:
         return "the controller is off"
     if not status.online:
@@ -174,5 +174,5 @@ def _note(note: Note) -> dict[str, str]:
 
 
 def _clock(t_us: int) -> str:
-    """Seconds since the start, to the millisecond."""
+    """Return the seconds since the start, to the millisecond."""
     return f"{t_us / 1e6:.3f} s"

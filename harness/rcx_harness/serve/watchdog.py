@@ -1,4 +1,4 @@
-"""Says when a process that should show its life regularly stands still, and when it goes on."""
+"""A watchdog for processes with regular signs of life."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ LIMIT_US = 2_000_000
 
 
 class Watchdog:
-    """Watches one process; no clock of its own.
+    """A watchdog for one process; the caller gives the time.
 
     Args:
         limit_us: Longest silence.
     """
 
     class Finding(Enum):
-        """What a look finds."""
+        """The result of a look."""
 
         SILENT = "silent"
         """It has just been silent for too long."""
@@ -32,17 +32,17 @@ class Watchdog:
         self.silent_since_us: int | None = None
 
     def look(self, heard_us: int, now_us: int) -> Watchdog.Finding | None:
-        """Take what is known now; at least two looks are needed within the limit.
+        """Evaluate the latest sign of life; call it at least twice within the limit.
 
-        If the watcher itself has stood still, the silence begins anew: the whole computer may have
-        been asleep.
+        If the watcher itself has stood still, the measurement of the silence restarts, since the
+        whole computer may have been asleep.
 
         Args:
-            heard_us: When it was heard last; 0: it has not begun yet.
-            now_us: Now, by the same clock.
+            heard_us: Time of the last sign of life; 0: none yet.
+            now_us: Current time, by the same clock.
 
         Returns:
-            What has changed since the last look; None if nothing has.
+            The change since the last call; None without one.
         """
         looked_us, self._looked_us = self._looked_us, now_us
         if looked_us is None or now_us - looked_us >= self._limit_us // 2:

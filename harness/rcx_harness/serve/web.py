@@ -1,6 +1,6 @@
-"""The web page: static files, the state as JSON, the chart as SVG, and what is done by POST.
+"""The web page: static files, the state as JSON, the chart as SVG, and actions by POST.
 
-All of it stands below a token that nobody can guess; the address that is printed has it.
+All paths begin with a random token, which the printed address contains.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["FILES", "WebServer", "application"]
 
 _OWN, _VIEW = "rcx_harness.serve", "rcx_harness.trace.view"
 _SCRIPT = "text/javascript"
-#: What is served besides the interface: path, package and file of its folder `page`, its type.
+#: Static files: path, package and file of its folder `page`, its type.
 FILES = {
     "/": (_OWN, "index.html", "text/html"),
     "/page.css": (_OWN, "page.css", "text/css"),
@@ -38,7 +38,7 @@ _CLICKS: web.AppKey[Clicks] = web.AppKey("clicks", Clicks)
 
 
 def application(hosts: Sequence[Host], token: str) -> web.Application:
-    """The web application for these controllers; its paths begin with the token."""
+    """Create the web application for these controllers; its paths begin with the token."""
     app = guarded(token, "rcx serve")
     app[_HOSTS], app[_CLICKS] = hosts, Clicks()
     add_files(app, FILES)
@@ -64,12 +64,12 @@ def application(hosts: Sequence[Host], token: str) -> web.Application:
 
 
 class WebServer(TokenServer):
-    """Serves the page on the loopback interface.
+    """The server of the page on the loopback interface.
 
     Args:
         hosts: The controllers.
         port: TCP port, 0 for any free one.
-        token: What the paths begin with; another one each time where it is not given.
+        token: First part of the paths; default: a random one.
     """
 
     def __init__(self, hosts: Sequence[Host], port: int, token: str = "") -> None:
@@ -88,13 +88,13 @@ async def _robot(request: web.Request) -> web.Response:
 
 
 async def _model(request: web.Request) -> web.Response:
-    """What its robots look like (`rcx_harness.robot.shape`)."""
+    """Return the geometry of a controller's robots (`rcx_harness.robot.shape`)."""
     _, host = _host(request)
     return web.json_response({"robots": list(host.shapes), "drawn": host.drawn})
 
 
 async def _chart(request: web.Request) -> web.Response:
-    """The last `?seconds=10`."""
+    """Return the chart of the last `?seconds=10`."""
     _, host = _host(request)
     history = host.history
     text = request.query.get("seconds", "10")
@@ -109,7 +109,7 @@ async def _chart(request: web.Request) -> web.Response:
 
 
 async def _event(request: web.Request) -> web.Response:
-    """`{"event": "alarm", "args": {"group": 12, "category": 600}}`."""
+    """Trigger an event: `{"event": "alarm", "args": {"group": 12, "category": 600}}`."""
     message = await read_message(request, '{"event": "emergency_stop"}', "an event", event=str)
     args = message.get("args", {})
     if not isinstance(args, dict) or not all(type(value) is int for value in args.values()):
@@ -121,7 +121,10 @@ _OUTPUTS = ("hold", "release", "force")
 
 
 async def _output(request: web.Request) -> web.Response:
-    """`{"output": "SO(20)", "do": "force", "value": 1}`; `hold` and `release` have no value."""
+    """Hold, release or force an output: `{"output": "SO(20)", "do": "force", "value": 1}`.
+
+    `hold` and `release` have no value.
+    """
     example = '{"output": "SO(20)", "do": "force", "value": 1}'
     message = await read_message(request, example, "an output", output=str, do=str)
     if message["do"] not in _OUTPUTS:
@@ -137,7 +140,7 @@ async def _output(request: web.Request) -> web.Response:
 
 
 async def _workpiece(request: web.Request) -> web.Response:
-    """`{"axis": 3, "pulses": 90000}`; null for no workpiece any more."""
+    """Place a workpiece: `{"axis": 3, "pulses": 90000}`; null removes it."""
     example = '{"axis": 3, "pulses": 90000}'
     message = await read_message(request, example, "a workpiece", axis=int)
     pulses = message.get("pulses")
@@ -147,7 +150,7 @@ async def _workpiece(request: web.Request) -> web.Response:
 
 
 async def _record(request: web.Request) -> web.Response:
-    """`{"do": "start"}` begins a recording, `{"do": "stop"}` ends it."""
+    """Start a recording on `{"do": "start"}`, end it on `{"do": "stop"}`."""
     message = await read_message(request, '{"do": "start"}', "a recording", do=str)
     if message["do"] not in ("start", "stop"):
         raise InputError("a recording can start and stop", hint='send {"do": "start"}')
@@ -157,7 +160,7 @@ async def _record(request: web.Request) -> web.Response:
 
 
 async def _recording(request: web.Request) -> web.StreamResponse:
-    """The trace that was recorded, to keep."""
+    """Return the recorded trace as a download."""
     _, host = _host(request)
     name = f"rcx-serve-{host.name.replace(':', '-')}.jsonl"
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
@@ -165,7 +168,7 @@ async def _recording(request: web.Request) -> web.StreamResponse:
 
 
 async def _begin_stimulus(request: web.Request) -> web.Response:
-    """`{"do": "begin"}`: what was done until now is forgotten, the time of the stimulus is 0."""
+    """Delete the recorded actions on `{"do": "begin"}`; the time of the stimulus is then 0."""
     message = await read_message(request, '{"do": "begin"}', "a stimulus", do=str)
     if message["do"] != "begin":
         raise InputError("a stimulus can begin", hint='send {"do": "begin"}')
@@ -174,13 +177,13 @@ async def _begin_stimulus(request: web.Request) -> web.Response:
 
 
 async def _stimulus(request: web.Request) -> web.Response:
-    """What was done since then, as a file."""
+    """Return the actions since then as a stimulus file."""
     headers = {"Content-Disposition": 'attachment; filename="stimulus.toml"'}
     return web.Response(text=request.app[_CLICKS].text(), headers=headers)
 
 
 async def _do(request: web.Request, message: Mapping[str, Any], what: str) -> web.Response:
-    """Let a controller do it, and note it for the stimulus."""
+    """Send a message to a controller, and record it for the stimulus."""
     number, host = _host(request)
     t_us = await host.ask(message)
     request.app[_CLICKS].add(number, t_us, message)

@@ -1,4 +1,4 @@
-"""The tables of signals, commands, alarms and errors, and telegrams in plain language."""
+"""The manual's tables of signals, commands, alarms and errors, and telegrams in plain language."""
 
 from rcx_harness.spec.tables import (
     Signal,

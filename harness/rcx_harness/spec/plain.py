@@ -14,7 +14,7 @@ _LONGEST = 160
 
 
 def request_text(words: Sequence[int]) -> str:
-    """What a request asks for: `MovePtp (16#R001) robot 1: MOVE, PTP, ...; axes 3, point 19`.
+    """Return a request as text: `MovePtp (16#R001) robot 1: MOVE, PTP, ...; axes 3, point 19`.
 
     Args:
         words: The 16 words from n on.
@@ -28,7 +28,7 @@ def request_text(words: Sequence[int]) -> str:
 
 
 def response_text(request: int, words: Sequence[int]) -> str:
-    """How a command ended, or that it runs.
+    """Return the end or the state of a command as text.
 
     Args:
         request: Code of the command, with its robot's digit or without.
@@ -46,18 +46,18 @@ def response_text(request: int, words: Sequence[int]) -> str:
 
 
 def alarm_text(number: str) -> str:
-    """`12.600 Emergency stop on`; the number alone where nobody has a name for it."""
+    """Return `12.600 Emergency stop on`; only the number if the alarm has no known name."""
     return f"{number} {alarm_name(number)}".rstrip()
 
 
 def alarm_name(number: str) -> str:
-    """As the manual names the alarm, else a public list; empty where neither does."""
+    """Return the name of an alarm in the manual, else in a public list; empty if neither has it."""
     alarm = spec.alarms().get(number)
     return alarm.name if alarm else spec.public_alarms().get(number, "")
 
 
 def _fields(fields: Sequence[spec.Field], values: Mapping[str, spec.FieldValue]) -> list[str]:
-    """Fields that say something: neither fixed nor 0, nor an empty text."""
+    """Return the fields with information: neither fixed nor 0, nor an empty text."""
     shown = []
     for part in fields:
         value = values[part.name]

@@ -1,7 +1,7 @@
-"""The robots that a robot file can name, as `spec/robots.toml` lists them, and their acceleration.
+"""The robots that a robot file can name, from `spec/robots.toml`, and their acceleration.
 
-One law for all types: the force of an axis is its motor's power over its speed, times a factor; it
-moves the load and a share of the robot's own largest load, which stands for the mass of the axis.
+All types follow one law. The force of an axis is the power of its motor divided by its speed, times
+a factor. It moves the load and the mass of the axis, which is a share of the robot's largest load.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ _X, _Y, _Z, _R = range(4)
 
 @dataclass(frozen=True)
 class Law:
-    """Acceleration of an axis from its motor, its speed and what it moves.
+    """The acceleration of an axis as a function of its motor, its speed and the moved mass.
 
     Attributes:
-        factor: Of the force that the motor has at full speed.
-        own_share: Of the largest load, as mass of the axis itself.
-        fitted: The models to whose standard cycle time both were fitted.
+        factor: Factor for the force that the motor has at full speed.
+        own_share: Share of the largest load that is the mass of the axis itself.
+        fitted: The models whose standard cycle times both numbers were fitted to.
     """
 
     factor: float
@@ -42,16 +42,16 @@ class Joint:
 
     Attributes:
         low: The lower soft limit.
-        high: The upper one.
-        pulses_per_unit: Per mm or degree.
-        zero: Where it is at 0 mm or 0 degrees [pulses].
-        speed: The highest one, per second.
-        power: Of its motor [W].
-        reach: From the axis of an arm that turns to its stretched end [m]; of others 1.
-        turns: It turns.
-        largest: The largest load, of the R axis the largest moment of inertia [kg, kg m^2].
-        per_load: What of that each kg of the load is.
-        own: Mass of the axis itself [kg], where it is known; else 0: the law's share of `largest`.
+        high: The upper soft limit.
+        pulses_per_unit: Pulses per mm or degree.
+        zero: Position at 0 mm or 0 degrees [pulses].
+        speed: The highest speed, per second.
+        power: Power of its motor [W].
+        reach: Distance from the axis of a rotating arm to its stretched end [m]; otherwise 1.
+        turns: Whether it rotates.
+        largest: The largest load, for the R axis the largest moment of inertia [kg, kg m^2].
+        per_load: Part of `largest` for each kg of the load.
+        own: Mass of the axis itself [kg], if it is known; 0: the law's share of `largest`.
     """
 
     low: float
@@ -67,13 +67,13 @@ class Joint:
     own: float = 0.0
 
     def acceleration(self, law: Law, load: float) -> float:
-        """[mm/s^2 or degree/s^2] with that load [kg]."""
+        """Return the acceleration [mm/s^2 or degree/s^2] with that load [kg]."""
         unit = radians(1) if self.turns else 1e-3
         mass = self._own(law) + self.per_load * load
         return law.factor * self.power / (self.speed * unit) / (mass * self.reach**2) / unit
 
     def slower(self, law: Law, load: float) -> float:
-        """The same as a part of what it is without a load."""
+        """Return the ratio of the acceleration with that load to that without a load."""
         own = self._own(law)
         return own / (own + self.per_load * load)
 
@@ -86,10 +86,10 @@ class RobotModel:
     """One type of robot.
 
     Attributes:
-        name: As in a robot file.
-        source: Who says its figures.
-        also: What else is to be known of it.
-        arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; none of a Cartesian one.
+        name: Its name in a robot file.
+        source: The source of its figures.
+        also: Further remarks.
+        arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; empty for a Cartesian one.
         joints: Its axes.
         payload: Its largest load [kg].
         cycles: Standard cycle times by load: [kg] to [s]; the catalogue's own one first.
@@ -105,20 +105,20 @@ class RobotModel:
 
     @property
     def scara(self) -> bool:
-        """It has two arms that turn."""
+        """Return whether it is a SCARA robot, with two rotating arms."""
         return bool(self.arms)
 
 
 @lru_cache(maxsize=1)
 def law() -> Law:
-    """The law of acceleration, for all models."""
+    """Return the law of acceleration, for all models."""
     table = _table()["law"]
     return Law(table["factor"], table["own_share"], tuple(table["fitted"]))
 
 
 @lru_cache(maxsize=1)
 def robot_models() -> dict[str, RobotModel]:
-    """All models by name.
+    """Return all models by name.
 
     Raises:
         InputError: the table is not written as its head says.
@@ -181,7 +181,7 @@ def _model(row: dict[str, Any], table: dict[str, Any]) -> RobotModel:
 
 
 def _shared(speed_xy: float, arms: tuple[float, ...], ratio: float) -> tuple[float, float]:
-    """Speeds of axes 1 and 2 [degree/s] that give the stretched arm's end that speed [mm/s]."""
+    """Return the speeds of axes 1 and 2 [degree/s] for that of the stretched arm's end [mm/s]."""
     first = _degrees(speed_xy / (sum(arms) + ratio * arms[1]))
     return first, ratio * first
 

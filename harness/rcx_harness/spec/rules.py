@@ -1,4 +1,4 @@
-"""Every rule that the virtual controller follows, as `spec/rules.toml` lists them."""
+"""The rules that the virtual controller follows, from `spec/rules.toml`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["BASES", "Rule", "rules"]
 
-#: What a rule can rest on, the surest first.
+#: The kinds of evidence for a rule, the most certain first.
 BASES = ("manual", "public", "measured", "assumed")
 
 
@@ -21,11 +21,11 @@ class Rule:
 
     Attributes:
         id: Its name.
-        text: What it says.
-        section: Of the manual, if that says it.
-        basis: One of BASES; of the table's rows only those have it that are neither the manual's
-            nor assumed.
-        source: Where a public source stands, or who measured what, with which firmware.
+        text: Its text.
+        section: Section of the manual that states it, if any.
+        basis: One of BASES; a row of the table gives it only if it is neither the manual nor
+            assumed.
+        source: The public source, or who measured what, with which firmware.
         knobs: The keys of a robot file that change it.
     """
 
@@ -37,7 +37,7 @@ class Rule:
     knobs: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a rule that rests on nothing that is named (InputError)."""
+        """Fill in the basis; raise InputError if basis, section and source do not fit together."""
         if not self.basis:
             object.__setattr__(self, "basis", "manual" if self.section else "assumed")
         if self.basis not in BASES or (self.basis == "manual") != bool(self.section):
@@ -50,6 +50,6 @@ class Rule:
 
 @lru_cache(maxsize=1)
 def rules() -> tuple[Rule, ...]:
-    """In the order of the areas: power and link, dedicated signals, remote commands."""
+    """Return the rules by area: power and link, dedicated signals, remote commands."""
     table = load_toml(folder() / "rules.toml")["rule"]
     return tuple(Rule(**{**row, "knobs": tuple(row.get("knobs", ()))}) for row in table)

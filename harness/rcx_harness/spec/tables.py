@@ -1,7 +1,7 @@
 """The manual's tables as data: dedicated signals, alarms and remote commands.
 
-The tables live once, in the folder `spec` of the repository (inside the package where it is
-installed). What a telegram is made of: telegram.py.
+The tables exist once, in the folder `spec` of the repository (inside the package if it is
+installed). telegram.py defines the parts of a telegram.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ _T = TypeVar("_T")
 class Signal:
     """One dedicated bit (manual chapter 5, 1 and 2).
 
-    `name` is how the library calls it, `signal` how the manual does; `address` is `m+32` or
-    `n+33`; `acts` says whether an input is taken by its level or its OFF to ON edge.
+    `name` is its name in the library, `signal` its name in the manual. `address` is `m+32` or
+    `n+33`. `acts` tells whether an input acts by its level or by its OFF to ON edge.
     """
 
     name: str
@@ -55,25 +55,25 @@ class Signal:
 
     @property
     def byte(self) -> int:
-        """Byte within the area."""
+        """Return its byte within the area."""
         return int(self.address[2:])
 
     @property
     def short(self) -> str:
-        """`SO02` for `SO02_ServoOn`."""
+        """Return `SO02` for `SO02_ServoOn`."""
         return self.name.partition("_")[0]
 
 
 @dataclass(frozen=True)
 class Signals:
-    """All dedicated bits, and the bytes that are reserved altogether."""
+    """All dedicated bits, and the bytes that are reserved completely."""
 
     output: tuple[Signal, ...]
     input: tuple[Signal, ...]
     reserved_bytes: tuple[int, ...]
 
     def find(self, name: str) -> Signal:
-        """The signal called `SO02_ServoOn`, `SO02` or `SO(02)`.
+        """Return the signal with the name `SO02_ServoOn`, `SO02` or `SO(02)`.
 
         Raises:
             InputError: there is none of that name.
@@ -90,7 +90,7 @@ class Signals:
 class Alarm:
     """An alarm with its texts; `number` is `"12.600"`. `_ja` are texts in Japanese.
 
-    It is named in the `section` of the manual, or by another `source`.
+    Its source is the `section` of the manual, or another `source`.
     """
 
     number: str
@@ -108,7 +108,7 @@ class Alarm:
 
 @lru_cache(maxsize=1)
 def folder() -> Path:
-    """The folder with the tables: the repository's, else the one installed with the package."""
+    """Return the folder with the tables: that of the repository, else that of the package."""
     here = Path(__file__).resolve()
     for candidate in (here.parents[3] / "spec", here.parents[1] / "_data" / "spec"):
         if (candidate / "signals.toml").is_file():
@@ -118,7 +118,7 @@ def folder() -> Path:
 
 @lru_cache(maxsize=1)
 def signals() -> Signals:
-    """All dedicated bits."""
+    """Return all dedicated bits."""
     path = folder() / "signals.toml"
     table = load_toml(path)
     return Signals(
@@ -130,21 +130,21 @@ def signals() -> Signals:
 
 @lru_cache(maxsize=1)
 def alarms() -> Mapping[str, Alarm]:
-    """The alarms by number."""
+    """Return the alarms of the manual by number."""
     path = folder() / "alarms.toml"
     return {alarm.number: alarm for alarm in _build(Alarm, load_toml(path)["alarm"], path)}
 
 
 @lru_cache(maxsize=1)
 def public_alarms() -> Mapping[str, str]:
-    """Names of alarms by number, from a public list; all that the manual names are among them."""
+    """Return alarm names by number, from a public list, which contains all alarms of the manual."""
     names: Mapping[str, str] = load_toml(folder() / "public_alarms.toml")["names"]
     return names
 
 
 @lru_cache(maxsize=1)
 def commands() -> Mapping[int, Command]:
-    """The remote commands by code, without the robot's digit."""
+    """Return the remote commands by code, without the robot's digit."""
     path = folder() / "remote_commands.toml"
     tables = load_toml(path)
     groups = {group["name"]: group for group in tables.get("group", ())}
@@ -153,7 +153,7 @@ def commands() -> Mapping[int, Command]:
 
 
 def command(name: str) -> Command:
-    """The remote command of that name (`MovePtp`) or code (`16#1001`, `0x001`, `0xR001`).
+    """Return the remote command of a name (`MovePtp`) or code (`16#1001`, `0x001`, `0xR001`).
 
     Raises:
         InputError: there is none.
@@ -173,7 +173,7 @@ def command(name: str) -> Command:
 
 
 def command_name(word: int) -> str:
-    """A command code in a chart: `MovePtp`, of robot 2 `MovePtp R2`; 0xFFFF if there is none."""
+    """Return the label of a code: `MovePtp`, for robot 2 `MovePtp R2`; `0xFFFF` if unknown."""
     found, robot = commands().get(word & 0x0FFF), word >> 12
     if found is None or (robot and not found.robot):
         return f"0x{word:04X}"
@@ -181,7 +181,7 @@ def command_name(word: int) -> str:
 
 
 def whole_number(text: str) -> int:
-    """Read `16#00FF`, `0x00FF` or `255`.
+    """Parse `16#00FF`, `0x00FF` or `255`.
 
     Raises:
         ValueError: it is none of these.

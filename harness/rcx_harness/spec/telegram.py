@@ -1,6 +1,6 @@
-"""A remote command's telegram: fields, words, and what is wrong with them.
+"""The telegram of a remote command: fields, words, and checks of their values.
 
-Words are lists of 16: word k is at byte 2k of the area, word 0 the code or status.
+Words are lists of 16: word k is at byte 2k of the area, word 0 is the code or status.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from structured_text.output.units import format_word
 
 __all__ = ["WORDS", "Command", "Field", "FieldValue", "Product", "intervals"]
 
-#: A number, or as many as the field's count says, or a text.
+#: A number, a tuple of numbers (at most the field's count), or a text.
 FieldValue = int | float | str | tuple[int, ...] | tuple[float, ...]
 
 WORDS = 16
@@ -54,12 +54,12 @@ class Field:
 
     @property
     def fixed(self) -> int | None:
-        """The only value that it may have; None where there is a choice."""
+        """Return the only possible value; None if there is a choice."""
         return next(iter(self.values)) if len(self.values) == 1 else None
 
     @property
     def mask(self) -> int:
-        """Bits of its (first) word that it covers."""
+        """Return the bits of its (first) word that it covers."""
         if self.type != "bits":
             return 0xFFFF
         low, high = self.bits
@@ -67,7 +67,7 @@ class Field:
 
     @property
     def words(self) -> Sequence[int]:
-        """Indices of the words it covers."""
+        """Return the indices of the words that it covers."""
         if self.type == "bits":
             size = 2
         elif self.type == "text":
@@ -77,7 +77,7 @@ class Field:
         return range(self.at // 2, (self.at + size) // 2)
 
     def units_by(self, names: Collection[str]) -> tuple[str, dict[int, str]]:
-        """Which of the fields `names` decides on its unit, and the unit for each value of that."""
+        """Return the field of `names` that selects the unit, and the unit for each value of it."""
         units = re.split(r", | or ", self.unit)
         if len(units) > 1 and self.by:
             return self.by, dict(zip(self.ranges, units, strict=True))
@@ -85,26 +85,26 @@ class Field:
         return (by, dict(enumerate(units))) if len(units) > 1 and by else ("", {})
 
     def unit_among(self, values: Mapping[str, FieldValue]) -> str:
-        """Its unit among all `values` of the telegram, where a selection decides on it."""
+        """Return its unit in a telegram with these `values`, if a selection decides on it."""
         by, units = self.units_by(values)
         return units.get(cast(int, values[by]), "") if by else self.unit
 
     def read(self, words: Sequence[int]) -> FieldValue:
-        """Its value in a telegram; numbers as they are on the wire, without scaling."""
+        """Return its value in a telegram; numbers as on the wire, without scaling."""
         if self.type == "bits":
             return (words[self.at // 2] & self.mask) >> self.bits[0]
         raw = b"".join(words[k].to_bytes(2, "little") for k in self.words)
         if self.type == "text":
             text = raw[: self.length].decode("latin-1")
-            return text.rstrip("\0" if text.endswith("\0") else " ")  # filled up with one of them
+            return text.rstrip("\0" if text.endswith("\0") else " ")  # padded with one of them
         every = tuple(part[0] for part in struct.iter_unpack(_FORMATS[self.type], raw))
         return every if self.count > 1 else every[0]
 
     def write(self, words: list[int], value: FieldValue) -> None:
-        """Put `value` into a telegram.
+        """Write `value` into a telegram.
 
         Raises:
-            InputError: it does not fit, or is not of the field's kind.
+            InputError: it does not fit, or has the wrong type.
         """
         wrong = self.kind_problem(value) or self._limit_problem(value)
         if wrong:
@@ -124,7 +124,7 @@ class Field:
             words[k] = int.from_bytes(raw[start : start + 2], "little")
 
     def kind_problem(self, value: FieldValue) -> str:
-        """Why a value is not of its kind, or too long; empty if nothing."""
+        """Return the error of a value with the wrong type or length; empty if there is none."""
         if self.type == "text":
             if len(str(value)) > self.length:
                 return f"{self.name} has no room for {value!r}; it takes {self.length} characters"
@@ -140,20 +140,20 @@ class Field:
         return ""
 
     def _limit_problem(self, value: FieldValue) -> str:
-        """Why a value of its kind cannot be written at all; empty if nothing."""
+        """Return the error of a value that the wire cannot represent; empty if there is none."""
         if self.type == "text":
             foreign = [c for c in str(value) if not c.isascii()]
             return f"{self.name} has the character {foreign[0]!r}, not ASCII" if foreign else ""
         low, high = (0, self.mask >> self.bits[0]) if self.type == "bits" else _LIMITS[self.type]
         for part in cast("tuple[float, ...]", _parts(value)):
             if isinstance(part, float) and not math.isfinite(part):
-                continue  # the wire has infinities and NaN, too
+                continue  # the wire can carry infinities and NaN
             if not low <= part <= high:
                 return f"{self.name} is {part}, not {_shown(self.range or (low, high))}"
         return ""
 
     def problem(self, values: Mapping[str, FieldValue]) -> str:
-        """What is wrong with its value among all `values` of the telegram; empty if nothing."""
+        """Return the error of its value in a telegram with these `values`; empty if none."""
         value = values[self.name]
         each = value if isinstance(value, tuple) else (value,)
         if self.values and any(part not in self.values for part in each):
@@ -208,20 +208,20 @@ class Command:
 
     @property
     def shown(self) -> str:
-        """The code as the manual writes it, `0xR001` or `0x0100`."""
+        """Return the code as the manual writes it, `0xR001` or `0x0100`."""
         return f"0xR{self.code:03X}" if self.robot else f"0x{self.code:04X}"
 
     @property
     def iec(self) -> str:
-        """The code as messages write it, `16#R001` (R is the robot's number) or `16#0100`."""
+        """Return the code for messages, `16#R001` (R is the robot's number) or `16#0100`."""
         return f"16#{self.shown[2:]}"
 
     def decode(self, words: Sequence[int]) -> dict[str, FieldValue]:
-        """The request's fields by name; nothing is checked."""
+        """Return the request's fields by name, without any check."""
         return {part.name: part.read(words) for part in self.request}
 
     def encode(self, values: Mapping[str, FieldValue], robot: int = 0) -> tuple[int, ...]:
-        """The 16 words of a request; fields that are not given are 0.
+        """Return the 16 words of a request; fields without a value are 0.
 
         Raises:
             InputError: unknown field, value out of its range, or a robot where none is allowed.
@@ -241,18 +241,18 @@ class Command:
         return tuple(words)
 
     def respond(self, values: Mapping[str, FieldValue]) -> tuple[int, ...]:
-        """The 15 response words of a normal end; fields that are not given are 0."""
+        """Return the 15 response words of a normal end; fields without a value are 0."""
         return tuple(self._fill(self.response, values)[1:])
 
     def read_response(self, words: Sequence[int]) -> dict[str, FieldValue]:
-        """The response's fields by name, from the 16 words at m."""
+        """Return the response's fields by name, from the 16 words at m."""
         return {part.name: part.read(words) for part in self.response}
 
     def problem(self, words: Sequence[int], *, unused_words: bool = True) -> str:
-        """What is wrong with a request's data words; empty if nothing.
+        """Return the error in a request's data words; empty if there is none.
 
         Args:
-            words: The 16 words at n; word 0 is not looked at.
+            words: The 16 words at n; word 0 is ignored.
             unused_words: Words without any field must be 0, too.
         """
         covered = [0] * WORDS
@@ -294,7 +294,7 @@ class Command:
         return words
 
     def _given_problem(self, given: Mapping[str, FieldValue]) -> str:
-        """What is wrong with the values given for a request, before any is packed into words."""
+        """Return the error in the values for a request, before they are packed into words."""
         parts = [part for part in self.request if part.name in given]
         for part in parts:
             problem = part.kind_problem(given[part.name])
@@ -305,7 +305,7 @@ class Command:
             value = given[part.name]
             values[part.name] = tuple(value) if isinstance(value, list) else value
             if part.type == "text":
-                values[part.name] = str(value).rstrip(" ")  # as what fills it up
+                values[part.name] = str(value).rstrip(" ")  # as spaces are padding
         return next(filter(None, (part.problem(values) for part in parts)), "")
 
 
@@ -319,5 +319,5 @@ def _shown(limits: Sequence[float]) -> str:
 
 
 def intervals(limits: Sequence[int]) -> list[tuple[int, int]]:
-    """The (lowest, highest) pairs of a range that may have gaps: `(0, 31, 256, 287)`."""
+    """Return the (lowest, highest) pairs of a range that may have gaps: `(0, 31, 256, 287)`."""
     return list(zip(limits[::2], limits[1::2], strict=True))

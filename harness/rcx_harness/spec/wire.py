@@ -1,7 +1,7 @@
-"""The facts of the wire, each in its one place: sizes, assemblies, cycle and status words.
+"""The facts of the wire, defined here only: sizes, assemblies, cycle and status words.
 
-The controller, the adapter and the watching monitor each judge by their own code; what they share
-are these numbers. tests/spec/test_wire.py reads them a second time.
+The controller, the adapter and the watching monitor have independent code for their judgements.
+They share only these numbers. tests/spec/test_wire.py reads them a second time.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ STATUS_NAMES = {
 
 
 def check_size(size: int) -> None:
-    """Refuse a size that no area has (InputError)."""
+    """Raise InputError for a size that no area has."""
     if not isinstance(size, int) or size not in AREA_SIZES:
         raise InputError(
             f"an area of {size} bytes does not exist",

@@ -1,7 +1,7 @@
-"""For users who test their own PLC project with pytest: plugin, settings, evidence of failures.
+"""The pytest plugin for users who test their own PLC project: settings, cells, evidence.
 
-What a project can set stands here, since pytest loads the plugin in every run: nothing of the
-harness may come with it.
+This module lists the settings. pytest loads the plugin in every run, so the module must not import
+anything else of the harness.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 __all__ = ["LISTS", "OPTIONS", "VALUES"]
 
-#: Options of the command line, by the name of the ini key: default is None for each.
+#: Options of the command line, by the name of the ini key. The default of each is None.
 OPTIONS: dict[str, dict[str, Any]] = {
     "engine": {
         "choices": ("auto", "matiec", "builtin", "strucpp"),
@@ -32,7 +32,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "artifacts": {"metavar": "DIR", "help": "folder for charts and traces of failed tests"},
 }
 
-#: Keys of the ini file that are lists; all others are one value.
+#: Keys of the ini file with a list as value. All other keys have one value.
 LISTS = {
     "sources": "ST files of the program: names, patterns or folders, one per line",
     "replace": "ST files for POUs of a project, POU=file.st, one per line",

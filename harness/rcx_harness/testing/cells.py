@@ -1,4 +1,4 @@
-"""The cells of one test: built from its settings, watched, attached to its report, closed."""
+"""The cells of one test: created from its settings, watched, attached to its report, closed."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ from structured_text.testing.settings import project
 
 __all__ = ["Build", "Cells", "folder_of", "shorten"]
 
-#: `rcx_build`: options of a cell to the cell.
+#: Type of `rcx_build`: takes options of a cell and returns the cell.
 Build = Callable[..., Cell]
 
 _FILES = re.compile(r"(chart|trace|view|recording)(-\d+)?\.(svg|jsonl|html)")
 _LONGEST = 80
-#: Times of a cell, and how a message about them begins (clocks.py).
+#: Times of a cell, and the beginning of messages about them (clocks.py).
 _TIMES = {"scan": "the scan", "rpi": "the RPI", "jitter": "the jitter", "timeout": "the time-out"}
 #: The packages of the harness.
 _PACKAGES = (Path(__file__).resolve().parents[1], Path(structured_text.__file__).resolve().parent)
@@ -49,7 +49,7 @@ class Cells:
 
     Args:
         item: The test.
-        temporary: Makes the folder of the files where no other is named.
+        temporary: Creates the folder for files if the project names none.
     """
 
     def __init__(self, item: pytest.Item, temporary: pytest.TempPathFactory) -> None:
@@ -65,7 +65,7 @@ class Cells:
         self._forget_last_run()
 
     def build(self, **changes: Any) -> Cell:
-        """A cell as the settings of the test say, with these changes.
+        """Build a cell from the settings of the test, with these changes.
 
         Raises:
             InputError: anything wrong with sources or settings.
@@ -85,7 +85,7 @@ class Cells:
         return cell
 
     def broken(self) -> str:
-        """The rules that were broken since this was asked last and are not allowed; or empty."""
+        """Return a text on forbidden violations since the last call, or an empty text."""
         found: list[Violation] = []
         for number, cell in enumerate(self._cells):
             found += cell.violations[self._told[number] :]
@@ -103,7 +103,7 @@ class Cells:
         """Close all cells.
 
         Returns:
-            What `broken` says at the very end.
+            The last result of `broken`.
         """
         broken = self.broken()
         try:
@@ -116,7 +116,7 @@ class Cells:
         return broken
 
     def attach(self, report: pytest.TestReport) -> None:
-        """Put chart, variables and the names of the files into a report, once."""
+        """Add chart, variables and file names to a report; later calls do nothing."""
         if self._attached or not self._cells:
             return
         self._attached = True
@@ -129,7 +129,7 @@ class Cells:
             _attach_html(report, self._files)
 
     def _collect(self) -> list[tuple[str, str]]:
-        """Titles and texts for the report; the files are written on the way."""
+        """Return titles and texts for the report; the first call also writes the files."""
         if self._evidence is None:
             self._evidence = []
             for number, cell in enumerate(self._cells, 1):
@@ -160,7 +160,7 @@ class Cells:
         return "\n".join(_short(path) for path in self._files)
 
     def _write_recording(self, number: int, folder: Path, suffix: str) -> Path:
-        """What `rcx debug` opens."""
+        """Write the recording that `rcx debug` opens."""
         recorded, settings = self._recorded[number - 1]
         file, test = folder / f"recording{suffix}.jsonl", self._item.nodeid
         home, cell = project(self._item.config), self._cells[number - 1]
@@ -174,14 +174,14 @@ class Cells:
         return self._temporary.mktemp("rcx-" + _file_name(self._item.name)[:30])
 
     def _named_folder(self) -> Path | None:
-        """Below the folder for failures, as the test lies below the project's."""
+        """Return the test's folder below the folder for failures; None if none is named."""
         parent = artifacts(self._item.config)
         if parent is None:
             return None
         return parent.joinpath(folder_of(self._item))
 
     def _forget_last_run(self) -> None:
-        """Remove what an earlier run has left of this test: it may pass now."""
+        """Remove the files that an earlier run has left for this test, since it may pass now."""
         folder = self._named_folder()
         if folder is None or not folder.is_dir():
             return
@@ -192,26 +192,26 @@ class Cells:
             folder.rmdir()
 
     def _allowed(self, violation: Violation) -> bool:
-        """Does a marker allow it: by its rule, or as all of them?"""
+        """Return whether a marker allows the violation: by its rule, or all of them."""
         markers = self._item.iter_markers("allow_violations")
         return any(not marker.args or violation.rule in marker.args for marker in markers)
 
 
 def _recording(made: list[Recorded], program: Program) -> Program:
-    """The program of a cell, recorded."""
+    """Wrap the program of a cell so that it is recorded."""
     made.append(Recorded(program))
     return made[-1]
 
 
 def _first_line(report: pytest.TestReport) -> str:
-    """Why a test has failed, in one line."""
+    """Return the reason of a failure in one line."""
     crash = getattr(report.longrepr, "reprcrash", None)
     text = str(crash.message if crash is not None else report.longrepr or "the test failed")
     return next((line.strip() for line in text.splitlines() if line.strip()), "the test failed")
 
 
 def folder_of(item: pytest.Item) -> Path:
-    """Where the files of a test lie in the folder for all: as the test in the project."""
+    """Return the folder for the files of a test, which mirrors the test's path in the project."""
     file, _, name = item.nodeid.partition("::")
     names, bracket, parameter = name.partition("[")
     parts = [*file.removesuffix(".py").split("/"), *names.split("::")]
@@ -220,7 +220,7 @@ def folder_of(item: pytest.Item) -> Path:
 
 
 def _hint_at_units(error: InputError, settings: Mapping[str, Any]) -> None:
-    """Say what a bare number means, where it is a time that is refused."""
+    """Add a hint on the unit if a bare number was refused as a time."""
     for name, what in _TIMES.items():
         value = settings.get(name)
         if type(value) is int and not error.hint and error.message.startswith(f"{what} is "):
@@ -229,7 +229,7 @@ def _hint_at_units(error: InputError, settings: Mapping[str, Any]) -> None:
 
 
 def _file_name(name: str) -> str:
-    """A part of a test's name as a folder's name; different ones stay different."""
+    """Return a folder name for a part of a test's name; different parts get different names."""
     plain = re.sub(r"[^\w.-]+", "-", name, flags=re.ASCII).strip("-")
     if plain == name and len(plain) <= _LONGEST and plain.strip("."):
         return plain
@@ -237,7 +237,7 @@ def _file_name(name: str) -> str:
 
 
 def shorten(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
-    """Let pytest leave out the harness's frames below the user's line (not with --full-trace)."""
+    """Hide the harness's frames below the user's line, unless pytest runs with --full-trace."""
     for entry in excinfo.traceback:
         path = entry.path
         if isinstance(path, Path) and any(map(path.is_relative_to, _PACKAGES)):
@@ -245,12 +245,12 @@ def shorten(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
 
 
 def _tells_the_user(excinfo: pytest.ExceptionInfo[BaseException] | None) -> bool:
-    """Is it an error of the user's input or test, and none of the harness?"""
+    """Return whether the error is due to the user's input or test, not to the harness."""
     return excinfo is not None and isinstance(excinfo.value, (CellTimeout, InputError))
 
 
 def _short(path: Path) -> str:
-    """Relative to where we are, if it lies below."""
+    """Return the path relative to the current directory if it lies below, else unchanged."""
     return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
 
 

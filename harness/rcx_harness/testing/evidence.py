@@ -1,4 +1,4 @@
-"""What is kept of a cell when its test has failed: chart, trace, variables."""
+"""The evidence of a failed test: chart, trace and variables of its cell."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from structured_text.output.units import format_us
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
 
 _SECOND_US = 1_000_000
-#: A chart goes back further than a second until it shows so many changes.
+#: A chart covers more than the last second if it would show fewer changes than this.
 _FEWEST = 6
 _WIDTH = (80, 120)
 _MOST_RULES = 20
 
 
 class LastChanges(Timeline):
-    """The end of a run: the last second, or the last changes if there are few in it."""
+    """The end of a run: the last second, or the last changes if that second has only few."""
 
     def __init__(self, cell: Cell) -> None:
         super().__init__(cell.trace)
@@ -44,17 +44,17 @@ class LastChanges(Timeline):
         self._shown = sorted({*last, cell.now_us})
 
     def instants(self) -> list[int]:
-        """The times of the last changes, and the end."""
+        """Return the times of the last changes, and the end."""
         return self._shown
 
     @property
     def since_us(self) -> int:
-        """Where the chart begins."""
+        """Return the time at which the chart begins."""
         return self._shown[0]
 
 
 def chart_of(cell: Cell) -> str:
-    """The end of the run as text, below a line that says which time it shows."""
+    """Return the end of the run as text, below a line that gives the time range."""
     chart = LastChanges(cell)
     width = max(_WIDTH[0], min(shutil.get_terminal_size((100, 24)).columns, _WIDTH[1]))
     out = sys.__stdout__
@@ -69,17 +69,17 @@ def chart_of(cell: Cell) -> str:
 
 
 def state_of(cell: Cell) -> str:
-    """The programs' plain variables, and the blocks that are busy or in error."""
+    """Return the programs' plain variables, and the blocks that are busy or in error."""
     return "\n".join(_state(cell))
 
 
 def watched_of(cell: Cell) -> str:
-    """The watched variables, one per line."""
+    """Return the watched variables, one per line."""
     return "\n".join(f"{path} = {value}" for path, value in cell.watched().items())
 
 
 def broken_rules(cell: Cell) -> str:
-    """The broken rules, one per line, each with its time."""
+    """Return the broken rules, one per line, each with its time."""
     shown = [f"{format_us(one.t_us):>14}  {one.text}" for one in cell.violations[:_MOST_RULES]]
     rest = len(cell.violations) - _MOST_RULES
     return "\n".join([*shown, f"... and {rest} more"] if rest > 0 else shown)
@@ -88,7 +88,7 @@ def broken_rules(cell: Cell) -> str:
 def write_files(cell: Cell, folder: Path, title: str, suffix: str = "") -> list[Path]:
     """Write chart, trace and page into a folder, over those of an earlier run.
 
-    Trace and page hold what is in memory: the latest 40,000 records, about two minutes.
+    Trace and page contain the records in memory: the latest 40,000, about two minutes.
 
     Raises:
         InputError: a file cannot be written.

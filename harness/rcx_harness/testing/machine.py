@@ -1,6 +1,6 @@
-"""A ready-made state machine for hypothesis: whatever operator, network and robots do to a cell.
+"""A state machine for hypothesis: arbitrary actions of operator, network and robots on a cell.
 
-`rcx_machine` of the plugin runs it on the cell of a test. Rules of one's own go into a subclass:
+`rcx_machine` of the plugin runs it on the cell of a test. Add rules in a subclass:
 
     class WithRecipe(CellMachine):
         @rule(recipe=st.integers(1, 9))
@@ -33,17 +33,18 @@ from rcx_harness.verify.storm.written import write
 
 __all__ = ["CellMachine", "bound"]
 
-#: Faults that are over as soon as they have happened.
+#: Faults without a duration.
 _AT_ONCE = ("power_cycle", "alarm", "plc_overrun")
 _HELD_MS = st.sampled_from((10, 20, 50, 100, 200, 500, 1000, 3000))
 
 
 class CellMachine(RuleBasedStateMachine):
-    """An operator, a network and robots that do anything, in any order.
+    """A cell with an operator, a network and robots that act in any order.
 
-    `demands` says what they can do and what is demanded, as the files of `rcx campaign` do. After
-    each step all rules and properties are judged; `recover` asks for the way back. A failing run
-    is written as a stimulus, which `rcx run` replays: the last one is hypothesis's shortest.
+    `demands` gives the possible actions and the required properties, as the files of `rcx campaign`
+    do. After each step all rules and properties are checked; `recover` demands the way back to a
+    working cell. A failing run is written as a stimulus that `rcx run` replays. The last file
+    written is that of hypothesis's shortest run.
     """
 
     cells: Cells
@@ -59,38 +60,38 @@ class CellMachine(RuleBasedStateMachine):
 
     @initialize()
     def begin(self) -> None:
-        """The cell is started."""
+        """Start the cell."""
         self._try(self._course.begin)
 
     @rule(scans=st.sampled_from((1, 2, 5, 10, 30, 100, 300)))
     def wait(self, scans: int) -> None:
-        """Time passes."""
+        """Let time pass."""
         self._try(lambda: self._course.let_pass(scans * self.cell.timing.scan_us))
 
     @precondition(lambda self: bool(self.demands.buttons))
     @rule(data=st.data(), held_ms=_HELD_MS)
     def press(self, data: st.DataObject, held_ms: int) -> None:
-        """A button is pressed; it is let go later, whatever happens meanwhile."""
+        """Press a button; it is released after `held_ms`, whatever happens meanwhile."""
         button = data.draw(st.sampled_from(self.demands.buttons))
         self._plan(Entry(self.cell.now_us, values={button: True}, held_us=held_ms * 1000))
 
     @precondition(lambda self: bool(self.demands.switches))
     @rule(data=st.data(), to=st.booleans())
     def switch(self, data: st.DataObject, to: bool) -> None:
-        """A switch is put on or off."""
+        """Switch a switch on or off."""
         self.set({data.draw(st.sampled_from(self.demands.switches)): to})
 
     @precondition(lambda self: bool(self.demands.values))
     @rule(data=st.data())
     def change(self, data: st.DataObject) -> None:
-        """A variable gets another value."""
+        """Set a variable to another value."""
         path = data.draw(st.sampled_from(list(self.demands.values)))
         self.set({path: data.draw(st.sampled_from(self.demands.values[path]))})
 
     @precondition(lambda self: bool(self.demands.faults))
     @rule(data=st.data(), held_ms=_HELD_MS)
     def fault(self, data: st.DataObject, held_ms: int) -> None:
-        """Something goes wrong for a while."""
+        """Cause a fault for `held_ms`."""
         name = data.draw(st.sampled_from(self.demands.faults))
         controller = 1
         if not name.startswith("plc_"):
@@ -104,7 +105,7 @@ class CellMachine(RuleBasedStateMachine):
     @precondition(lambda self: self.demands.recovery is not None)
     @rule()
     def recover(self) -> None:
-        """All causes go; the way back leads to a working cell."""
+        """Wait until all causes are gone, then check that the way back leads to a working cell."""
         course = self._course
         ends_us = [part.t_us for act in course.done for part in act.parts()]
         left_us = max(0, max(ends_us, default=0) + 1_000 - self.cell.now_us)
@@ -114,11 +115,11 @@ class CellMachine(RuleBasedStateMachine):
 
     @invariant()
     def nothing_is_broken(self) -> None:
-        """No rule, and no property."""
+        """Check that no rule and no property is broken."""
         self._try(self._course.check)
 
     def set(self, values: Mapping[str, Any]) -> None:
-        """Variables are set, and a moment passes."""
+        """Set variables, and let a moment pass."""
         self._plan(Entry(self.cell.now_us, values=values))
 
     def _plan(self, act: Entry) -> None:
@@ -143,5 +144,5 @@ class CellMachine(RuleBasedStateMachine):
 
 
 def bound(machine: type[CellMachine], cells: Cells, replay_file: Path) -> type[CellMachine]:
-    """The same machine, of these cells."""
+    """Return a subclass of the machine with these cells and this replay file."""
     return type(machine.__name__, (machine,), {"cells": cells, "replay_file": replay_file})

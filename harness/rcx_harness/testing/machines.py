@@ -1,4 +1,4 @@
-"""Runs a state machine on the cell of a test."""
+"""The run of a hypothesis state machine on the cell of a test."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def run_machine(
     settings: Mapping[str, Any],
     temporary: Path,
 ) -> None:
-    """Run a machine on cells as the settings of a test say.
+    """Run a machine on cells with the settings of a test.
 
     Args:
         item: The test.
-        demands: Files of demands, from the project's folder.
+        demands: Files of demands, relative to the project's folder.
         machine: The machine; None for the ready-made one.
-        settings: Of hypothesis.
-        temporary: Where a failing run is written, if the project names no folder.
+        settings: Settings of hypothesis.
+        temporary: Folder for a failing run, if the project names none.
 
     Raises:
         InputError: anything wrong with sources, settings or demands.

@@ -1,7 +1,7 @@
 """The pytest plugin: fixtures `cell`, `robot` and `rcx_build` for tests of a PLC project.
 
-pytest loads this module in every run of an environment that has the package, so it imports
-nothing of the harness until a test asks for a fixture. docs/how-to/testing.md is the user's page.
+pytest loads this module in every run of an environment that has the package. Therefore it imports
+nothing of the harness until a test uses a fixture. docs/how-to/testing.md is the user's page.
 """
 
 from __future__ import annotations
@@ -34,12 +34,13 @@ _MARKERS = (
 
 
 def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
-    """Options `--rcx-...` and keys `rcx_...` of the ini file."""
+    """Add the options `--rcx-...` and the keys `rcx_...` of the ini file."""
     parser.getgroup("rcx", "virtual robot cell (rcx-harness)")
     types: dict[str, dict[str, Any]] = {"scan": {"type": _duration}}
     add_options(parser, {name: {**one, **types.get(name, {})} for name, one in OPTIONS.items()})
     LIBRARIES.add(_library)
-    # Before this one's other hooks are known, which are called first for that reason.
+    # pytest calls hooks of later plugins first. Register the toolkit before this plugin's other
+    # hooks are known, so that these are called first.
     if not pluginmanager.is_registered(toolkit):
         pluginmanager.register(toolkit, toolkit.__name__)
     for name, text in LISTS.items():
@@ -50,7 +51,7 @@ def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginMa
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
-    """Make the markers known; check the settings where there are any."""
+    """Register the markers; check the settings if there are any."""
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
     check_keys(config, [f"rcx_{name}" for name in (*OPTIONS, *COVERAGE, *LISTS, *VALUES)])
@@ -61,7 +62,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_report_header(config: pytest.Config) -> str | None:
-    """One line: version, engine, link, seed."""
+    """Return one line: version, engine, link, seed."""
     if not _in_use(config):
         return None
     from rcx_harness.testing.settings import header
@@ -70,7 +71,7 @@ def pytest_report_header(config: pytest.Config) -> str | None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """A marker that allows a rule which does not exist is an error of its test."""
+    """Fail the test if a marker allows a rule that does not exist."""
     for marker in item.iter_markers("allow_violations"):
         from rcx_harness.testing.settings import wrong_marker
 
@@ -96,19 +97,19 @@ def rcx_build(
 
 @pytest.fixture
 def cell(rcx_build: Build) -> Cell:
-    """This project's PLC program and a virtual robot, at time 0; new for every test."""
+    """Return this project's PLC program with a virtual robot, at time 0; new for every test."""
     from structured_text.errors import InputError
 
     try:
         return rcx_build()
     except InputError as error:
         reason = f"rcx: {error}"
-    pytest.fail(reason, pytrace=False)  # outside: the message alone, once
+    pytest.fail(reason, pytrace=False)  # outside of except: no chained traceback
 
 
 @pytest.fixture
 def robot(cell: Cell) -> Controller:
-    """The virtual robot of `cell`."""
+    """Return the virtual robot of `cell`."""
     return cell.robot
 
 
@@ -140,7 +141,7 @@ def rcx_machine(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[...,
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, Any]:
-    """A test that passed fails if its cells broke a rule of the manual."""
+    """Fail a test that passed if its cells broke a rule of the manual."""
     cells = item.stash.get(_CELLS, None)
     try:
         result = yield
@@ -188,7 +189,7 @@ def _library() -> Path:
 
 
 def _in_use(config: pytest.Config) -> bool:
-    """Is there any setting of ours, in the ini file or on the command line?"""
+    """Return whether the ini file or the command line has any setting of this plugin."""
     if is_set(config, (*OPTIONS, *COVERAGE)):
         return True
     return any(config.getini(f"rcx_{name}") for name in (*LISTS, *VALUES))

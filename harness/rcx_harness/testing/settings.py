@@ -1,4 +1,4 @@
-"""What a test's cell is built of: marker before command line before ini file before defaults."""
+"""The settings of a test's cell: marker before command line before ini file before defaults."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from structured_text.testing.settings import is_on, project
 
 __all__ = ["RULES", "artifacts", "check_settings", "header", "known", "settings_of", "wrong_marker"]
 
-#: What the marker and `rcx_build` take: the arguments of `Cell.build`, `program` as `sources`.
+#: Arguments of the marker and of `rcx_build`: those of `Cell.build`, with `sources` instead of
+#: `program`.
 _INSIDE = ("program", "trace", "keep", "through")
 _BUILD = inspect.signature(Cell.build).parameters
 _KEYS = ("sources", *(name for name in _BUILD if name not in _INSIDE))
@@ -32,7 +33,7 @@ _IN_INI = [n for n in (*OPTIONS, *VALUES) if n not in ("robot", "watch", "artifa
 _NUMBERS = ("seed", "size", "m", "n")
 _DURATIONS = ("scan", "rpi", "jitter")
 
-#: Every rule whose breach is reported, by who reports it.
+#: All rules that can be reported as broken, by the part that reports them.
 RULES = {
     "monitor": (
         "interval",
@@ -54,7 +55,7 @@ _NO_SOURCES = (
 
 
 def check_settings(config: pytest.Config) -> None:
-    """Refuse what is wrong in the ini file and on the command line, before any test runs.
+    """Check the ini file and the command line before any test runs.
 
     Raises:
         UsageError: one message, for pytest to print.
@@ -83,7 +84,7 @@ def check_settings(config: pytest.Config) -> None:
 
 
 def header(config: pytest.Config) -> str:
-    """Version, engine, link, seed, in one line."""
+    """Return version, engine, link and seed in one line."""
     settings = _of_run(config)
     counts = is_on(config, "coverage") and settings.get("engine", "auto") == "auto"
     engine = "builtin (it counts coverage)" if counts else _engine(settings)
@@ -94,7 +95,7 @@ def header(config: pytest.Config) -> str:
 
 
 def artifacts(config: pytest.Config) -> Path | None:
-    """The folder for charts and traces of failed tests; None: pytest's temporary one."""
+    """Return the folder for charts and traces of failed tests; None: pytest's temporary folder."""
     given = config.getoption("rcx_artifacts")
     if given is not None:
         return config.invocation_params.dir / str(given)
@@ -106,7 +107,7 @@ def known(changes: Mapping[str, Any]) -> None:
     """Refuse arguments that `Cell.build` does not take.
 
     Raises:
-        InputError: with near names.
+        InputError: an unknown argument, with similar names.
     """
     for name in changes:
         if name not in _KEYS:
@@ -114,11 +115,11 @@ def known(changes: Mapping[str, Any]) -> None:
 
 
 def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `Cell.build` for a cell of this test.
+    """Return the arguments of `Cell.build` for a cell of this test.
 
     Args:
-        item: The test; its markers `rcx` count, the nearest last.
-        changes: What the test itself asks for, on top.
+        item: The test; its markers `rcx` count, and the nearest one wins.
+        changes: Changes by the test itself, which win over the markers.
 
     Raises:
         InputError: unknown options, or no program.
@@ -147,7 +148,7 @@ def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _of_run(config: pytest.Config) -> dict[str, Any]:
-    """What ini file and command line say; file names are absolute."""
+    """Return the settings of ini file and command line; file names are absolute."""
     settings: dict[str, Any] = {}
     for name in ("sources", "watch", "robot", "replace"):
         if config.getini(f"rcx_{name}"):
@@ -168,14 +169,14 @@ def _of_run(config: pytest.Config) -> dict[str, Any]:
 
 
 def _below(folder: Path, named: Any) -> Any:
-    """A name of a file, or several, seen from a folder; anything else as it is."""
+    """Return a file name, or several, relative to a folder; return anything else unchanged."""
     if isinstance(named, (str, Path)):
         return folder / named
     return [_below(folder, one) for one in named] if isinstance(named, (list, tuple)) else named
 
 
 def _replacements(home: Path, given: Any) -> dict[str, Path]:
-    """Files for POUs by name, from a table or from lines `POU=file.st`."""
+    """Return files for POUs by name, from a table or from lines `POU=file.st`."""
     pairs = given.items() if isinstance(given, Mapping) else [_pair(str(one)) for one in given]
     return {name: home / file for name, file in pairs}
 
@@ -188,7 +189,7 @@ def _pair(text: str) -> tuple[str, str]:
 
 
 def _number(name: str, value: object) -> int | list[int]:
-    """A whole number; of the areas of several robots a list of them."""
+    """Return a whole number; for the areas of several robots return a list of numbers."""
     try:
         numbers = [int(part) for part in str(value).split()]
     except ValueError:
@@ -201,7 +202,7 @@ def _number(name: str, value: object) -> int | list[int]:
 
 
 def _files(home: Path, sources: Any) -> list[Path]:
-    """The files that names, patterns and folders give, in the order given."""
+    """Return the files that names, patterns and folders give, in the order given."""
     found: list[Path] = []
     for source in [sources] if isinstance(sources, (str, Path)) else sources:
         place = home / source
@@ -210,7 +211,7 @@ def _files(home: Path, sources: Any) -> list[Path]:
             continue
         try:
             matching = sorted(home.glob(str(source)), key=lambda file: file.parts)
-        except (NotImplementedError, ValueError):  # an absolute pattern, or an empty one
+        except (NotImplementedError, ValueError):  # an absolute or empty pattern
             matching = []
         if not matching:
             raise InputError(f"no file is called {source}", file=home, hint="correct rcx_sources")
@@ -224,7 +225,7 @@ def _auto_engine() -> str:
 
 
 def _engine(settings: Mapping[str, Any]) -> str:
-    """The engine that will run, and why, where it is chosen by what is found."""
+    """Return the engine that will run, with the reason if it was chosen automatically."""
     engine = str(settings.get("engine", "auto"))
     if engine != "auto":
         return engine
@@ -233,7 +234,7 @@ def _engine(settings: Mapping[str, Any]) -> str:
 
 
 def wrong_marker(marker: pytest.Mark) -> str:
-    """What is wrong with a marker `allow_violations`; empty if nothing."""
+    """Return the mistake in a marker `allow_violations`; empty if there is none."""
     names = list(dict.fromkeys(name for some in RULES.values() for name in some))
     every = f"the rules are: {', '.join(names)}"
     if marker.kwargs:

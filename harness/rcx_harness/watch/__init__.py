@@ -1,1 +1,1 @@
-"""Who judges a run while it goes on: the wire, the contract of each block, and how it is called."""
+"""The judges of a running program: rules of the wire, contract and calls of each block."""

@@ -1,7 +1,8 @@
-"""The rules of the wire that the controller has to keep, from the areas as they travel.
+"""The rules of the wire for the controller, checked on the areas as they travel.
 
-The other side of the monitor in wire.py: what the controller answers, judged by what the PLC has
-sent. A virtual controller keeps them by itself; this is for recordings of another one.
+This is the counterpart of the monitor in wire.py: it judges the controller's answers by what the
+PLC has sent. The virtual controller keeps these rules by design, so the monitor is for recordings
+of other controllers.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ _CPU_OK = 0x02
 
 
 class AnswerMonitor:
-    """Checks what a controller answers.
+    """A monitor of a controller's answers.
 
     Rules: `status` (an unknown one; one that comes without a command, or goes without a status
     reset: guide 1.2, 2 and 4.1), `response` (changed after the end status: guide 2), `reserved`
@@ -38,24 +39,24 @@ class AnswerMonitor:
         self._asked = self._changed = False
 
     def forget(self) -> None:
-        """Packets are missing, or the connection is another: begin anew."""
+        """Reset after missing packets or a change of the connection."""
         self._so = b""
 
     def take(self, t_us: int, who: str, so: bytes, si: bytes) -> list[Violation]:
-        """Judge the areas as they are now.
+        """Judge the current areas.
 
         Args:
-            t_us: When they were seen.
-            who: How a finding begins: `robot, packet 12`.
+            t_us: Time at which they were seen.
+            who: Beginning of a finding: `robot, packet 12`.
             so: The area to the PLC.
-            si: The area to the controller, as it was sent last; empty where nobody sends one.
+            si: The area last sent to the controller; empty if no PLC sends one.
         """
         before, self._so = self._so, so
         code = word(si, 0) if si else 0
         if code != self._code:
             self._asked, self._changed = self._asked or code != 0, self._changed or self._code != 0
             self._code = code
-        if len(before) != len(so):  # the first one: what was asked for before is not known
+        if len(before) != len(so):  # first area: earlier commands are unknown
             self._changed = word(so, 0) != READY
             self._asked = self._changed or code != 0
             return []

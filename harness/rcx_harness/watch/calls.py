@@ -1,6 +1,6 @@
-"""How a program calls the blocks of a robot, watched scan by scan where its source leaves it open.
+"""A run-time monitor of block calls, for those that the source leaves open.
 
-Only an engine that sees each call can tell; matiec's C cannot, so there nothing is reported.
+The engine must report each call. The C code of matiec cannot, so with it nothing is reported.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["CallMonitor"]
 
 
 class _Watched(NamedTuple):
-    """An instance: its path, its kind of area (`read`, `write` or empty), its pin Busy if any."""
+    """A watched instance: its path, its area (`read`, `write` or empty), its pin Busy if any."""
 
     path: str
     area: str
@@ -26,11 +26,11 @@ class _Watched(NamedTuple):
 
 
 class CallMonitor:
-    """Checks that each block is called once per scan, for one robot, and never left out while busy.
+    """A monitor that demands one call per scan, for one robot, and no skipped call while busy.
 
     Args:
         program: The program to watch.
-        plan: What its source leaves open; empty: there is nothing to watch, and no cost.
+        plan: The calls that the source leaves open; if it is empty, the monitor costs nothing.
     """
 
     def __init__(self, program: Program, plan: CallPlan) -> None:
@@ -58,11 +58,11 @@ class CallMonitor:
         return [Violation(t_us, "calls", f"plc, scan {scan}: calls: {text}") for text in found]
 
     def snapshot(self) -> object:
-        """What is remembered of the scans before."""
+        """Return the memory of earlier scans."""
         return dict(self._robots), self._before
 
     def restore(self, snapshot: tuple[dict[int, int], frozenset[str]]) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore the state from `snapshot`."""
         robots, self._before = snapshot
         self._robots = dict(robots)
 
@@ -96,7 +96,7 @@ class CallMonitor:
 
 
 def _inside(path: str, owner: BlockType, plan: CallPlan) -> Iterator[_Watched]:
-    """The watched instances that the user's program or block declares, and those inside them."""
+    """Yield the watched instances that a user's program or block declares, and those inside."""
     names = plan.owners.get(owner.name.upper())
     if names is None:
         return

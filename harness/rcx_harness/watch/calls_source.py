@@ -1,9 +1,9 @@
-"""How a program calls its blocks, read from its source: which once, which in the right order.
+"""A check of block calls in the source: their number and their order.
 
-A block that takes a `Robot : RCX_REF`, or has such blocks inside, remembers what it saw in its last
-call: it wants one call in each scan, always for the same robot, between FB_ReadArea and
-FB_WriteArea. Outside of these two, what asks something of the robot ends with 16#8017. Blocks that
-read or write one bit or word of an image remember nothing and are free.
+A block that takes a `Robot : RCX_REF`, or contains such blocks, remembers the state of its last
+call. It needs exactly one call in each scan, always for the same robot, between FB_ReadArea and
+FB_WriteArea. Outside of these two, a block that requests something from the robot ends with
+16#8017. Blocks that read or write one bit or word of an image remember nothing and are free.
 """
 
 from __future__ import annotations
@@ -32,21 +32,22 @@ AREAS = {
 _OWNERS = ("PROGRAM", "FUNCTION_BLOCK")
 _REF, _IMAGES = "RCX_REF", ("RCX_IMAGE", "RCX_IMAGE_WORDS")
 _STARTS = ("EXECUTE", "ENABLE")
-#: Blocks of the library that their owners call twice in a scan on purpose.
+#: Blocks of the library with two intended calls in a scan.
 _TWICE = ("FB_RCXCLAIM",)
-#: What asks something of the robot is or has one of these; the stops act out of place, too.
+#: A block requests something from the robot if it is or contains one of these. The stop blocks stop
+#: the robot even outside of the two area blocks.
 _ASKING = ("FB_RCXJOB", "FB_SEQUENCECONTROL")
 _STOPPING = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
 
 class CallFinding(NamedTuple):
-    """A call that is not as it should be.
+    """A wrong call.
 
     Attributes:
-        file: Where it stands.
+        file: Its file.
         at: Line and column.
         text: What is wrong and what to do.
-        certain: It goes wrong whenever the statement runs; else it depends on the conditions.
+        certain: It fails whenever the statement runs; otherwise it depends on conditions.
     """
 
     file: Path
@@ -56,13 +57,13 @@ class CallFinding(NamedTuple):
 
 
 class CallPlan(NamedTuple):
-    """What is to be watched while a program runs, because its source does not settle it.
+    """The calls to watch at run time, because the source leaves them open.
 
     Attributes:
-        blocks: Types to watch, in upper case, with the place of the RCX_REF among their
-            VAR_IN_OUT; None for a block that has its robots inside.
-        owners: The user's programs and blocks, by type in upper case, with the watched instances
-            in each. Empty where every call is certain: then there is nothing to watch.
+        blocks: Types to watch, in upper case, with the index of the RCX_REF among their VAR_IN_OUT;
+            None for a block that contains its robots.
+        owners: The user's programs and blocks, by type in upper case, with the watched instances in
+            each. Empty if every call is certain and nothing needs watching.
     """
 
     blocks: dict[str, int | None]
@@ -92,12 +93,15 @@ def _findings(files: Sequence[Path], library: Sequence[Path]) -> list[CallFindin
 
 
 def _key(files: Sequence[Path], library: Sequence[Path]) -> str:
-    """This very file stands between them: what it says depends on it, and on which are whose."""
+    """Return a cache key of all files; this module between them marks where the library begins.
+
+    The result depends on this module's code, too.
+    """
     return cache.sources_key((*files, _HERE, *library))
 
 
 def call_plan(files: Sequence[Path], library: Sequence[Path] = ()) -> CallPlan:
-    """What the source leaves open; see `CallPlan`. The arguments are those of `call_findings`."""
+    """Return the calls that the source leaves open; arguments as of `call_findings`."""
     key = _key(files, library)
     return cache.made_of("calls", key, (*files, *library), lambda: _plan(files, library))
 
@@ -113,12 +117,12 @@ def _plan(files: Sequence[Path], library: Sequence[Path]) -> CallPlan:
 
 
 def steady_instances(files: Sequence[Path], library: Sequence[Path] = ()) -> set[str]:
-    """Find the instances whose every call and whose Execute can be known from outside.
+    """Find the instances whose calls and Execute are certain from the source.
 
-    Where there are several programs or tasks none is named, since not every program runs in
-    every scan. An instance counts if its owner, program or block, calls it once, at the top
-    level of its body, before any RETURN, and if nothing assigns its Execute or Enable after
-    that call.
+    With several programs or tasks the result is empty, since not every program runs in every scan.
+    An instance counts if its owner, a program or block, calls it exactly once, at the top level of
+    its body and before any RETURN, and if no statement assigns its Execute or Enable after that
+    call.
 
     Args:
         files: The program's own files, free of errors.
@@ -139,10 +143,10 @@ class _Block:
     Attributes:
         name: In upper case.
         pin: Its VAR_IN_OUT of type RCX_REF, in upper case; empty if it has none.
-        place: Where that is among its VAR_IN_OUT.
-        watched: It wants one call in each scan.
-        works: It has an Execute or Enable, is an area block, or has such blocks inside.
-        asks: It asks something of the robot, and is refused outside of the two area blocks.
+        place: Index of that pin among its VAR_IN_OUT.
+        watched: It needs one call in each scan.
+        works: It has an Execute or Enable, is an area block, or contains such blocks.
+        asks: It requests something from the robot, and fails outside of the two area blocks.
     """
 
     name: str
@@ -154,7 +158,7 @@ class _Block:
 
 
 def _declarations(file: Path) -> tuple[s.Declaration, ...]:
-    from structured_text.language.parser import parse  # only where no answer is kept
+    from structured_text.language.parser import parse  # only without a cached answer
 
     return parse(file).declarations
 
@@ -166,7 +170,7 @@ def _owners(file: Path) -> Iterator[s.Pou]:
 
 
 def _blocks(files: Sequence[Path]) -> dict[str, _Block]:
-    """The types of blocks by name, those with blocks of a robot inside among them."""
+    """Return the types of blocks by name, with the properties inherited from blocks inside."""
     pous = [pou for file in files for pou in _owners(file) if pou.kind == "FUNCTION_BLOCK"]
     found = {pou.name.key: _block(pou) for pou in pous}
     inside = {pou.name.key: {kind for _, kind in _variables(pou, "VAR")} for pou in pous}
@@ -202,7 +206,7 @@ def _block(pou: s.Pou) -> _Block:
 
 
 def _variables(pou: s.Pou, kind: str) -> Iterator[tuple[str, str]]:
-    """Names and types of a kind of variables, in upper case."""
+    """Yield names and types of a kind of variables, in upper case."""
     for section in pou.sections:
         if section.kind == kind:
             for one in section.variables:
@@ -211,7 +215,7 @@ def _variables(pou: s.Pou, kind: str) -> Iterator[tuple[str, str]]:
 
 
 class _Call(NamedTuple):
-    """A call statement: of which instance and robot, and the branches around it."""
+    """A call statement: its instance and robot, and the branches around it."""
 
     at: s.Position
     name: str
@@ -222,11 +226,11 @@ class _Call(NamedTuple):
 
     @property
     def key(self) -> str:
-        """The robot's name, to be compared."""
+        """Return the robot's name for comparisons."""
         return self.robot.upper()
 
 
-#: What has been called on a way through the body: by instance, or by area and robot.
+#: The calls on one path through the body: by instance, or by area and robot.
 _Way = dict[tuple[str, str], tuple[_Call, ...]]
 
 
@@ -235,12 +239,12 @@ class _Calls:
     """The calls in one program or block.
 
     Attributes:
-        file: Where it stands.
+        file: Its file.
         owner: The program or block.
         blocks: All types of blocks.
         called: Its watched instances, in upper case.
         kinds: Their types.
-        varies: A robot is chosen by an index that the source does not settle.
+        varies: Some robot is selected by an index that is not constant.
     """
 
     file: Path
@@ -268,7 +272,7 @@ class _Calls:
         self._run(self.owner.body, {}, (), loop=False)
 
     def findings(self) -> list[CallFinding]:
-        """What is wrong, in the order of the lines."""
+        """Return the findings, in the order of the lines."""
         return sorted(self._found.values(), key=lambda one: one.at)
 
     # --- ways through the body ---
@@ -276,7 +280,13 @@ class _Calls:
     def _run(
         self, body: Iterable[s.Statement], way: _Way, guards: tuple[int, ...], *, loop: bool
     ) -> _Way | None:
-        """Follow statements; what has been called at their end, None if no way leads there."""
+        """Follow statements; return the calls at their end, or None if no path leads there.
+
+        Each path carries the calls made on it so far. An IF or CASE splits the path, and the
+        branches merge after it. A loop body is one branch; its EXIT paths merge after the loop.
+        RETURN and EXIT end the path. `guards` are the numbers of the branches around the
+        statements.
+        """
         for one in body:
             if isinstance(one, s.CallStatement):
                 block = self._called(one)
@@ -308,7 +318,7 @@ class _Calls:
         return self._run(body, way, (*guards, self._branches), loop=loop)
 
     def _called(self, one: s.CallStatement) -> _Block | None:
-        """The watched type that a statement calls."""
+        """Return the watched type that a statement calls, or None."""
         if not isinstance(one.callee, s.Name):
             return None
         block = self.blocks.get(self._types.get(one.callee.key, ""))
@@ -346,7 +356,7 @@ class _Calls:
         return {**way, **{key: (*way.get(key, ()), call) for key in keys}}
 
     def _once(self, call: _Call, way: _Way) -> None:
-        """It must not be called before, nor another area block for this robot."""
+        """Report a second call of the instance, or of another area block for this robot."""
         if call.loop:
             self._tell(call, f"{call.name} is called inside a loop; call it once per scan, outside")
             return
@@ -379,7 +389,7 @@ class _Calls:
             )
 
     def _order(self, call: _Call, area: str, way: _Way) -> None:
-        """Reading first, writing last, where this body reads the robot's area."""
+        """Report calls before the read or after the write of the robot's area."""
         if not call.block.works or call.loop:
             return
         written = way.get(("write", call.key), ())
@@ -402,7 +412,8 @@ class _Calls:
                 certain=_both_run(written, call),
             )
         elif area != "read" and read is not None and ("read", call.key) not in way:
-            # In the order write, read the blocks before both are in the scan that is read last.
+            # If the body writes before it reads, a block before both belongs to the scan of the
+            # last read.
             late = "it sees the scan before; call FB_ReadArea first"
             if call.block.asks and not self._is_written_before(read, call.key):
                 late = f"{refused}; move the call behind {_name(read)} in line {read.at.line}"
@@ -411,7 +422,7 @@ class _Calls:
             )
 
     def _is_written_before(self, read: s.CallStatement, robot: str) -> bool:
-        """Does the body write the robot's area in front of where it reads it?"""
+        """Return whether the body writes the robot's area before it reads it."""
         return any(
             AREAS.get(block.name) == "write"
             and call.at < read.at
@@ -424,19 +435,19 @@ class _Calls:
 
 
 def _joined(ways: Sequence[_Way]) -> _Way:
-    """Of several ways to one place: what may have been called most often."""
+    """Merge paths: for each key the longest list of possible calls counts."""
     keys = dict.fromkeys(key for way in ways for key in way)
     return {key: max((way.get(key, ()) for way in ways), key=len) for key in keys}
 
 
 def _both_run(before: Sequence[_Call], call: _Call) -> bool:
-    """Does one of them run whenever the other does: is its branch around that of the other?"""
+    """Return whether one call always runs with the other: its branch encloses the other's."""
     pairs = [(one.guards, call.guards) for one in before]
     return any(a == b[: len(a)] or b == a[: len(b)] for a, b in pairs)
 
 
 def _argument(one: s.CallStatement, block: _Block) -> s.Expression | None:
-    """What a call gives as the block's robot."""
+    """Return the argument for the block's robot, or None."""
     for argument in one.arguments:
         if argument.name is not None and argument.name.key == block.pin:
             return argument.value
@@ -444,12 +455,12 @@ def _argument(one: s.CallStatement, block: _Block) -> s.Expression | None:
 
 
 def _name(one: s.CallStatement) -> str:
-    """The instance that is called."""
+    """Return the name of the called instance."""
     return one.callee.text if isinstance(one.callee, s.Name) else ""
 
 
 def _varies(node: s.Expression | None) -> bool:
-    """Is it an element that an index chooses while the program runs?"""
+    """Return whether the expression is an array element with a non-constant index."""
     if isinstance(node, s.Field):
         return _varies(node.base)
     return isinstance(node, s.Index) and not all(isinstance(i, s.Literal) for i in node.indices)
@@ -492,14 +503,14 @@ def _steady(body: tuple[s.Statement, ...]) -> set[str]:
 
 
 def _called(statement: s.Statement) -> set[str]:
-    """The instance that this very statement calls."""
+    """Return the instance that this statement itself calls."""
     if isinstance(statement, s.CallStatement) and isinstance(statement.callee, s.Name):
         return {statement.callee.key}
     return set()
 
 
 def _start_of(target: s.Variable) -> set[str]:
-    """`SERVO` for an assignment to `Servo.Execute`."""
+    """Return `SERVO` for an assignment to `Servo.Execute`."""
     if not isinstance(target, s.Field) or target.name.key not in _STARTS:
         return set()
     return {target.base.key} if isinstance(target.base, s.Name) else set()

@@ -1,12 +1,12 @@
 """The contract of the blocks (PLCopen), checked from outside, scan by scan.
 
-A monitor sees a block before and after a scan, not at its call. What holds whenever the block is
-called is checked for every instance, also inside other blocks. The rest needs to know the Execute
-or Enable that the block saw; it is checked where the source shows it: one call per scan that
-cannot be skipped, and no assignment to the pin after it (`steady_instances`).
+A monitor sees a block before and after a scan, not at its call. Rules that hold whenever the block
+is called are checked for every instance, also inside other blocks. The other rules depend on the
+Execute or Enable that the block saw. They are checked only where the source makes that certain: one
+call per scan that cannot be skipped, and no assignment to the pin after it (`steady_instances`).
 
-That a block was called out of place is taken from its own ErrorID: no engine but the built-in one
-shows the calls.
+A call out of place is recognized by the block's own ErrorID, since only the built-in engine reports
+calls.
 """
 
 from __future__ import annotations
@@ -38,30 +38,30 @@ class _Pins(NamedTuple):
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Which of the exclusive outputs are true."""
+        """Return the names of the exclusive outputs that are true."""
         named = zip(("Busy", "Done", "Error", "CommandAborted"), self[:4], strict=True)
         return tuple(name for name, value in named if value)
 
     @property
     def end(self) -> bool:
-        """Is an end shown?"""
+        """Return whether Done, Error or CommandAborted is true."""
         return self.done or self.error or self.aborted
 
 
 class _Instance:
-    """One block instance that can be judged, and what its pins were.
+    """One judged block instance, with the previous values of its pins.
 
-    Subclasses say which pins they look at and what they demand of them.
+    Subclasses define the pins and the rules.
     """
 
     pins: tuple[str, ...] = ("error", "errorid")
 
-    #: No instance around it is watched: what it shows is told of it alone.
+    #: No instance around it is watched, so its findings are reported for itself.
     topmost: bool = False
 
     def __init__(self, path: str, names: dict[str, str], steady: bool) -> None:
         self.path, self.steady = path, steady
-        # In the order of their declaration: so they lie one behind the other.
+        # The order of declaration keeps the pins adjacent in memory.
         there = [pin for pin in names if pin in self.pins]
         self.read = [f"{path}.{names[pin]}" for pin in there]
         """Paths of the pins that there are."""
@@ -75,7 +75,7 @@ class _Instance:
         """Pins that stay as they are break nothing."""
 
     def scan(self, now: tuple[Any, ...]) -> list[str]:
-        """Judge the values of `read` after a scan; what is broken and was not before."""
+        """Judge the values of `read` after a scan; return violations that did not exist before."""
         change = self.before, now
         verdict = self._verdicts.get(change)
         if verdict is None:
@@ -90,11 +90,11 @@ class _Instance:
         return found
 
     def _by_pin(self, values: tuple[Any, ...]) -> list[Any]:
-        """The values in the order of `pins`, 0 where there is no such pin."""
+        """Return the values in the order of `pins`, 0 for a missing pin."""
         return [0 if at is None else values[at] for at in self._at]
 
     def _may_not_last(self) -> bool:
-        """Is it wrong if nothing changes?"""
+        """Return whether an unchanged state would be a violation in the next scan."""
         return False
 
     def _judge(self, before: list[Any], now: list[Any]) -> list[str]:
@@ -126,7 +126,7 @@ class _Edge(_Instance):
 
     pins = ("execute", "busy", "done", "error", "commandaborted", "active", "errorid")
 
-    #: Is it declared in a program? A block may call one of its own twice in a scan.
+    #: It is declared in a program. A block may call an inner block twice in a scan.
     outermost: bool
 
     def _may_not_last(self) -> bool:
@@ -148,16 +148,17 @@ class _Edge(_Instance):
 
 
 class ContractMonitor:
-    """Checks every instance that the contract is about, also inside other blocks.
+    """A monitor of the contract for every instance with such pins, also inside other blocks.
 
-    These are the blocks with Execute, Busy, Done and Error, those with Enable and Error, and
-    all others with Error and ErrorID.
+    These are the blocks with Execute, Busy, Done and Error, those with Enable and Error, and all
+    others with Error and ErrorID. The monitor judges an instance only if its pins have changed, or
+    if an unchanged state would be a violation.
 
     Args:
         program: The program to watch.
-        steady: Instances that are called exactly once whenever their owner is, with an Execute
-            or Enable that nothing alters after the call, as `steady_instances` gives them; they
-            are checked to the full where the same is true of their owner.
+        steady: Instances that are called exactly once whenever their owner is, with an Execute or
+            Enable that no statement changes after the call, as returned by `steady_instances`. All
+            rules are checked for them if the same is true of their owner.
     """
 
     def __init__(self, program: Program, steady: Collection[str] = ()) -> None:
@@ -190,11 +191,11 @@ class ContractMonitor:
         return found
 
     def snapshot(self) -> object:
-        """What is remembered of each instance."""
+        """Return the memory of each instance."""
         return [(one.before, one.told) for one in self.instances]
 
     def restore(self, snapshot: list[tuple[tuple[Any, ...], tuple[str, ...]]]) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore the state from `snapshot`."""
         for instance, state in zip(self.instances, snapshot, strict=True):
             instance.before, instance.told = state
             instance.at_rest = False
@@ -202,7 +203,7 @@ class ContractMonitor:
 
 
 class _Found(NamedTuple):
-    """What an instance is made of: its contract, path, pins, and where it stands."""
+    """The data of an instance: its contract, path, pins, and its place among the blocks."""
 
     kind: type[_Instance]
     path: str
@@ -229,14 +230,14 @@ def _made(
 
 @lru_cache(maxsize=64)
 def _all_inside(path: str, owner: BlockType, steady: frozenset[str]) -> tuple[_Found, ...]:
-    """What is watched in a program; the same for each of its cells."""
+    """Return the watched instances of a program, which are the same for each of its cells."""
     return tuple(_inside(path, owner, steady, outermost=True, topmost=True))
 
 
 def _inside(
     path: str, owner: BlockType, steady: Collection[str], *, outermost: bool, topmost: bool
 ) -> Iterator[_Found]:
-    """The instances declared in `owner`, and those inside them."""
+    """Yield the watched instances declared in `owner`, and those inside them."""
     for variable in owner.variables:
         block = variable.type
         if variable.section != "VAR" or not isinstance(block, BlockType):
@@ -261,7 +262,7 @@ def _is_pin(kind: object) -> bool:
 
 
 def _kind(names: Collection[str]) -> type[_Instance] | None:
-    """Which contract a block with these pins has."""
+    """Return the contract of a block with these pins, or None."""
     if all(pin in names for pin in ("execute", "busy", "done", "error")):
         return _Edge
     if "enable" in names and "error" in names:
@@ -293,7 +294,12 @@ def _id_of(error: bool, error_id: int) -> list[str]:
 
 
 def _at_the_call(pins: _Pins, before: _Pins, execute: bool, saw: bool) -> list[str]:
-    """What holds where the block saw `execute` in this scan and `saw` in the one before."""
+    """Check the rules of a call that saw `execute` in this scan and `saw` in the one before.
+
+    A rising edge must show an output at once. Without an edge and without Busy before, no new
+    output may appear. While Execute is true, an output must stay. After Execute has fallen, an end
+    may be shown for one scan only.
+    """
     edge = execute and not saw
     if edge and not pins.shown:
         return ["no Busy, Done or Error in the call of the rising edge"]

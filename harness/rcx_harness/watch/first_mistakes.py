@@ -1,9 +1,9 @@
-"""The commonest first mistakes of a program, found in its checked source.
+"""The most frequent first mistakes of a program, found in its checked source.
 
-Each of them is legal Structured Text, so the program runs and its robot does nothing: no
-FB_ReadArea or no FB_WriteArea for a robot, a pin that has to be wired and is not, a block that is
-used but never called, a robot that a block takes as a copy. All findings are warnings. What the
-source does not settle is not reported: a robot behind a pointer, an index that the program chooses.
+Each of them is legal Structured Text, so the program runs, but its robot does nothing: no
+FB_ReadArea or no FB_WriteArea for a robot, a required pin that is not wired, a block that is used
+but never called, a robot that a block takes as a copy. All findings are warnings. Nothing is
+reported if the source leaves it open: a robot behind a pointer, an index that is not constant.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _MOVES = (
 _MOVES_BEGIN = ("FB_MOVE", "FB_DRIVE", "FB_PUSH", "FB_PALLETMOVE")
 #: Blocks without Execute that send something to the controller.
 _SENDING = ("FB_CONTINUOUSPOSITION", "FB_OPERATOR", "FB_OVERRIDE", "FB_SEQUENCECONTROL")
-#: For each area block the image that it must not have, the right one, and what happens.
+#: For each area block: the wrong image, the right one, and the consequence.
 _OTHER_IMAGE = {
     "read": (
         "OutputArea",
@@ -59,7 +59,7 @@ _OTHER_IMAGE = {
 
 
 class Mistake(NamedTuple):
-    """A first mistake: where it is, what happens, and what to do."""
+    """A first mistake: its place, its consequence, and the remedy."""
 
     file: Path
     at: Position
@@ -77,7 +77,7 @@ def first_mistakes(files: Sequence[Path], library: Sequence[Path] = ()) -> list[
         library: The files of the blocks that it uses.
 
     Returns:
-        The warnings, in the order of files and lines; none where the sources have errors.
+        The warnings, in the order of files and lines; none if the sources have errors.
     """
     every = (*files, *library)
     key = cache.sources_key((*files, *_FILES, *library))
@@ -99,7 +99,7 @@ class _Mistakes:
 
     Args:
         project: The checked sources.
-        files: The user's files, by the name that the project gives them.
+        files: The user's files, by their names in the project.
     """
 
     def __init__(self, project: Project, files: dict[str, Path]) -> None:
@@ -107,7 +107,7 @@ class _Mistakes:
         self._used = RobotsUsed(project, files)
 
     def findings(self) -> Iterator[Mistake]:
-        """Yield what is wrong."""
+        """Yield all findings."""
         for robot in self._used.robots.values():
             yield from self._missing(robot)
             yield from self._open_pins(robot)
@@ -120,7 +120,7 @@ class _Mistakes:
     # --- FB_ReadArea, FB_WriteArea ---
 
     def _missing(self, robot: Robot) -> Iterator[Mistake]:
-        """A robot that blocks are called for, but that is not read or not written."""
+        """Find a robot with calls of blocks, but without FB_ReadArea or FB_WriteArea."""
         if not robot.known:
             return
         working = [one for one in robot.calls if _sends(one.block, self._is_users(one))]
@@ -171,7 +171,7 @@ class _Mistakes:
         return ""
 
     def _another(self, robot: Robot) -> str:
-        """Name the robots that are read and written: one of them may be meant."""
+        """Name the robots that are read and written, since one of them may be meant."""
         others = [
             one.name
             for one in self._used.robots.values()
@@ -214,7 +214,7 @@ class _Mistakes:
                     )
 
     def _open(self, calls: Sequence[Call], pin: str) -> bool:
-        """Is a pin FALSE for ever, as far as the source says?"""
+        """Return whether a pin is always FALSE, as far as the source shows."""
         block = calls[0].block
         return (
             pin.upper() in pins_of(block)
@@ -225,7 +225,7 @@ class _Mistakes:
     # --- images ---
 
     def _wrong_images(self, robot: Robot) -> Iterator[Mistake]:
-        """Find an area block that has the image of the other direction."""
+        """Find an area block with the image of the other direction."""
         for call in robot.calls:
             other, right, text = _OTHER_IMAGE.get(call.area, ("", "", ""))
             if call.image and call.image[-1] == other.upper():
@@ -262,7 +262,7 @@ def _moves(block: BlockType) -> bool:
 
 
 def _sends(block: BlockType, users: bool) -> bool:
-    """Does a block send something to the controller? One of the user's is looked into instead."""
+    """Return whether a block sends something to the controller; a user's block is followed."""
     name = block.name.upper()
     if _moves(block) or name in (*_SERVOS, *_SENDING):
         return True

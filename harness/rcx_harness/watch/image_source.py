@@ -1,8 +1,8 @@
-"""What a program does with its own process image, read from its checked source.
+"""A check of a program's own process image, read from its checked source.
 
-A cell fills `InputArea` before each scan, unless the program copies located variables into it:
-then it fills these. A program that fills its image from something else never sees the robot, though
-it is legal Structured Text and breaks no rule of the manual. So it is reported.
+A cell fills `InputArea` before each scan. If the program copies located variables into it, the cell
+fills these instead. A program that fills its image from anything else never sees the robot,
+although it is legal Structured Text and breaks no rule of the manual. Therefore it is reported.
 """
 
 from __future__ import annotations
@@ -31,11 +31,12 @@ _Place = tuple[str, ...]
 
 
 class ImageUse(NamedTuple):
-    """How a program uses its process image.
+    """The use of the process image by a program.
 
     Attributes:
-        located: What FB_ReadArea reads comes from located variables, so a cell fills these, even
-            if there is an `InputArea`.
+        located: FB_ReadArea reads from located variables, so a cell fills these, even if there is
+            an
+            `InputArea`.
         findings: A warning for each image that the program overwrites.
     """
 
@@ -44,7 +45,7 @@ class ImageUse(NamedTuple):
 
 
 class _Write(NamedTuple):
-    """A statement that writes a variable, and the variables that it takes the value from."""
+    """A statement that writes a variable, and the variables in its value."""
 
     file: str
     at: Position
@@ -52,7 +53,7 @@ class _Write(NamedTuple):
 
 
 def image_use(files: Sequence[Path], library: Sequence[Path] = ()) -> ImageUse:
-    """Find out how a program uses its process image.
+    """Find the use of the process image by a program.
 
     Args:
         files: The program's own files; if they have errors, nothing is found.
@@ -64,7 +65,7 @@ def image_use(files: Sequence[Path], library: Sequence[Path] = ()) -> ImageUse:
 
 
 def reads_located(project: Project) -> bool:
-    """Return whether what FB_ReadArea reads comes from located variables."""
+    """Return whether FB_ReadArea reads from located variables."""
     return _Images(project, {pou.file: Path(pou.file) for pou in project.pous.values()}).judge()[0]
 
 
@@ -76,12 +77,12 @@ def _found(files: Sequence[Path], every: Sequence[Path]) -> ImageUse:
 
 
 class _Images:
-    """The images of a program, with all that is written to them.
+    """The images of a program, with all writes to them.
 
     Args:
         project: The checked sources.
-        files: The user's files by the name that the project gives them; the library's blocks write
-            no image from the robot.
+        files: The user's files by their names in the project; the library's blocks write no image
+            from the robot.
     """
 
     def __init__(self, project: Project, files: dict[str, Path]) -> None:
@@ -224,7 +225,7 @@ class _Images:
     # --- what follows from it ---
 
     def _all_images(self) -> dict[_Place, str]:
-        """Return the images with their names; of a VAR_IN_OUT what is given to it."""
+        """Return the images with their names; a VAR_IN_OUT is replaced by its arguments."""
         found: dict[_Place, str] = {}
         for image, name in self._images.items():
             symbol = self._symbol(image)
@@ -239,7 +240,7 @@ class _Images:
         return found
 
     def _alike(self, image: _Place) -> list[_Place]:
-        """Return an image with the pins that it is given to and the pointers to it."""
+        """Return an image with the pins that it is passed to and the pointers to it."""
         found, waiting = [image], [image]
         while waiting:
             for one in sorted(self._same.get(waiting.pop(), ())):
@@ -249,14 +250,14 @@ class _Images:
         return found
 
     def _written(self, image: _Place) -> Iterator[_Write]:
-        """Yield what writes an image, a part of it or what it is a part of."""
+        """Yield the writes to an image, to a part of it, or to a whole that contains it."""
         for place, writes in self._writes.items():
             shorter = min(len(place), len(image))
             if place[:shorter] == image[:shorter]:
                 yield from writes
 
     def _sources(self, image: _Place) -> Iterator[_Place]:
-        """Yield the variables whose values come into an image, on whatever way."""
+        """Yield the variables whose values reach an image, directly or not."""
         seen, waiting = {image[:2]}, [one[:2] for one in self._alike(image)]
         while waiting:
             for one in sorted(self._feeds.get(waiting.pop(), ())):
@@ -266,7 +267,7 @@ class _Images:
                     yield one
 
     def _address(self, place: _Place) -> str:
-        """Return the address of an input, empty where it has none."""
+        """Return the address of an input; empty if it has none."""
         symbol = self._symbol(place)
         if symbol is None:
             return ""
@@ -274,7 +275,7 @@ class _Images:
         return address if address[1:2].upper() in ("I", "M") else ""
 
     def _symbol(self, place: _Place) -> t.Symbol | None:
-        """Return the variable; of what a pointer leads to there is none."""
+        """Return the variable, or None for the target of a pointer."""
         pou = self._project.pous.get(place[0])
         return self._symbols.get(place[:2]) or (pou.symbols.get(place[1]) if pou else None)
 
@@ -284,7 +285,7 @@ def _is_large(kind: Type) -> bool:
 
 
 def _through(pointer: _Place) -> _Place:
-    """Return what stands for the variable that a pointer leads to."""
+    """Return the place that represents the target of a pointer."""
     return (*pointer[:-1], f"{pointer[-1]}^")
 
 

@@ -1,7 +1,7 @@
-"""Which robots a program has, and which blocks it calls for each of them, from its checked source.
+"""The robots of a program, and the blocks called for each of them, from its checked source.
 
-A robot is a variable of type RCX_REF. The calls are followed from the program instances through
-the user's own blocks, so that a robot has one identity wherever a VAR_IN_OUT carries it.
+A robot is a variable of type RCX_REF. The calls are followed from the program instances through the
+user's own blocks, so that a robot has one identity wherever a VAR_IN_OUT passes it.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ def pins_of(block: BlockType) -> set[str]:
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """A program, or one of the user's blocks as it is called in one place.
+    """A program, or a user's block at one place of its call.
 
     Attributes:
         pou: Its code.
-        place: The instance; None where the source does not settle it.
-        bound: What its VAR_IN_OUT stand for, by name in upper case.
+        place: The instance; None if the source leaves it open.
+        bound: The arguments of its VAR_IN_OUT, by name in upper case.
     """
 
     pou: t.Pou
@@ -59,13 +59,13 @@ class Call:
     """A call of a block for a robot.
 
     Attributes:
-        pou: The user's program or block that calls.
-        file: Where the call stands.
+        pou: The user's program or block with the call.
+        file: File of the call.
         node: The call.
-        name: The instance, as it is written.
-        instance: Its place; None where the source does not settle it.
-        image: The process image that it is given, if there is one.
-        frame: Where `pou` runs.
+        name: The instance, as written.
+        instance: Its place; None if the source leaves it open.
+        image: The process image in its arguments, if there is one.
+        frame: The frame in which `pou` runs.
     """
 
     pou: t.Pou
@@ -78,24 +78,24 @@ class Call:
 
     @property
     def block(self) -> BlockType:
-        """The type that is called."""
+        """Return the called type."""
         return self.node.block
 
     @property
     def area(self) -> str:
-        """`read` or `write` of an area block, else empty."""
+        """Return `read` or `write` for an area block, else an empty text."""
         return AREAS.get(self.block.name.upper(), "")
 
 
 @dataclass
 class Robot:
-    """A robot and what is called for it.
+    """A robot and the calls for it.
 
     Attributes:
-        name: As the user would write it.
-        calls: In the order of the code.
+        name: Its name for the user.
+        calls: Calls in the order of the code.
         copy: The VAR_INPUT that makes it a copy, with its block.
-        known: The source settles every use of it.
+        known: The source determines every use of it.
     """
 
     name: str
@@ -105,7 +105,7 @@ class Robot:
 
     @property
     def others(self) -> list[Call]:
-        """The calls of other blocks than those of areas."""
+        """Return the calls of blocks other than area blocks."""
         return [one for one in self.calls if not one.area]
 
 
@@ -114,13 +114,13 @@ class RobotsUsed:
 
     Args:
         project: The checked sources.
-        files: The user's files: what they declare is followed, the library's blocks are not.
+        files: The user's files: their code is followed, that of the library's blocks is not.
 
     Attributes:
         robots: By place.
         pous: The user's programs and blocks that are called.
-        read_any: FB_ReadArea is called for a robot that the source does not settle.
-        written_any: So is FB_WriteArea.
+        read_any: FB_ReadArea is called for a robot that the source leaves open.
+        written_any: The same for FB_WriteArea.
         set_apart: Pins that are assigned outside of a call: (block, pin), in upper case.
     """
 
@@ -147,7 +147,7 @@ class RobotsUsed:
             robot.known = not any(part in self._unsettled for part in parts)
 
     def stays_false(self, call: Call, pin: str) -> bool:
-        """Return whether a call leaves an input FALSE, as far as the source says."""
+        """Return whether a call leaves an input FALSE, as far as the source shows."""
         given = [value for name, value in call.node.inputs if name.upper() == pin.upper()]
         if given:
             return self._is_false(given[0], call.frame)
@@ -156,7 +156,7 @@ class RobotsUsed:
         return not (isinstance(start, dict) and start.get(pin))
 
     def only_members(self, pou: t.Pou, symbol: t.Symbol) -> bool:
-        """Return whether pins of an instance are used in its owner, but never the instance."""
+        """Return whether only pins of an instance are used in its owner, never the whole."""
         key = pou, symbol.name.upper()
         objects = self._project.objects
         inherits = objects.derived(pou.name.upper()) or pou.name.upper() in objects.extended
@@ -164,11 +164,11 @@ class RobotsUsed:
         return key in self._members and not used_whole and not inherits
 
     def is_used(self, pou: t.Pou, symbol: t.Symbol) -> bool:
-        """Return whether an instance is called in its owner, or given to something."""
+        """Return whether an instance is called in its owner, or passed to something."""
         return (pou, symbol.name.upper()) in self._bare
 
     def _is_false(self, value: t.Expression, frame: _Frame) -> bool:
-        """Return whether an expression is FALSE for ever: an input that nobody wires is."""
+        """Return whether an expression is always FALSE, as an input that is never wired."""
         if isinstance(value, t.Constant):
             return value.value is False
         if not isinstance(value, t.Use) or frame.pou.kind != "FUNCTION_BLOCK":
@@ -208,7 +208,7 @@ class RobotsUsed:
             self._call(node, frame, pou)
         elif isinstance(node, t.Assign):
             self._written(node.target, frame)
-            if _has_robot(node.value.type):  # a copy: whose requests go out is not settled
+            if _has_robot(node.value.type):  # a copy: the sent requests are not certain
                 self._let_go(node.value, frame, pou)
                 self._let_go(node.target, frame, pou)
         elif isinstance(node, (t.CallFunction, t.CallMethod)):
@@ -240,7 +240,7 @@ class RobotsUsed:
             self._walk(_Frame(inner, instance, bound))
 
     def _method(self, instance: t.Expression, frame: _Frame, pou: t.Pou) -> None:
-        """Follow a block that need not be called itself; its methods are those of `frame` else."""
+        """Follow a block whose method is called, since the block itself may never be called."""
         if isinstance(instance, t.This) or not isinstance(instance.type, BlockType):
             return
         inner = self._project.pous.get(instance.type.name.upper())
@@ -261,14 +261,14 @@ class RobotsUsed:
             robot.copy = symbol, call.frame.pou
 
     def _written(self, variable: t.Expression, frame: _Frame) -> None:
-        """Note an input of a block that something else than a call gives its value."""
+        """Note an input of a block that is assigned outside of a call."""
         if isinstance(variable, t.Member) and isinstance(variable.base.type, BlockType):
             self.set_apart.add((variable.base.type.name.upper(), variable.name.upper()))
         elif isinstance(variable, t.Use):
             self.set_apart.add((frame.pou.name.upper(), variable.symbol.name.upper()))
 
     def _let_go(self, variable: t.Expression, frame: _Frame, pou: t.Pou) -> None:
-        """From here on the source does not say what happens to a variable."""
+        """Note that the source leaves the further use of a variable open."""
         place = self._place(variable, frame, pou)
         if place is not None:
             self._unsettled.add(place)
@@ -286,7 +286,7 @@ class RobotsUsed:
     # --- places ---
 
     def _place(self, variable: t.Expression, frame: _Frame, pou: t.Pou) -> Place | None:
-        """Return the place of a variable; None where the source does not settle it."""
+        """Return the place of a variable; None if the source leaves it open."""
         if isinstance(variable, t.Use):
             return self._of_symbol(variable.symbol, frame, pou)
         if isinstance(variable, t.This):

@@ -1,4 +1,4 @@
-"""Which variables a program gives to EmergencyStopOk and StopOk, read from its checked source."""
+"""The variables that a program passes to EmergencyStopOk and StopOk, from its checked source."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _PINS = ("EMERGENCYSTOPOK", "STOPOK")
 
 
 def safety_inputs(files: Sequence[Path], library: Sequence[Path] = ()) -> list[str]:
-    """Return the paths of the variables that say that a cell is safe, `Main.CellSafe`.
+    """Return the paths of the variables that tell that a cell is safe, as `Main.CellSafe`.
 
-    What an expression or a block in between makes of several variables is left out.
+    Values of expressions or of blocks in between are left out.
 
     Args:
         files: The program's own files, free of errors.

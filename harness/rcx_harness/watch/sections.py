@@ -1,4 +1,4 @@
-"""Where the manual says what a broken rule has broken."""
+"""The sections of the manual behind the rules."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["section_of"]
 
-#: The rules of the judges in this room; those of the controller stand in spec/rules.toml.
+#: The rules of the judges in this room. Those of the controller are in spec/rules.toml.
 _SECTIONS = {
     "start against stop": "ch. 5, 2 and 3.2",
     "data before code": "guide, 1.1",
@@ -24,7 +24,7 @@ _SECTIONS = {
 
 
 def section_of(rule: str) -> str:
-    """The section of the manual behind a rule, or the page of the project; empty if unknown."""
+    """Return the section of the manual behind a rule, or the project's page; empty if unknown."""
     return _SECTIONS.get(rule) or _of_controller().get(rule, "")
 
 

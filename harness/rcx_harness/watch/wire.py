@@ -1,8 +1,8 @@
 """The rules of the wire, checked on the PLC's side of it, scan by scan.
 
-The controller reports what it sees; this monitor reports what the program wrote, so that a fault
-shows where it was made, even if the network happens to hide it. It judges only while the PLC's
-scanner is connected: what is written meanwhile reaches nobody.
+The controller reports what it receives. This monitor reports what the program has written, so a
+fault is found at its origin, even if the network happens to hide it. It judges only while the PLC's
+scanner is connected, since nobody receives other writes.
 """
 
 from __future__ import annotations
@@ -35,16 +35,21 @@ _CPU_OK = 0x02
 
 
 def word(area: bytes, offset: int) -> int:
-    """The word at `offset`; areas are little endian (guide chapter 1, 1.1)."""
+    """Return the word at `offset`; areas are little endian (guide chapter 1, 1.1)."""
     return area[offset] | area[offset + 1] << 8
 
 
 class WireMonitor:
-    """Checks what a program writes against what it has read.
+    """A monitor of what a program writes, in relation to what it has read.
+
+    A command is a handshake over several scans. The data must be there one scan before the code.
+    The code may go out only while the status read is 16#0000. Code and data must then stay until an
+    end status is read. Changes of dedicated inputs must be 100 ms apart, except that SI(00) and
+    SI(06) may go OFF at any time.
 
     Args:
         size: Bytes of the area; before the first scan all are zero.
-        interval_us: How far two changes of dedicated inputs have to be apart.
+        interval_us: Minimum time between two changes of dedicated inputs.
 
     Rules: `interval`, `start against stop`, `reserved`, `data before code`, `command held`,
     `ready before code`.
@@ -96,11 +101,11 @@ class WireMonitor:
         return [Violation(t_us, rule, f"plc, scan {scan}: {rule}: {text}") for rule, text in found]
 
     def snapshot(self) -> object:
-        """The whole state."""
+        """Return the whole state."""
         return tuple(vars(self).items())
 
     def restore(self, snapshot: tuple[tuple[str, object], ...]) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore the state from `snapshot`."""
         vars(self).update(snapshot)
 
     def _dedicated(self, t_us: int, before: bytes, si: bytes) -> list[tuple[str, str]]:
@@ -135,12 +140,13 @@ class WireMonitor:
         return found
 
     def _off(self, signal: str, si: bytes) -> str:
-        """Which inputs are OFF that this one needs to start something, with their verb."""
+        """Return the inputs that are OFF but that this one needs, with their verb."""
         places = ((needed, *self._places[needed]) for needed in _STARTS.get(signal, ()))
         off = [needed for needed, byte, bit in places if not si[byte] >> bit & 1]
         return f"{' and '.join(off)} {'is' if len(off) == 1 else 'are'}" if off else ""
 
     def _command(self, before: bytes, si: bytes, so: bytes) -> list[tuple[str, str]]:
+        """Judge a change of code or data against the status that the program has read."""
         was, code, status = word(before, 0), word(si, 0), word(so, 0)
         same_data = si[_DATA] == before[_DATA]
         found = []
@@ -172,7 +178,7 @@ class WireMonitor:
         self._ran = self._ran or status == RUN
 
     def _may_change(self, was: int, before: bytes, so: bytes) -> bool:
-        """May code and data change: ended, lost, or a continuous output that is stopped."""
+        """Return whether code and data may change: after an end or loss, or to stop an output."""
         status = word(so, 0)
         lost = not so[DEDICATED_AT] & _CPU_OK or (self._ran and status == 0)
         continuous = was & 0x0FFF in (0x505, 0x506) and before[2] & 1 and self._ran

@@ -1,4 +1,4 @@
-"""A program without anything around it: an engine, a clock, a stimulus, a trace of variables."""
+"""A bench for one program: engine, virtual clock, stimulus and trace, without any device."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Bench", "BenchTimeout"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use: who only reads durations or stimuli needs no engine."""
+    """Import `bench` on first use, so that readers of durations or stimuli need no engine."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from structured_text.bench import bench

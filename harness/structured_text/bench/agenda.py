@@ -1,4 +1,4 @@
-"""What happens next on a virtual clock: a queue that is the same on every machine."""
+"""A queue of future events on a virtual clock, which gives the same order on every machine."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from structured_text.output.units import within_us
 
 __all__ = ["SCAN", "STIMULUS", "Action", "Agenda", "Duration", "Snapshot", "scan_us"]
 
-#: Kinds of events in the order in which they happen at equal times: what a stimulus does, what
-#: devices around the program do, the scan.
+#: Kinds of events in the order in which they happen at equal times: stimulus, devices around the
+#: program, scan.
 STIMULUS, SCAN = 0, 5
 
 Duration = str | int | timedelta
 
-#: What happens at an event; it is given the time.
+#: The call at an event. Its argument is the time of the event in microseconds.
 Action = Callable[[int], None]
 
 #: State of an agenda, for `Agenda.restore`.
@@ -25,17 +25,18 @@ Snapshot = tuple[tuple[Any, ...], int, dict[int, int]]
 
 
 def scan_us(scan: Duration) -> int:
-    """The period of a scan, 100 us to 10 s, in microseconds (InputError: it is none)."""
+    """Return the period of a scan in microseconds; raise InputError unless it is 100 us to 10 s."""
     return within_us("the scan", scan, 100, 10_000_000)
 
 
 class Agenda:
-    """What happens next: a queue ordered by time, then by kind, then by device.
+    """A queue of future events, ordered by time, then by kind, then by device.
 
-    Of one device's events of a kind the first come is the first served.
+    Events of the same time, kind and device run in the order in which they were added.
 
     Attributes:
-        periods: How long after one event of a kind the next one comes by itself.
+        periods: Period of each repeated kind in microseconds: after an event of this kind the queue
+            adds the next one.
     """
 
     def __init__(self) -> None:
@@ -45,21 +46,24 @@ class Agenda:
 
     @property
     def notice(self) -> str:
-        """Something to tell at the end of a run; in virtual time there is nothing."""
+        """Return a notice for the end of a run; in virtual time it is empty."""
         return ""
 
     def add(self, t_us: int, kind: int, action: Action, device: int = 1) -> None:
-        """Let `action` happen at `t_us`."""
+        """Schedule `action` at `t_us`."""
         self._count += 1
         heappush(self._queue, (t_us, kind, device, self._count, action))
 
     def repeat(self, t_us: int, kind: int, period_us: int, action: Action, device: int = 1) -> None:
-        """Let `action` happen at `t_us` and every `period_us`, the same for all of its kind."""
+        """Schedule `action` at `t_us` and then every `period_us`.
+
+        All events of a kind share the period.
+        """
         self.periods[kind] = period_us
         self.add(t_us, kind, action, device)
 
     def delay(self, kind: int, late_us: int) -> None:
-        """Let the next events of a kind, and with them all that follow, come later."""
+        """Delay all pending events of a kind by `late_us`, and so all of its later repetitions."""
         self._queue = [
             (t_us + late_us * (one == kind), one, device, number, action)
             for t_us, one, device, number, action in self._queue
@@ -67,11 +71,11 @@ class Agenda:
         heapify(self._queue)
 
     def first(self) -> tuple[int, int]:
-        """Time and kind of the next event; the agenda of a bench is never empty."""
+        """Return time and kind of the next event; the agenda of a bench is never empty."""
         return self._queue[0][:2]
 
     def pop(self) -> tuple[int, Action]:
-        """Take the next event: its time and what happens."""
+        """Remove the next event and return its time and its action; requeue it if it repeats."""
         t_us, kind, device, number, action = self._queue[0]
         if period_us := self.periods.get(kind):
             heapreplace(self._queue, (t_us + period_us, kind, device, number, action))
@@ -80,10 +84,10 @@ class Agenda:
         return t_us, action
 
     def snapshot(self) -> Snapshot:
-        """All that is pending."""
+        """Return a copy of all pending events and periods."""
         return tuple(self._queue), self._count, dict(self.periods)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore the state from `snapshot`."""
         queue, self._count, periods = snapshot
         self._queue, self.periods = list(queue), dict(periods)

@@ -1,4 +1,4 @@
-"""A program on an engine, on one virtual clock."""
+"""A bench: one program on an engine, with one virtual clock."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ from structured_text.projects.sources import Files, SourceFiles, source_files
 
 __all__ = ["Bench", "BenchTimeout"]
 
-#: A time, or a number of scans, that does not come.
+#: A time, or a number of scans, that no run reaches.
 _NEVER = sys.maxsize
-#: More scans than any run has, and a delay that no scan has [us].
+#: Upper limit for a number of scans, and for a delay of a scan in microseconds.
 _MOST_SCANS, _LONGEST_US = 10**10, 365 * 86_400_000_000
 
 _Self = TypeVar("_Self", bound="Bench")
 
 
 class BenchTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fault of the bench
-    """What a test waited for did not come within its time."""
+    """The condition that a test waited for did not become true in time."""
 
 
 class _ClosedProgram:
-    """In place of a program after `close`: a compiled one has no memory then."""
+    """The stand-in for a program after `close`, when the memory of a compiled program is freed."""
 
     def __init__(self, error: Callable[[], InputError]) -> None:
         self._error = error
@@ -54,10 +54,10 @@ class _Snapshot(NamedTuple):
 
 
 class Bench:
-    """A PLC program with nothing around it, in virtual time.
+    """A PLC program in virtual time, without any device around it.
 
-    Build it with `Bench.build`. `now_us` is the time up to which all has happened. What surrounds
-    a program is added by classes below this one.
+    Build it with `Bench.build`. Everything before `now_us` has happened. Subclasses add the devices
+    around the program.
     """
 
     place: ClassVar[str] = "bench"
@@ -114,13 +114,13 @@ class Bench:
 
         Args:
             program: One ST file or project file, or several, or a folder.
-            lib: Folder of a library, whose files are added as far as the program needs them.
+            lib: Folder of a library; the bench adds those of its files that the program needs.
             scan: Period of the scan; default: the configuration's tick, or 10 ms.
             engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
-            trace: File for the trace; that of an earlier run is written over.
+            trace: File for the trace; it replaces the trace of an earlier run.
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             replace: ST files for POUs of a project, by the POU's name.
-            keep: How many records of the trace stay in memory; each snapshot has them.
+            keep: Number of trace records in memory; each snapshot contains them.
 
         Raises:
             InputError: anything wrong with the sources or the arguments.
@@ -153,7 +153,7 @@ class Bench:
     # --- variables ---------------------------------------------------------------------------
 
     def __getitem__(self, path: str) -> Value:
-        """The value of a variable, `bench["Main.Motor.Done"]`."""
+        """Return the value of a variable, as in `bench["Main.Motor.Done"]`."""
         return self.program.read(path)
 
     def __setitem__(self, path: str, value: Value) -> None:
@@ -162,21 +162,21 @@ class Bench:
         self.plc.note(path)
 
     def watched(self) -> dict[str, str]:
-        """The watched variables as they stand in Structured Text, by path.
+        """Return the watched variables by path, each as Structured Text writes it.
 
-        Structures and arrays are given by their members and elements. After `close` it is how the
-        run ended.
+        Structures and arrays appear as their members and elements. After `close` the method returns
+        the values at the end of the run.
         """
         return self._watch.texts()
 
     # --- time --------------------------------------------------------------------------------
 
     def scan(self, n: int = 1) -> None:
-        """Let time pass until `n` more scans have run.
+        """Run `n` more scans.
 
         Raises:
-            InputError: `n` is no number of scans; no scan comes, for the PLC is in STOP or has no
-                power.
+            InputError: `n` is not a number of scans, or no scan comes because the PLC is in STOP or
+                has no power.
         """
         goal = self.scans + whole("the number of scans", n, 0, _MOST_SCANS)
         self._wanted = True
@@ -186,20 +186,20 @@ class Bench:
             self._wanted = False
 
     def run(self, duration: Duration) -> None:
-        """Let `duration` pass: everything before `now + duration` happens."""
+        """Advance time by `duration`: everything before `now + duration` happens."""
         end = self.now_us + parse_us(duration)
         self._pass(end)
         self.now_us = end
 
     def run_until(self, predicate: Callable[[], bool], within: Duration) -> int:
-        """Scan until `predicate()` is true; it is asked at once and after every scan.
+        """Scan until `predicate()` is true; evaluate it now and after every scan.
 
         Returns:
-            How long it took, in microseconds.
+            The time that passed, in microseconds.
 
         Raises:
-            BenchTimeout: it did not become true within this time.
-            InputError: `predicate` is no function.
+            BenchTimeout: the predicate did not become true within this time.
+            InputError: `predicate` is not a function.
         """
         if not callable(predicate):
             hint = f'write run_until(lambda: {self.place}["Main.Done"], within="1s")'
@@ -216,7 +216,7 @@ class Bench:
 
     @contextmanager
     def takes(self, *, scans: int) -> Iterator[None]:
-        """Assert that what is inside takes exactly so many scans."""
+        """Assert that the body of the `with` takes exactly `scans` scans."""
         whole("scans", scans, 0, _MOST_SCANS)
         before = self.scans
         yield
@@ -229,35 +229,35 @@ class Bench:
     # --- surroundings ------------------------------------------------------------------------
 
     def inject(self, event: str, **args: Any) -> None:
-        """Let one of `events.EVENTS` happen now.
+        """Trigger one of `events.EVENTS` now.
 
         Raises:
-            InputError: no such event, or arguments it does not take.
+            InputError: no such event, or arguments that it does not take.
         """
         if event not in EVENTS:
             raise InputError(f"no event {event!r}", hint=f"events are {', '.join(EVENTS)}")
         checked(EVENTS, event, args)(self, 1)
 
     def stop_plc(self, *, power: bool = False) -> None:
-        """The PLC goes into STOP, or loses its power: no scan runs."""
+        """Put the PLC into STOP, or take its power away; no scan runs until `start_plc`."""
         self.plc.stop(power=power)
 
     def start_plc(self, start: str = "warm") -> None:
-        """The PLC goes into RUN; one that runs already is started anew.
+        """Put the PLC into RUN; restart it if it runs already.
 
         Args:
-            start: `"warm"`: all variables begin anew but those that are retained; `"cold"`: all
-                of them; `"continue"`: none, as it stands.
+            start: `"warm"` resets all variables except retained ones, `"cold"` resets all of them,
+                `"continue"` resets none.
         """
         checked(EVENTS, "plc_run", {"start": start})
         self.plc.start(start)
 
     def overrun(self, late_us: int) -> None:
-        """The PLC's next scan, and with it all that follow, come so much later [us]."""
+        """Delay the next scan and all later ones by `late_us` microseconds."""
         self._agenda.delay(SCAN, whole("late_us", late_us, 0, _LONGEST_US))
 
     def at(self, t_us: int, action: Callable[[], None]) -> None:
-        """Call `action` at `t_us`, before anything else that happens then."""
+        """Call `action` at `t_us`, before anything else that happens at that time."""
         whole("t_us", t_us, 0, _NEVER)
         if t_us < self.now_us:
             raise InputError(f"{format_us(t_us)} has passed; it is {format_us(self.now_us)}")
@@ -265,12 +265,12 @@ class Bench:
 
     @property
     def notice(self) -> str:
-        """A line on the engine that was taken, one on the network; or empty."""
+        """Return a line about the chosen engine and one about the network, if there are any."""
         return "\n".join(filter(None, (self._notice, self._agenda.notice)))
 
     @contextmanager
     def trying(self) -> Iterator[None]:
-        """What is set inside is taken back at its end; no time passes."""
+        """Undo all changes of variables at the end of the `with`; no time passes inside."""
         before = self.program.snapshot()
         try:
             yield
@@ -278,18 +278,18 @@ class Bench:
             self.program.restore(before)
 
     def ends_scan(self, record: object) -> bool:
-        """Is a record of the trace that of a scan, the first one of it?"""
+        """Return whether a trace record is the first record of a scan."""
         return isinstance(record, Sample)
 
     @property
     def next_us(self) -> int:
-        """When the next scan comes, if none has come late."""
+        """Return the time of the next scan, without any delay of earlier scans."""
         return self._first_us + self.scans * self._scan_us
 
     # --- state -------------------------------------------------------------------------------
 
     def snapshot(self) -> Any:
-        """The state of everything: program, time, and what is around it."""
+        """Return the state of everything: program, time, and the devices around the program."""
         return _Snapshot(
             self.program.snapshot(),
             self._agenda.snapshot(),
@@ -299,7 +299,7 @@ class Bench:
         )
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` of this one gave."""
+        """Restore the state from a `snapshot` of this bench."""
         assert isinstance(snapshot, _Snapshot), f"not a snapshot of a {self.place}"
         self.program.restore(snapshot.program)
         self._agenda.restore(snapshot.agenda)
@@ -309,10 +309,10 @@ class Bench:
         del self.violations[found:]
 
     def close(self) -> None:
-        """Write out the trace, free the program and what is around it.
+        """Write out the trace, then free the program and the devices around it.
 
-        Afterwards the trace and `violations` can still be read; time, variables and snapshots
-        raise `InputError`.
+        Afterwards the trace and `violations` can still be read; time, variables and snapshots raise
+        `InputError`.
         """
         if self.closed:
             return
@@ -324,10 +324,10 @@ class Bench:
         self.program = cast(Program, _ClosedProgram(self._closed))
 
     def _part(self) -> None:
-        """End what is around the program."""
+        """Shut down the devices around the program; a bench has none."""
 
     def _closed(self) -> InputError:
-        """The error of everything that cannot be done after `close`."""
+        """Return the error for every operation after `close`."""
         hint = "read and scan before close(), inside the `with`"
         return InputError(f"the {self.place} is closed", hint=hint)
 
@@ -345,7 +345,7 @@ class Bench:
     # --- what happens ------------------------------------------------------------------------
 
     def _pass(self, end: int, scans: int = _NEVER) -> None:
-        """Let everything before `end` happen, or all until so many scans have run."""
+        """Process all events before `end`, or until `scans` scans have run."""
         agenda = self._agenda
         while self.scans < scans:
             if self.closed:
@@ -369,14 +369,14 @@ class Bench:
             self.report(found)
 
     def _before_scan(self, now: int) -> None:
-        """What the program reads comes from what is around it."""
+        """Pass the inputs from the devices around the program to it; a bench has none."""
 
     def _after_scan(self, now: int, number: int, watched: dict[str, Any] | None) -> None:
-        """What the program has written goes to what is around it, and into the trace."""
+        """Pass the program's outputs to the devices around it, and add the scan to the trace."""
         self.trace.add(Sample(now, number, watched))
 
     def report(self, found: Iterable[Violation]) -> None:
-        """Note rules that were broken."""
+        """Record broken rules."""
         for violation in found:
             self.violations.append(violation)
             self.trace.add(violation)

@@ -1,4 +1,4 @@
-"""A program that is compiled once, for one bench after the other."""
+"""A compiled program that several benches use, one after the other."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from structured_text.projects.sources import SourceFiles
 
 __all__ = ["Compiled"]
 
-#: So many programs of closed benches wait in this process for the next one of theirs.
+#: Number of programs of closed benches that this process caches for later benches.
 _WAITING = 8
-#: What else an engine is chosen by.
+#: Environment variables that influence the choice of an engine.
 _CHOICE = ("RCX_MATIEC", "RCX_STRUCPP", "RCX_CACHE", "PATH", "CC", "CXX")
 
 _Made = TypeVar("_Made", bound="Compiled")
@@ -26,7 +26,7 @@ _waiting: OrderedDict[Hashable, Compiled] = OrderedDict()
 
 
 class Compiled:
-    """A program with what is known of its sources.
+    """A compiled program with its sources, notes and retained variables.
 
     Args:
         files: Its sources.
@@ -50,7 +50,9 @@ class Compiled:
 
     @classmethod
     def take(cls: type[_Made], files: SourceFiles, engine: str = "auto") -> _Made:
-        """One that another bench of the same sources has left, from its beginning, or a new one.
+        """Return a cached program of the same sources, or compile a new one.
+
+        A cached program is reset to its state before the first scan.
 
         Raises:
             InputError: anything wrong with the sources or the engine.
@@ -66,7 +68,7 @@ class Compiled:
         return made
 
     def leave(self) -> None:
-        """The bench needs it no longer."""
+        """Release the program: cache it for the next bench of the same sources, or close it."""
         if self._name is None or self._name in _waiting:
             self.close()
             return
@@ -75,7 +77,10 @@ class Compiled:
             _waiting.popitem(last=False)[1].close()
 
     def fresh(self) -> Program:
-        """The program before its first scan; there is one at a time."""
+        """Reset the program to its state before the first scan, and return it.
+
+        All users of this object share the one program.
+        """
         self.program.restore(self._first)
         return self.program
 

@@ -1,4 +1,4 @@
-"""What can befall the PLC itself: STOP and RUN, its power, a scan that comes late."""
+"""Events of the PLC itself: STOP and RUN, its power, a late scan."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from structured_text.output.units import parse_us
 
 __all__ = ["EVENTS", "OPPOSITES", "Event", "Stopped", "checked", "opposite", "time_us"]
 
-#: How a PLC can go into RUN.
+#: Kinds of a transition to RUN.
 _STARTS = ("warm", "cold", "continue")
 _LONGEST_US = 60_000_000
 
 
 class Stopped(Protocol):
-    """What has a PLC."""
+    """A bench or cell with a PLC that events can stop, start and delay."""
 
     def stop_plc(self, *, power: bool) -> None: ...  # noqa: D102
 
@@ -32,7 +32,7 @@ _On = TypeVar("_On", contravariant=True)
 
 @dataclass(frozen=True)
 class Event(Generic[_On]):
-    """An event: its help, and what makes the call of it from its arguments, which it checks."""
+    """An event: its help text, and a function that checks arguments and returns the call."""
 
     text: str
     made: Callable[..., Callable[[_On, int], None]]
@@ -82,15 +82,15 @@ EVENTS: dict[str, Event[Stopped]] = {
     "plc_overrun": Event("the PLC's next scan comes late: by = 30ms (50ms)", _overrun),
 }
 
-#: Which event takes which back.
+#: Events that last, and the event that ends each of them.
 OPPOSITES: dict[str, str] = {"plc_stop": "plc_run", "plc_power_off": "plc_power_on"}
 
 
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """The event that takes another back, with its arguments: how the PLC begins anew.
+    """Return the event that ends another one, with its arguments: how the PLC starts again.
 
     Raises:
-        InputError: it is over as soon as it has happened.
+        InputError: the event does not last.
     """
     if event not in OPPOSITES:
         hint = "'for' goes with stop, power_off"
@@ -101,16 +101,16 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 def checked(
     events: Mapping[str, Event[_On]], event: str, args: Mapping[str, Any], key: str = "plc"
 ) -> Callable[[_On, int], None]:
-    """What an event does to a bench, or to one of the devices around it.
+    """Return the call by which an event acts on a bench, or on one of the devices around it.
 
     Args:
-        events: That there are.
-        event: Which.
+        events: All known events.
+        event: Name of the event.
         args: Its arguments.
         key: Its key in a stimulus.
 
     Raises:
-        InputError: arguments that it does not take, or values that cannot be.
+        InputError: arguments that the event does not take, or impossible values.
     """
     made = events[event].made
     takes = list(inspect.signature(made).parameters)
@@ -134,7 +134,7 @@ def checked(
 
 
 def time_us(name: str, value: object, low: int, high: int) -> int:
-    """A time of an event, in microseconds (InputError: it is none, or out of its range)."""
+    """Return a time of an event in microseconds; raise InputError if it is out of its range."""
     if not isinstance(value, str):
         raise InputError(f"{name} is not a text", hint=f'write {name} = "30ms"')
     given_us = parse_us(value)

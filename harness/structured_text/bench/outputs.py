@@ -1,4 +1,4 @@
-"""The files that a run writes: never over what is read, nor over what no run has written."""
+"""The files that a run writes: checks that protect inputs and foreign files from overwriting."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check_outputs"]
 
-#: What a run writes: its name, and how every file of that kind begins.
+#: Kinds of output: name, and the first characters of every such file.
 _WRITTEN = {
     "trace": ("trace", f'{{"format":"{FORMAT.partition("/")[0]}/'),
     "chart": ("timing chart (SVG)", "<svg "),
@@ -28,16 +28,16 @@ _WRITTEN = {
 def check_outputs(
     outputs: Mapping[str, str | Path | None], files: SourceFiles | None, *inputs: object
 ) -> None:
-    """Refuse to write over what is read, twice to the same file, or over what is not a run's.
+    """Check that outputs overwrite no input, no other output and no foreign file.
 
     Args:
         outputs: Where to write, by kind: `trace`, `chart`, `vcd`, `view`; None for nothing.
-        files: The ST files that are read, if there are any.
-        inputs: What else is read; entries that are no paths do not count.
+        files: The ST files that the run reads, if there are any.
+        inputs: Further inputs; entries that are not paths are ignored.
 
     Raises:
-        InputError: an output that is an input, two outputs that are one file, or a file that no
-            run has written.
+        InputError: an output that is an input, two outputs that are one file, or an existing file
+            that no run has written.
     """
     if not any(outputs.values()):
         return
@@ -59,8 +59,8 @@ def check_outputs(
 
 
 def _check_earlier(kind: str, output: str | Path) -> None:
-    """A file that is there must be empty, or what an earlier run has written there."""
-    if not os.path.isfile(output):  # not there, or a device
+    """Check that an existing file is empty or the output of an earlier run."""
+    if not os.path.isfile(output):  # missing, or a device
         return
     name, beginning = _WRITTEN[kind]
     try:

@@ -1,4 +1,4 @@
-"""A PLC besides its scans: STOP and RUN, its power, and what a start leaves."""
+"""The state of a PLC apart from its scans: STOP and RUN, power, effect of a start."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ __all__ = ["Monitor", "Plc"]
 
 
 class Monitor(Protocol):
-    """What watches a program."""
+    """A monitor that watches a program and reports broken rules."""
 
     def scan(self, now_us: int, scan: int) -> list[Violation]:
-        """Return what was broken in a scan."""
+        """Return the rules that were broken in a scan."""
 
     def snapshot(self) -> Any:
-        """Return what is remembered."""
+        """Return the state of the monitor."""
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore the state from `snapshot`."""
 
 
 class Plc:
-    """A program with what a PLC does to it, and the monitors that watch it.
+    """A program with the state of its PLC and the monitors that watch it.
 
     Args:
-        program: Before its first scan.
-        retained: Paths of the variables that a warm start keeps.
-        monitors: They begin anew with the program.
+        program: The program before its first scan.
+        retained: Paths of the variables that survive a warm start.
+        monitors: They restart with the program.
     """
 
     def __init__(
@@ -50,12 +50,12 @@ class Plc:
         self._outside: dict[str, Value] = {}
 
     def note(self, path: str) -> None:
-        """A variable was set from outside."""
+        """Note that a variable was set from outside."""
         self._outside.pop(path, None)
         self._outside[path] = self._program.read(path)
 
     def judge(self, now_us: int, scan: int) -> list[Violation]:
-        """What the monitors have found in a scan."""
+        """Return the violations that the monitors have found in a scan."""
         return [found for one, _ in self._monitors for found in one.scan(now_us, scan)]
 
     def stop(self, *, power: bool) -> None:
@@ -63,10 +63,10 @@ class Plc:
         self.runs, self.powered = False, self.powered and not power
 
     def start(self, start: str) -> None:
-        """Go into RUN, by a start that is `warm`, `cold`, or `continue`.
+        """Go into RUN by a start that is `warm`, `cold`, or `continue`.
 
-        What was set from outside and still has that value is an input of the program: it has it
-        after the start, too.
+        A variable that was set from outside and still has that value is an input of the program. It
+        has the same value after the start.
         """
         if start != "continue" or not self.powered:
             self._begin_anew(retain=start != "cold")
@@ -88,12 +88,12 @@ class Plc:
             monitor.restore(quiet)
 
     def snapshot(self) -> object:
-        """The state of monitors and PLC, the program's apart."""
+        """Return the state of monitors and PLC, without that of the program."""
         monitors = [one.snapshot() for one, _ in self._monitors]
         return monitors, self.runs, self.powered, dict(self._outside)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore the state from `snapshot`."""
         monitors, self.runs, self.powered, outside = snapshot
         for (one, _), state in zip(self._monitors, monitors, strict=True):
             one.restore(state)

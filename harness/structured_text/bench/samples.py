@@ -1,4 +1,4 @@
-"""What happened in a run: JSON lines, one per scan and broken rule, and what others add."""
+"""The trace of a run: JSON lines, one for each scan and broken rule, and for further records."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from structured_text.output.files import OutputFile
 
 __all__ = ["COMPACT", "FORMAT", "KEPT", "Sample", "Trace"]
 
-#: First entry of the first line.
+#: Value of `format`, the first entry of the first line.
 FORMAT = f"{COMMAND}-trace/1"
 
-#: Records kept in memory: about two minutes of a 10 ms scan. A file gets all of them.
+#: Number of records in memory: about two minutes of a 10 ms scan. A file contains all of them.
 KEPT = 40_000
 
 COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
@@ -27,7 +27,7 @@ COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
 class _Record(Protocol):
     @property
     def t_us(self) -> int:
-        """When."""
+        """Return the time of the record in microseconds."""
 
 
 _R = TypeVar("_R", bound=_Record)
@@ -42,7 +42,7 @@ class Sample(NamedTuple):
     vars: Mapping[str, Any] | None = None
 
     def line(self) -> str:
-        """The record as JSON; `vars` only when variables are watched."""
+        """Return the record as JSON; `vars` is present only if variables are watched."""
         head = f'{{"t_us":{self.t_us},"scan":{self.scan}'
         if self.vars is None:
             return head + "}"
@@ -51,7 +51,7 @@ class Sample(NamedTuple):
 
 
 def _line(record: Any) -> str:
-    """A record as it stands in a file, which has of a broken rule only the words."""
+    """Return a record as a line of a file; a broken rule is reduced to its text."""
     if isinstance(record, Violation):
         return json.dumps({"t_us": record.t_us, "violation": record.text}, **COMPACT)
     line: str = record.line()
@@ -59,15 +59,15 @@ def _line(record: Any) -> str:
 
 
 class Trace(Generic[_R]):
-    """The records of a run, streamed to a file as they come; the latest also in memory.
+    """The records of a run, streamed to a file as they come; the latest are also in memory.
 
     Args:
         header: Entries of the first line after `format`, in this order.
         path: File to write; None for memory only.
-        new: Nothing may be there yet.
-        keep: How many records stay in memory.
-        watched: The variables that scans show, by path, and their types; as `watch` in the header.
-        last: Further entries of the first line, behind those.
+        new: Refuse a file that exists.
+        keep: Number of records in memory.
+        watched: Watched variables by path, with their types; `watch` in the header.
+        last: Further entries at the end of the first line.
 
     Raises:
         InputError: the file cannot be written.
@@ -103,7 +103,7 @@ class Trace(Generic[_R]):
         self._listeners.append(listener)
 
     def add(self, record: _R) -> None:
-        """Take the next record."""
+        """Add a record to memory and file, and pass it to all listeners."""
         self._kept.append(record)
         if self._file is not None:
             self._file.write(_line(record) + "\n")
@@ -111,31 +111,31 @@ class Trace(Generic[_R]):
             listener(record)
 
     def __iter__(self) -> Iterator[_R]:
-        """The records in memory, oldest first."""
+        """Iterate over the records in memory, oldest first."""
         return iter(self._kept)
 
     def latest(self) -> Iterator[_R]:
-        """The records in memory, newest first."""
+        """Yield the records in memory, newest first."""
         yield from reversed(self._kept)
 
     def __len__(self) -> int:
         return len(self._kept)
 
     def findings(self) -> list[Violation]:
-        """The broken rules in memory."""
+        """Return the broken rules in memory."""
         return self._of(Violation)
 
     def lines(self) -> Iterator[str]:
-        """The header and the records in memory, as they stand in a file."""
+        """Yield the header and the records in memory as lines of a file."""
         yield json.dumps(self.header, **COMPACT)
         for record in self._kept:
             yield _line(record)
 
     def snapshot(self) -> tuple[_R, ...]:
-        """The records in memory.
+        """Return the records in memory.
 
         Raises:
-            InputError: a file is written; a file cannot go back in time.
+            InputError: the trace is written to a file, which cannot go back in time.
         """
         if self._file is not None:
             raise InputError(
@@ -146,11 +146,11 @@ class Trace(Generic[_R]):
         return tuple(self._kept)
 
     def restore(self, snapshot: tuple[_R, ...]) -> None:
-        """Go back to the records that `snapshot` gave."""
+        """Restore the records from `snapshot`."""
         self._kept = deque(snapshot, maxlen=self._kept.maxlen)
 
     def flush(self) -> None:
-        """Hand everything to the system: a run in real time is to be seen while it goes on."""
+        """Write buffered lines to the file, so that a run in real time can be watched."""
         if self._file is not None:
             self._file.flush()
 

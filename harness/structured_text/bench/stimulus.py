@@ -1,4 +1,4 @@
-"""A stimulus file: what is set, and what befalls the PLC, at which time (TOML)."""
+"""A stimulus file (TOML): variables to set and events of the PLC, each at its time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from structured_text.output.units import parse_us
 __all__ = ["PLC", "Entry", "Stimulus", "event_of", "listed", "typed"]
 
 _ENTRY = re.compile(r"^\s*(?:\[\[\s*at\s*\]\]|(?:at\s*=\s*\[\s*)?\{[^#]*\btime\b)")
-#: How the events of a PLC begin; the key `plc` leaves that out.
+#: Prefix of the events of a PLC. The key `plc` omits it.
 PLC = "plc_"
 
 _Made = TypeVar("_Made", bound="Entry")
@@ -35,13 +35,13 @@ class Entry:
     """One `[[at]]` table.
 
     Attributes:
-        t_us: When, from the start of the run.
-        line: Where it stands in the file.
+        t_us: Time from the start of the run.
+        line: Its line in the file.
         values: Variables to set, by path.
-        events: What befalls the PLC: name and arguments.
-        held_us: After so long the values, all of type BOOL, and the events are taken back; None:
+        events: Events of the PLC: name and arguments.
+        held_us: Time after which the values, all of type BOOL, and the events are undone; None:
             they stay.
-        expect: Conditions that hold now, just before all this: see `engines.conditions`.
+        expect: Conditions that must hold just before all this: see `engines.conditions`.
     """
 
     keys: ClassVar[tuple[str, ...]] = ("time", "set", "plc", "for", "expect")
@@ -60,7 +60,7 @@ class Entry:
 
     @classmethod
     def of(cls: type[_Made], table: Mapping[str, Any], line: int) -> _Made:
-        """Read a table (InputError: something in it is wrong)."""
+        """Read a table; raise InputError if something in it is wrong."""
         for key in table:
             if key not in cls.keys:
                 cls.refuse(key)
@@ -82,20 +82,20 @@ class Entry:
 
     @classmethod
     def refuse(cls, key: str) -> None:
-        """Refuse a key (InputError)."""
+        """Raise InputError for an unknown key."""
         near = get_close_matches(key, cls.keys, n=1)
         hint = f"did you mean {near[0]}" if near else "keys are " + ", ".join(cls.keys)
         raise InputError(f"unknown key {key!r}", hint=hint)
 
     @classmethod
     def events_of(cls, table: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
-        """The events of a table."""
+        """Return the events of a table."""
         names = {name.removeprefix(PLC): name for name in EVENTS}
         return [event_of(one, "plc", names) for one in listed(table, "plc")]
 
     @classmethod
     def more_of(cls, table: Mapping[str, Any]) -> dict[str, Any]:
-        """What the classes below this one have besides, by their attributes."""
+        """Return further attributes that a subclass reads from the table."""
         del table
         return {}
 
@@ -106,7 +106,7 @@ class Entry:
         values: Mapping[str, Any],
         events: list[tuple[str, Mapping[str, Any]]],
     ) -> int | None:
-        """How long it lasts, if that is said."""
+        """Return the duration of the entry (`for`) in microseconds, or None."""
         given = table.get("for")
         if given is None:
             return None
@@ -128,25 +128,25 @@ class Entry:
         return held_us
 
     def parts(self: _Made) -> list[_Made]:
-        """This without an end; and where it has one, that."""
+        """Return the entry without an end, and a second entry for its end if it has one."""
         if self.held_us is None:
             return [self]
         return [replace(self, held_us=None), self.end(self.t_us + self.held_us)]
 
     def end(self: _Made, t_us: int) -> _Made:
-        """What takes values and events back."""
+        """Return the entry that undoes values and events at `t_us`."""
         values = {path: not value for path, value in self.values.items()}
         events = tuple(self.opposite(event, args) for event, args in self.events)
         return type(self)(t_us, self.line, values, events)
 
     def apply(self, bench: Any) -> None:
-        """Let it happen, now; its end is not waited for."""
+        """Set the values and trigger the events now; the end is not included."""
         self.set_values(bench)
         for event, args in self.events:
             bench.inject(event, **args)
 
     def attempt(self, bench: Any) -> None:
-        """Check that it can happen (InputError: it cannot); what it sets is set."""
+        """Check that the entry is possible, and set its values; raise InputError if it is not."""
         self.set_values(bench)
         for event, args in self.events:
             checked(EVENTS, event, args)
@@ -161,7 +161,7 @@ class Stimulus:
     """The entries of a file, in order of time.
 
     Args:
-        file: The file they come from, for messages.
+        file: The file of the entries, for messages.
         entries: The entries; those of equal time keep the order of the file.
     """
 
@@ -177,7 +177,7 @@ class Stimulus:
         """Read a stimulus file.
 
         Raises:
-            InputError: unreadable, not TOML, or an entry that is wrong, with its line.
+            InputError: unreadable, not TOML, or a wrong entry, with its line.
         """
         file = Path(path)
         table = load_toml(file)
@@ -194,7 +194,7 @@ class Stimulus:
         return cls(file, entries)
 
     def late(self, end_us: int) -> str:
-        """One line if there are entries that a run of `end_us` does not come to; else empty."""
+        """Return a line on entries that a run of `end_us` does not reach, or an empty text."""
         number = sum(entry.t_us >= end_us for entry in self.entries)
         if not number:
             return ""
@@ -203,7 +203,7 @@ class Stimulus:
         return f"{entries} of {self.file} {verb} at or after the end ({end_us / 1e6:g} s)"
 
     def schedule(self, bench: Bench) -> None:
-        """Let the entries happen in `bench`, after all were tried.
+        """Check all entries, then schedule them in `bench`.
 
         Raises:
             InputError: a path, value, event or signal that does not exist.
@@ -217,7 +217,7 @@ class Stimulus:
                 bench.at(part.t_us, partial(part.apply, bench))
 
     def check(self, bench: Bench) -> None:
-        """Try the entries on the state of `bench`, and take them back.
+        """Try the entries on the state of `bench`, and undo them.
 
         Raises:
             InputError: a path, value, event or signal that does not exist.
@@ -229,7 +229,7 @@ class Stimulus:
                     conditions(bench.program, entry.expect)
 
     def _expected(self, bench: Bench) -> dict[Entry, list[Condition]]:
-        """What entries expect, ready to be asked."""
+        """Return the compiled conditions of the entries that have some."""
         found = {}
         for entry in self.entries:
             if entry.expect:
@@ -239,7 +239,7 @@ class Stimulus:
 
 
 def _judge(bench: Bench, expected: list[Condition]) -> None:
-    """Report what does not hold now."""
+    """Report the conditions that do not hold now."""
     for one in expected:
         if not one.holds():
             text = f"plc, scan {bench.scans}: expect: {one.text} does not hold"
@@ -248,7 +248,7 @@ def _judge(bench: Bench, expected: list[Condition]) -> None:
 
 @contextmanager
 def _at_line(file: Path, line: int) -> Iterator[None]:
-    """Say of every error in which entry of the file it is."""
+    """Add file and line of an entry to every InputError."""
     try:
         yield
     except InputError as error:
@@ -261,7 +261,7 @@ def _entry_lines(file: Path) -> list[int]:
 
 
 def listed(table: Mapping[str, Any], key: str) -> list[Any]:
-    """What a key has, one or several."""
+    """Return the values of a key as a list; a key has one value or several."""
     given = table.get(key, [])
     return given if isinstance(given, list) else [given]
 
@@ -276,16 +276,16 @@ def _conditions(table: Mapping[str, Any]) -> tuple[str, ...]:
 def event_of(
     given: object, key: str, names: Mapping[str, str], elsewhere: Mapping[str, str] | None = None
 ) -> tuple[str, Mapping[str, Any]]:
-    """An event by its name in the file.
+    """Return name and arguments of an event from the file.
 
     Args:
-        given: What stands there.
-        key: Where.
-        names: Of events, by how they are called there.
-        elsewhere: What to write instead, by what was written in the wrong place.
+        given: The value in the file.
+        key: The key of this value.
+        names: Full names of events, by their names in the file.
+        elsewhere: Hints for events that belong to another key, by the name in the file.
 
     Raises:
-        InputError: it is no event.
+        InputError: it is not an event.
     """
     args: dict[str, Any] = {}
     if isinstance(given, dict):
@@ -308,7 +308,10 @@ def event_of(
 
 
 def typed(bench: Bench, path: str, value: Any) -> Any:
-    """TOML has no durations: a TIME or LTIME is given as a text, also in arrays and structures."""
+    """Convert texts to durations where the type is TIME or LTIME; TOML has no durations.
+
+    Arrays and structures are converted element by element.
+    """
     if not isinstance(value, (str, list, Mapping)):
         return value
     return _typed(bench.program.type_of(path), value)
@@ -327,6 +330,6 @@ def _typed(kind: Type, value: Any) -> Any:
             for name, part in value.items()
         }
     if isinstance(value, list) and isinstance(kind, ArrayType):
-        # Of several dimensions in rows.
+        # An array of several dimensions is a list of rows.
         return [_typed(kind if isinstance(part, list) else kind.element, part) for part in value]
     return value

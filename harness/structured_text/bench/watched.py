@@ -1,4 +1,4 @@
-"""The variables of a program that a run shows: found by their paths or by patterns."""
+"""The watched variables of a program, named by paths or by patterns."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from structured_text.output.limits import MOST_WATCHED
 
 __all__ = ["Watched", "is_like"]
 
-#: Between two patterns; a comma in brackets is between two indices.
+#: Separator of two patterns. A comma in brackets separates indices.
 _COMMA = re.compile(r",(?![^\[\]]*\])")
 _WILD = re.compile(r"[*?]")
 _PART = re.compile(r"\.?([A-Za-z_*?][\w*?]*)|\[([^\[\]]*)\]")
@@ -31,12 +31,12 @@ class Watched:
 
     Args:
         program: The program.
-        patterns: Paths as for `Program.read`, also several in one text with commas between. `*`
-            stands for any characters of one name or index and `?` for one character; with these,
-            blocks are left out and arrays that are too long to look at.
+        patterns: Paths as for `Program.read`; a text may contain several, with commas between them.
+            `*` stands for any characters of a name or index and `?` for one character. A pattern
+            skips blocks and arrays that are too long to show.
 
     Raises:
-        InputError: no such variable, or none that is like the pattern; with names near it.
+        InputError: no such variable, or no variable that matches the pattern; with similar names.
     """
 
     def __init__(self, program: Program, patterns: str | Sequence[str]) -> None:
@@ -52,12 +52,12 @@ class Watched:
         self._last: tuple[Value, ...] | None = None
 
     def values(self) -> dict[str, Value]:
-        """The values by path."""
+        """Return the values by path; after `keep` the last ones."""
         read = self._read() if self._last is None else self._last
         return dict(zip(self.types, read, strict=True))
 
     def texts(self) -> dict[str, str]:
-        """The values as texts, of structures and arrays for each member and element."""
+        """Return the values as texts by path, with one entry for each member and element."""
         return {
             part.path: value_text(part.type, part.of(value))
             for path, value in self.values().items()
@@ -65,7 +65,7 @@ class Watched:
         }
 
     def keep(self) -> None:
-        """Read them for the last time: the program ends."""
+        """Read the values for the last time, before the program ends."""
         self._last = self._read()
 
 
@@ -99,18 +99,18 @@ def _matching(program: Program, pattern: str) -> dict[str, Type]:
 
 
 def _is_much(kind: Type) -> bool:
-    """Is it too much to show without being named?"""
+    """Return whether a variable is too large to show unless it is named."""
     return isinstance(kind, BlockType) or is_long(kind)
 
 
 def _roots(program: Program) -> Iterator[_Found]:
-    """The program instances and the global variables."""
+    """Yield the program instances and the global variables."""
     yield from program.instances().items()
     yield from ((path, kind) for path, kind in program.walk() if "." not in path)
 
 
 def _within(program: Program, path: str) -> list[_Found]:
-    """The members and elements of a variable, or the variables of a list of globals."""
+    """Return the members and elements of a variable, or the variables of a list of globals."""
     try:
         return list(_below([(path, program.type_of(path))]))
     except InputError:
@@ -129,7 +129,7 @@ def _listed(program: Program, name: str) -> Iterator[_Found]:
 
 
 def _below(found: Iterable[_Found]) -> Iterator[_Found]:
-    """The members and elements of what was found."""
+    """Yield the members and elements of variables."""
     for path, kind in found:
         for name, member in members(kind):
             yield f"{path}.{name}", member
@@ -139,7 +139,7 @@ def _below(found: Iterable[_Found]) -> Iterator[_Found]:
 
 
 def _fits_part(path: str, part: re.Match[str]) -> bool:
-    """Does the last part of a path fit this part of a pattern?"""
+    """Return whether the last part of a path matches this part of a pattern."""
     if part[2] is not None:
         index = path.rpartition("[")[2].removesuffix("]") if path.endswith("]") else ""
         wanted, given = part[2].split(","), index.split(",")
@@ -148,10 +148,15 @@ def _fits_part(path: str, part: re.Match[str]) -> bool:
 
 
 def is_like(pattern: str, name: str) -> bool:
-    """Is a name like a pattern? In a time that grows with both lengths only."""
+    """Return whether a name matches a pattern with `*` and `?`.
+
+    The algorithm remembers the last `*` only and returns to it after a mismatch. Its time is at
+    most proportional to the product of both lengths; a regular expression could take exponential
+    time.
+    """
     wanted, given = pattern.strip().upper(), name.upper()
     at = place = 0
-    star, begin = -1, 0  # the last * met, and where in the name what follows it is tried
+    star, begin = -1, 0  # the last *, and the start of the text after it
     while place < len(given):
         if at < len(wanted) and wanted[at] == "*":
             star, begin = at, place
@@ -167,7 +172,7 @@ def is_like(pattern: str, name: str) -> bool:
 
 
 def _nothing(pattern: str, part: re.Match[str], there: Sequence[_Found]) -> InputError:
-    """That no variable is like the pattern, with the names that are near."""
+    """Return the error for a pattern that matches no variable, with similar names."""
     names = list(dict.fromkeys(re.split(r"\.(?!.*\.)|(?=\[)", path)[-1] for path, _ in there))
     meant = _WILD.sub("", part[0]).strip(".").upper()
     by_name = {name.upper(): name for name in names}

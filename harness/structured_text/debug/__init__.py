@@ -1,5 +1,5 @@
 """A debugger over the built-in engine: the Debug Adapter Protocol, forwards and backwards.
 
-`places` knows which lines have statements, `tracer` stops at them, `machine` is what runs,
-`player` goes back in it, `debugger` steps, `session` talks to the client.
+`places` finds the lines with statements, and `tracer` stops at them. `machine` is the interface of
+a run, and `player` moves back and forth in it. `debugger` steps, `session` serves the client.
 """

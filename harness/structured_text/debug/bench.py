@@ -1,4 +1,4 @@
-"""A program on a bench under the debugger: scan by scan, and back."""
+"""A bench as a `Machine` of the debugger."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ __all__ = ["BenchMachine"]
 
 
 class BenchMachine:
-    """A bench in virtual time, with a stimulus that is scheduled in it already.
+    """A bench in virtual time, in which the stimulus is already scheduled.
 
     Args:
         bench: The bench.
         end_us: Scans run before this time.
-        shown: That time for messages.
+        shown: The text of that time for messages.
     """
 
     around: Sequence[Scope] = ()
@@ -29,38 +29,38 @@ class BenchMachine:
 
     @property
     def scans(self) -> int:
-        """How many scans have run."""
+        """Return the number of scans that have run."""
         return self.bench.scans
 
     @property
     def now_us(self) -> int:
-        """The time of the last scan."""
+        """Return the time of the last scan."""
         return self.bench.now_us
 
     @property
     def ended(self) -> str:
-        """Why there is no further scan."""
+        """Return why there is no further scan; empty while there is one."""
         over = self.bench.next_us >= self._end_us
         return f"the end of the run ({self._shown})" if over else ""
 
     def scan(self) -> None:
-        """Let all happen until one more scan has run."""
+        """Advance time until one more scan has run."""
         self.bench.scan()
 
     def snapshot(self) -> Any:
-        """The state between two scans."""
+        """Return the state between two scans."""
         return self.bench.snapshot()
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
-        self.program.note_calls({})  # those of a scan that was left in its middle are forgotten
+        """Restore the state from `snapshot`."""
+        self.program.note_calls({})  # drop the calls of an abandoned scan
         self.bench.restore(snapshot)
 
     def inject(self, event: str, device: int) -> None:
-        """Let something befall the PLC; there is no device around it."""
+        """Trigger an event of the PLC; a bench has no devices."""
         del device
         self.bench.inject(event)
 
     def close(self) -> None:
-        """End the bench."""
+        """Close the bench."""
         self.bench.close()

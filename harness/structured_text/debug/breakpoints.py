@@ -1,4 +1,4 @@
-"""Where to stop: lines with a condition, a count or a message, blocks, variables that change."""
+"""Breakpoints: lines with a condition, a count or a message, blocks, variables that change."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ _BRACES = re.compile(r"\{([^{}]*)\}")
 
 @dataclass(frozen=True)
 class Counting:
-    """At which of its hits a breakpoint stops: `5` the fifth, `>= 5`, `% 10` each tenth."""
+    """A condition on the number of hits: `5` the fifth, `>= 5`, `% 10` each tenth."""
 
     compare: Callable[[int, int], bool]
     number: int
 
     @classmethod
     def of(cls, text: str) -> Counting:
-        """Read it.
+        """Parse the text of a count.
 
         Raises:
-            InputError: it is none.
+            InputError: it is not a count.
         """
         found = _COUNT.fullmatch(text)
         if found is None:
@@ -49,13 +49,13 @@ class Counting:
 
 @dataclass(frozen=True)
 class Message:
-    """What a logpoint says: texts, and expressions between them."""
+    """The message of a logpoint: texts, and expressions between them."""
 
     parts: tuple[str | Compiled, ...]
 
 
 def message_of(text: str, compiled: Callable[[str], Compiled]) -> Message:
-    """A message with expressions in braces.
+    """Parse a message with expressions in braces.
 
     Raises:
         InputError: an expression is wrong.
@@ -71,11 +71,11 @@ class Breakpoint:
     """Statements before which to stop.
 
     Attributes:
-        number: By which the client knows it.
+        number: Its identifier for the client.
         lines: Lines of the module, by the upper-case name of the POU.
-        conditions: By POU; without one it always stops.
-        counting: Which of its hits stops.
-        messages: By POU: what to say instead of stopping.
+        conditions: Conditions by POU; without a condition it always stops.
+        counting: Condition on the number of hits; None: each hit counts.
+        messages: Messages by POU; a POU with a message prints it and does not stop.
         entry: Only the first statement of a call counts.
     """
 
@@ -89,11 +89,11 @@ class Breakpoint:
     _here: tuple[int, int] = (-1, 0)
 
     def begin(self, scan: int) -> None:
-        """A scan begins, perhaps once more."""
+        """Begin a scan, or the repetition of a scan."""
         self._here = scan, 0
 
     def hit(self, pou: str, variables: Mapping[str, Any]) -> bool:
-        """Its place is reached: does it stop, or say something?
+        """Count a hit and return whether it stops or prints its message.
 
         Raises:
             InputError: its condition cannot be evaluated.
@@ -103,7 +103,8 @@ class Breakpoint:
             return False
         if self.counting is None:
             return True
-        # A hit that is run again is the same hit.
+        # The debugger repeats scans, so a hit is identified by its scan and its number in this
+        # scan. A repeated hit is not counted again.
         self._here = self._here[0], self._here[1] + 1
         place = bisect_left(self._seen, self._here)
         if place == len(self._seen) or self._seen[place] != self._here:
@@ -111,15 +112,15 @@ class Breakpoint:
         return self.counting.compare(place + 1, self.counting.number)
 
     def forget_after(self, scan: int) -> None:
-        """What was hit after a scan has not happened."""
+        """Remove all hits after a scan, because the run continues differently from there."""
         self._seen = [one for one in self._seen if one[0] <= scan]
 
 
 class DataWatch:
-    """A variable that is compared with what it was.
+    """A variable whose changes are watched.
 
     Attributes:
-        number: By which the client knows it; 0 of one that is looked for in the past.
+        number: Its identifier for the client; 0 for a search in the past.
         name: Its path.
     """
 
@@ -131,7 +132,7 @@ class DataWatch:
         self.before: Any = None
 
     def begin(self) -> None:
-        """Remember what it is now."""
+        """Store the current value for comparison."""
         self.before = self._now()
 
     def _now(self) -> Any:
@@ -139,7 +140,7 @@ class DataWatch:
         return list(held) if isinstance(held, list) else held
 
     def changed(self) -> str:
-        """What it was and is, where that is no longer the same; else empty."""
+        """Return old and new value as text if the variable has changed, else an empty text."""
         now = self._now()
         if now == self.before:
             return ""

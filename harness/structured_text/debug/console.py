@@ -1,4 +1,4 @@
-"""What is typed: expressions, assignments, variables to watch, and commands with a dot."""
+"""The debug console: expressions, assignments, watched variables, and commands with a dot."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _LAST = re.compile(r"(?:(?P<base>[A-Za-z_][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<na
 
 
 class Console:
-    """Works out what a user has typed."""
+    """An interpreter for the user's input in the debug console."""
 
     def __init__(self, debugger: Debugger, expressions: Expressions, memory: Memory) -> None:
         self._debugger, self._expressions, self._memory = debugger, expressions, memory
@@ -44,12 +44,12 @@ class Console:
     # --- expressions ---
 
     def look(self, frame: Frame, text: str) -> Held:
-        """What an expression gives in a frame: a variable with its parts, or a value.
+        """Evaluate an expression in a frame: a variable with its parts, or a value.
 
-        A path from a program on (`Main.Servo.Busy`) is understood in every frame.
+        A path from a program on (`Main.Servo.Busy`) is valid in every frame.
 
         Raises:
-            InputError: it is none, or has no value.
+            InputError: the text is not an expression, or has no value.
         """
         try:
             compiled = self._expressions.compiled(frame.pou, text)
@@ -65,7 +65,7 @@ class Console:
         return Held(text, compiled.type, lambda: value)
 
     def place(self, frame: Frame, text: str) -> Held:
-        """The same of what can be set."""
+        """Return the variable that an expression names; raise InputError if it cannot be set."""
         found = self.look(frame, text)
         if found.set is None:
             raise refuse_set(found)
@@ -78,7 +78,7 @@ class Console:
             return None
 
     def _variable(self, frame: Frame, node: t.Expression, text: str) -> Held | None:
-        """The variable that a checked expression names; None where it names none."""
+        """Return the variable that a checked expression names; None if it names none."""
         if isinstance(node, t.Use):
             return self._named(frame, node.symbol)
         if isinstance(node, t.Member):
@@ -117,10 +117,10 @@ class Console:
     # --- setting ---
 
     def put(self, frame: Frame, of: Held, text: str) -> str:
-        """Give a variable the value of an expression; also gives what the user should know.
+        """Assign an expression to a variable; return a note for the user, or an empty text.
 
         Raises:
-            InputError: it does not fit the variable's type, or cannot be set.
+            InputError: the value does not fit the variable's type, or the variable cannot be set.
         """
         if of.set is None:
             raise refuse_set(of)
@@ -135,10 +135,10 @@ class Console:
     # --- watching ---
 
     def lasting(self, frame: Frame, text: str) -> str:
-        """The path from a program on of a variable that is named in a frame.
+        """Return the full path of a variable that is named in a frame.
 
         Raises:
-            InputError: it names no variable that lasts from scan to scan.
+            InputError: it is not a variable that keeps its value from scan to scan.
         """
         found = self.look(frame, text)
         first, _, _ = re.split(r"([.\[])", f"{found.path}.", maxsplit=1)
@@ -157,7 +157,7 @@ class Console:
         raise InputError(f"{text} is no variable that lasts from scan to scan")
 
     def watch(self, path: str, number: int) -> DataWatch:
-        """What compares a variable with what it was.
+        """Return a watch for a variable.
 
         Raises:
             InputError: there is no such variable.
@@ -175,10 +175,13 @@ class Console:
     # --- commands ---
 
     def command(self, frame: Frame, text: str) -> Order | str:
-        """An assignment, or a command that begins with a dot.
+        """Execute an assignment, or a command that begins with a dot.
+
+        Returns:
+            An order for the debugger, or the text to print.
 
         Raises:
-            InputError: it is none.
+            InputError: the text is neither.
         """
         if not text.startswith("."):
             target, _, value = text.rstrip("; ").partition(":=")
@@ -205,7 +208,7 @@ class Console:
         raise InputError(f"there is no command .{word}", hint=".help lists them")
 
     def _goto(self, number: int) -> Order:
-        """Scans are numbered from 1, as they are shown."""
+        """Return the order that goes to a scan; the user counts scans from 1."""
         now = self._debugger.player.now
         if number > now.scan + 1 or (number == now.scan + 1 and not now.step):
             return Forward("scan", number - 1 - now.scan)
@@ -220,7 +223,7 @@ class Console:
     # --- completing ---
 
     def completions(self, frame: Frame, text: str) -> list[tuple[str, str]]:
-        """Names that what is typed may go on with, each with its kind in the protocol."""
+        """Return names that can complete the input, each with its kind in the protocol."""
         found = _LAST.search(text)
         if found is None:
             return []

@@ -1,4 +1,10 @@
-"""Runs, steps and stops, forwards and backwards; who talks to the user is somebody else."""
+"""Running, stepping and stopping, forwards and backwards; a `Front` talks to the user.
+
+A scan first runs fast: only lines with breakpoints are traced. If something may stop in it, the
+debugger restores the beginning of the scan and runs it again, now with a hook before every
+statement. Going back works the same way: the player restores the nearest snapshot before the wanted
+moment and runs forwards from there. Both rely on a deterministic machine.
+"""
 
 from __future__ import annotations
 
@@ -20,11 +26,11 @@ __all__ = ["Back", "Debugger", "Forward", "Order", "Quit", "Stop"]
 
 @dataclass(frozen=True)
 class Stop:
-    """Why it has stopped.
+    """The reason of a stop.
 
     Attributes:
-        reason: As the protocol names it.
-        text: In one line.
+        reason: Its name in the protocol.
+        text: A text of one line.
         hits: The breakpoints that were hit.
     """
 
@@ -35,7 +41,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Forward:
-    """Go on: `until` is continue, in, over, out or scan; of `scan` so many scans."""
+    """An order to go on: `until` is continue, in, over, out or scan; `scans` is for scan."""
 
     until: str = "continue"
     scans: int = 1
@@ -43,7 +49,7 @@ class Forward:
 
 @dataclass(frozen=True)
 class Back:
-    """Go back: `until` is step, continue, scan (a number of scans), change (of `watch`), start."""
+    """An order to go back: `until` is step, continue, scan, change (of `watch`) or start."""
 
     until: str
     scans: int = 1
@@ -52,39 +58,39 @@ class Back:
 
 @dataclass(frozen=True)
 class Quit:
-    """It is over."""
+    """The order to end the session."""
 
 
 Order = Forward | Back | Quit
 
 
 class Front(Protocol):
-    """Who talks to the user."""
+    """The user interface of the debugger."""
 
     def wait(self, stop: Stop) -> Order:
-        """It has stopped: what now?"""
+        """Report a stop, and return the next order."""
 
     def poll(self) -> Quit | None:
-        """It runs: does the user want something?"""
+        """Return Quit if the user wants to end while the program runs."""
 
     def log(self, text: str) -> None:
-        """What a logpoint says."""
+        """Print the message of a logpoint."""
 
 
 class _Leave(BaseException):
-    """The user wants to be elsewhere."""
+    """Leaves a scan in its middle to obey another order."""
 
     def __init__(self, order: Order) -> None:
         self.order = order
 
 
 class _Hit(BaseException):
-    """Something stops in this scan: it is run again, and looked at."""
+    """Leaves a fast scan in which something stops; the scan is then repeated with all hooks."""
 
 
 @dataclass
 class _Step:
-    """Where a step began, and how it ends."""
+    """The moment at which a step began, and the order that defines its end."""
 
     order: Forward
     scan: int
@@ -101,7 +107,7 @@ class Debugger:
         memory: The program's variables.
         front: Talks to the user.
         breakpoints: Where to stop.
-        watches: What to stop at when it changes.
+        watches: Variables whose change stops the run.
         rules: Whether a broken rule stops.
         pausing: The user wants to pause.
     """
@@ -120,7 +126,7 @@ class Debugger:
     _quiet: bool = False
 
     def run(self, first: Order) -> None:
-        """Obey until the user has enough."""
+        """Execute orders until the user quits."""
         order = first
         while not isinstance(order, Quit):
             try:
@@ -132,7 +138,7 @@ class Debugger:
         return self._forward(order) if isinstance(order, Forward) else self._back(order)
 
     def go_to(self, at: Moment, stop: Stop) -> Order:
-        """Stop at a moment."""
+        """Go to a moment and stop there."""
         self._quiet = True
         self.player.seek(at.scan, self._poll)
         self._quiet = False
@@ -172,7 +178,7 @@ class Debugger:
             raise _Leave(quitting)
 
     def _scan(self) -> Stop | None:
-        """Run the next scan; why to stop behind it."""
+        """Run the next scan, and return the reason to stop after it, if any."""
         machine, scan = self.player.machine, self.player.machine.scans
         broken = len(machine.violations)
         self._begin(scan)
@@ -203,23 +209,26 @@ class Debugger:
             watch.begin()
 
     def _again(self, scan: int) -> None:
-        """Go back to the beginning of a scan that was run too fast."""
+        """Restore the beginning of a scan that ran fast, so that it can run with all hooks.
+
+        Messages that the fast run has printed are not printed again.
+        """
         self.player.seek(scan)
         self._begin(scan)
         self._unsaid, self._said = self._said, 0
 
     def _steps_in(self, scan: int) -> bool:
-        """Can a step end in this scan?"""
+        """Return whether a step can end in this scan."""
         until = self._going.order.until
         return scan >= self._goal if until == "scan" else until != "continue"
 
     @property
     def _goal(self) -> int:
-        """The scan that a step by scans goes to."""
+        """Return the number of the scan at which a step by scans ends."""
         return self._going.scan + self._going.order.scans
 
     def _ran_fast(self) -> bool:
-        """Run a scan without looking at every statement; was that enough?"""
+        """Run a scan fast; return False if something stops in it and it must run again."""
         try:
             if self.breakpoints:
                 self.player.some(self._lines(), self._fast_hit)
@@ -227,7 +236,7 @@ class Debugger:
                 self.player.plain()
         except _Hit:
             return False
-        # Compared again where it was not enough.
+        # After a change the scan is repeated, which compares again.
         return not any(watch.changed() for watch in self.watches)
 
     def _lines(self) -> dict[str, frozenset[int]]:
@@ -242,7 +251,7 @@ class Debugger:
             raise _Hit
 
     def _look(self) -> None:
-        """Before a statement, where every one is looked at."""
+        """Decide before a statement whether to stop, in a scan with all hooks."""
         tracer = self.player.tracer
         if self._target is not None:
             step, stop = self._target
@@ -268,7 +277,7 @@ class Debugger:
             self._halt(Stop("step"))
 
     def _halt(self, stop: Stop) -> None:
-        """Stop in the middle of a scan."""
+        """Stop in the middle of a scan; return if the run goes on from here."""
         order = self._stop(stop)
         if not isinstance(order, Forward):
             raise _Leave(order)
@@ -277,6 +286,12 @@ class Debugger:
         self._going = _Step(order, scan, len(tracer.stack), tracer.roots)
 
     def _step_ends(self) -> bool:
+        """Return whether the current step ends before this statement.
+
+        `over` ends at the same or a smaller depth of calls, `out` at a smaller one. Both also end
+        in another program or scan, since the call in which the step began has returned by then.
+        `scan` ends from the target scan on, but not in the program call in which it began.
+        """
         going, tracer = self._going, self.player.tracer
         scan, depth = self.player.machine.scans, len(tracer.stack)
         until = going.order.until
@@ -290,7 +305,7 @@ class Debugger:
         return until == "out" and (elsewhere or depth < going.depth)
 
     def _hits(self, code: Code, at: int, frame: FrameType, *, first: bool) -> tuple[int, ...]:
-        """The breakpoints that stop before a statement; what others say is said."""
+        """Return the breakpoints that stop before a statement; print the messages of logpoints."""
         pou, hits = code.pou.name.upper(), []
         for one in self.breakpoints:
             if at not in one.lines.get(pou, ()) or (one.entry and not first):
@@ -313,7 +328,7 @@ class Debugger:
         if self._quiet:
             return
         self._said += 1
-        if self._unsaid > 0:  # said when the scan ran before
+        if self._unsaid > 0:  # printed when the scan ran before
             self._unsaid -= 1
             return
         texts = [
@@ -323,7 +338,11 @@ class Debugger:
         self.front.log("".join(texts))
 
     def _fault(self, scan: int, error: InputError) -> Stop | None:
-        """The program cannot go on: stop at the statement that ends it."""
+        """Stop at the statement that ends the program with an error.
+
+        The scan is repeated to find the number of this statement, and once more to stop there.
+        Without such a statement the stop is between two scans.
+        """
         self._target = None
         step = self.player.tracer.step
         if not step:
@@ -372,7 +391,7 @@ class Debugger:
         return self._last_in(self.breakpoints, self.watches, now, rules=self.rules) or start
 
     def _step_before(self, now: Moment, depths: list[int]) -> tuple[Moment, Stop] | None:
-        """The last statement before this one that is not inside a call between them."""
+        """Return the last statement before this one that is not inside a call between them."""
         most = depths[-1] if now.step else 1
         scan, known = now.scan, depths[:-1]
         while True:
@@ -397,14 +416,14 @@ class Debugger:
         rules: bool = False,
         before: bool = False,
     ) -> tuple[Moment, Stop] | None:
-        """The last moment before this one at which something stops.
+        """Return the last moment before `now` at which something stops.
 
         Args:
-            breakpoints: Some of what stops.
-            watches: Variables, where they change.
-            now: What comes from here on does not count.
+            breakpoints: Breakpoints to search for.
+            watches: Variables whose changes to search for.
+            now: Only moments before this one count.
             rules: Whether broken rules count.
-            before: Stop before the statement that changes a variable, not behind it.
+            before: Stop before the statement that changes a variable, not after it.
         """
         own = self.breakpoints, self.watches
         self.breakpoints, self.watches = breakpoints, watches
@@ -423,7 +442,7 @@ class Debugger:
             self.breakpoints, self.watches = own
 
     def _scans_with(self, first: int, end: int, rules: bool) -> list[int]:
-        """Scans in which something stops, of those from `first` on; run fast."""
+        """Run the scans from `first` to `end` - 1 fast; return those in which something stops."""
         found: list[int] = []
         machine = self.player.machine
         for scan in range(first, end):
@@ -447,7 +466,7 @@ class Debugger:
     def _all_in(
         self, scan: int, now: Moment, rules: bool, before: bool
     ) -> tuple[Moment, Stop] | None:
-        """The last moment of a scan at which something stops, before `now`."""
+        """Return the last moment of a scan, before `now`, at which something stops."""
         tracer, machine = self.player.tracer, self.player.machine
         found: list[tuple[Moment, Stop]] = []
         broken, last = len(machine.violations), 0
@@ -466,7 +485,7 @@ class Debugger:
             if hits := self._hits(entry.code, entry.at, entry.frame, first=entry.fresh):
                 found.append((Moment(scan, step), Stop("breakpoint", "", hits)))
 
-        with suppress(InputError):  # the scan that ends the program: it is run up to there
+        with suppress(InputError):  # a scan that ends the program runs up to its error
             self.player.every(look)
         changes(Moment(scan, last) if before and last else Moment(scan + 1))
         if rules and len(machine.violations) > broken:
@@ -476,10 +495,10 @@ class Debugger:
     # --- changes ---
 
     def edit(self, apply: Callable[[], None]) -> bool:
-        """Change something at this moment, also when the run comes here again.
+        """Apply a change at this moment, and repeat it whenever the run passes this moment again.
 
         Returns:
-            Whether the run had been further on, which has not happened now.
+            Whether the run had been further on; that part of it is discarded.
         """
         later = self.player.edit(apply)
         for one in self.breakpoints:
@@ -489,7 +508,7 @@ class Debugger:
         return later
 
     def where(self) -> str:
-        """The moment in one line."""
+        """Return the moment as one line."""
         machine, now = self.player.machine, self.player.now
         scan = f"scan {now.scan + 1}" if now.step else f"after {now.scan} scans"
         return f"{scan}, {format_us(machine.now_us)}"

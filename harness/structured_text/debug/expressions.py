@@ -1,7 +1,7 @@
-"""Structured Text that is typed into a debugger: read and checked as in a POU, and evaluated there.
+"""Expressions in Structured Text that a user types: checked as in a POU, and evaluated there.
 
-The front end of the engine checks names and types, its generator writes the Python; nothing of
-the program that runs is changed by it.
+The front end of the engine checks names and types, and its generator writes the Python. The running
+program is not changed.
 """
 
 from __future__ import annotations
@@ -36,12 +36,14 @@ _FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError, TypeError,
 
 @dataclass(frozen=True)
 class Compiled:
-    """An expression of a POU.
+    """An expression, compiled for a POU.
 
     Attributes:
-        text: As it was typed.
-        node: What it means.
+        text: The expression as typed.
+        node: Its checked syntax tree.
         type: Its type.
+        names: The Python variables that it needs.
+        run: The compiled function of these variables.
     """
 
     text: str
@@ -51,14 +53,15 @@ class Compiled:
     run: Callable[..., Any]
 
     def value(self, variables: Mapping[str, Any]) -> Any:
-        """What it gives, as the engine holds it.
+        """Evaluate the expression; the result has the engine's representation.
 
         Args:
-            variables: Those of a call, as Python has them: `s` the instance, `g` the globals, and
-                by upper-case name what lasts for this call only.
+            variables: Variables of a call as Python names them: `s` the instance, `g` the globals,
+                and
+                local variables by upper-case name.
 
         Raises:
-            InputError: it divides by zero, leaves an array and so on.
+            InputError: a division by zero, an index out of range and so on.
         """
         try:
             return self.run(*(variables.get(name) for name in self.names))
@@ -70,11 +73,11 @@ class Compiled:
 
 
 class Expressions:
-    """Compiles expressions in the scope of any POU of a program.
+    """A compiler for expressions in the scope of any POU of a program.
 
     Args:
         project: The program.
-        names: Of its module: what generated code calls.
+        names: Names of its module, which generated code calls.
     """
 
     def __init__(self, project: Project, names: Mapping[str, Any]) -> None:
@@ -83,15 +86,15 @@ class Expressions:
         self._scopes: dict[str, Scope] | None = None
 
     def compiled(self, pou: t.Pou, text: str, want: Type | None = None) -> Compiled:
-        """An expression in the scope of a POU.
+        """Compile an expression in the scope of a POU.
 
         Args:
-            pou: Whose names it may use.
+            pou: The POU with the visible names.
             text: The expression.
-            want: The type that is asked for; None for any.
+            want: The required type; None for any.
 
         Raises:
-            InputError: it cannot be read, or does not fit; one message.
+            InputError: it cannot be parsed, or does not fit; one message.
         """
         key = pou.name.upper(), text, want.name if want is not None else ""
         if key not in self._known:
@@ -99,11 +102,11 @@ class Expressions:
         return self._known[key]
 
     def condition(self, pou: t.Pou, text: str) -> Compiled:
-        """The same of a BOOL."""
+        """Compile an expression of type BOOL in the scope of a POU."""
         return self.compiled(pou, text, BOOL)
 
     def names(self, pou: t.Pou) -> list[str]:
-        """The names of variables that an expression may use in a POU."""
+        """Return the names of variables that an expression may use in a POU."""
         symbols = [one.name for one in pou.symbols.values() if not one.name.startswith(" ")]
         owner = [one.name for one in pou.owner.symbols.values()] if pou.owner is not None else []
         shared = [one.name for one in self._project.global_symbols.values()]
@@ -123,7 +126,7 @@ class Expressions:
         return self._written(scope, node, text)
 
     def of_node(self, pou: t.Pou, node: t.Expression, text: str) -> Compiled:
-        """A part of an expression that is checked already."""
+        """Compile a part of an expression that is already checked."""
         return self._written(self._scope(pou), node, text)
 
     def _written(self, scope: Scope, node: t.Expression, text: str) -> Compiled:
@@ -147,10 +150,10 @@ class Expressions:
 
 @lru_cache(maxsize=256)
 def syntax_of(text: str) -> s.Expression:
-    """An expression as parsed.
+    """Parse an expression.
 
     Raises:
-        InputError: it is none.
+        InputError: it is not an expression.
     """
     wrong = InputError(f"{text!r} is no expression of Structured Text", hint="as Count + 1 > 3")
     source = read_text(f"{_HEAD}HarnessHere := (\n{text}\n);\nEND_FUNCTION\n", _HERE)
@@ -164,7 +167,7 @@ def syntax_of(text: str) -> s.Expression:
 
 
 def _scopes(project: Project) -> dict[str, Scope]:
-    """What names mean in each POU: declarations anew, for those of the front end are gone."""
+    """Return the scope of each POU; the front end has discarded its own, so they are built anew."""
     sources = [read_file(file) for file in project.files]
     registry = Registry(sources, lambda _: None)
     declarations = Declarations(registry, lambda _: None)
@@ -190,6 +193,6 @@ def _scopes(project: Project) -> dict[str, Scope]:
         known = project.pous.get(key)
         for name, symbol in scope.pou.symbols.items():
             same = known.symbols.get(name) if known is not None else None
-            if same is not None:  # what only the bodies tell
+            if same is not None:  # known only after the bodies were checked
                 symbol.addressed, symbol.shared = same.addressed, same.shared
     return {key: replace(scope) for key, scope in scopes.items() if key in project.pous}

@@ -1,4 +1,4 @@
-"""What is debugged: a program and what is around it; scan by scan, and back."""
+"""The interface between the debugger and a run: a program and the devices around it."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from structured_text.errors import InputError
 
 __all__ = ["Finding", "Machine", "Scope", "builtin_of"]
 
-#: Something around the program that is shown beside its variables: a name, and what gives it.
+#: A group of values around the program that is shown beside its variables: name and getter.
 Scope: TypeAlias = tuple[str, Callable[[], list[Item]]]
 
 
 class Finding(Protocol):
-    """A rule that was broken."""
+    """A broken rule."""
 
     @property
     def t_us(self) -> int:
-        """When."""
+        """Return the time in microseconds."""
 
     @property
     def text(self) -> str:
-        """Which, in one sentence."""
+        """Return the text of the rule, in one sentence."""
 
 
 class Machine(Protocol):
-    """A program and what is around it.
+    """A program with the devices around it.
 
     Attributes:
         program: The program, on the built-in engine.
@@ -39,45 +39,45 @@ class Machine(Protocol):
 
     @property
     def violations(self) -> Sequence[Finding]:
-        """The broken rules so far."""
+        """Return the broken rules so far."""
 
     @property
     def around(self) -> Sequence[Scope]:
-        """What is around the program, as it is at the moment."""
+        """Return the current values around the program."""
 
     @property
     def ended(self) -> str:
-        """Why there is no further scan; empty while there is one."""
+        """Return why there is no further scan; empty while there is one."""
 
     @property
     def scans(self) -> int:
-        """How many scans have run."""
+        """Return the number of scans that have run."""
 
     @property
     def now_us(self) -> int:
-        """The time of the last scan."""
+        """Return the time of the last scan."""
 
     def scan(self) -> None:
-        """Let all happen until one more scan has run."""
+        """Advance time until one more scan has run."""
 
     def snapshot(self) -> Any:
-        """The state between two scans."""
+        """Return the state between two scans."""
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave, also from the middle of a scan."""
+        """Restore the state from `snapshot`, also from the middle of a scan."""
 
     def inject(self, event: str, device: int) -> None:
-        """Let something happen to a device around the program, as in a stimulus."""
+        """Trigger an event of a device around the program, as in a stimulus."""
 
     def close(self) -> None:
-        """Free what it holds."""
+        """Free all resources."""
 
 
 def builtin_of(program: Program) -> BuiltinProgram:
-    """The program, if it is one of the built-in engine.
+    """Return the program if it runs on the built-in engine.
 
     Raises:
-        InputError: it runs on another.
+        InputError: it runs on another engine.
     """
     if not isinstance(program, BuiltinProgram):
         hint = "leave the engine out"

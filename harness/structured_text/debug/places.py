@@ -1,4 +1,4 @@
-"""Where statements begin: lines of the user's files, and lines of the Python made of them."""
+"""The places of statements: lines of the user's files, and lines of the generated Python."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ __all__ = ["Code", "Places", "real_path"]
 
 
 def real_path(file: str) -> str:
-    """A file as it is compared: whole, without links, in the case of the system."""
+    """Return the canonical path of a file for comparisons: absolute, without links, case folded."""
     return os.path.normcase(os.path.realpath(file))
 
 
 class _Marking(Writer):
-    """Writes a POU and notes at which of its lines statements begin.
+    """A writer of a POU that notes the lines of code at which statements begin.
 
-    The code is what the engine has compiled, line by line: nothing is added to it.
+    The code is identical to the engine's, line by line, so its line numbers are valid there.
 
     Attributes:
         begins: Index of a line of code to the line of the source.
-        rounds: Index of the head of a loop, where it is not the first of its statement, to the
-            first: it is a statement of its own from the second round on.
+        rounds: Index of the head of a loop, if it is not the first line of its statement, to that
+            first line. From the second round on the head counts as a statement of its own.
     """
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage) -> None:
@@ -44,14 +44,14 @@ class _Marking(Writer):
         self._last: Any = None
 
     def _statement(self, node: t.Statement) -> None:
-        # Several statements are made of one of the source where it has several targets.
+        # An assignment with several targets becomes several statements at the same place.
         self._pending = node.at != self._last
         self._last = node.at
         super()._statement(node)
         self._pending = False
 
     def _emit(self, line: str) -> None:
-        moved = len(self._code.parts)  # these go before all statements
+        moved = len(self._code.parts)  # inserted before all statements
         if moved:
             self.begins = {index + moved: at for index, at in self.begins.items()}
             self.rounds = {index + moved: first + moved for index, first in self.rounds.items()}
@@ -69,7 +69,7 @@ class Code:
     """The code of a POU.
 
     Attributes:
-        pou: What it was made of.
+        pou: Its source.
         begins: Line of the Python module to the line of the source whose statement begins there.
         rounds: See `_Marking`, in lines of the module.
     """
@@ -101,7 +101,7 @@ class Places:
         return storage
 
     def of(self, code: CodeType) -> Code | None:
-        """The POU whose body this is; None for any other function."""
+        """Return the POU of a function's code; None if it is not the body of a POU."""
         if code not in self._by_object:
             own = code.co_filename == self._file
             self._by_object[code] = self._keys.get(code.co_name) if own else None
@@ -113,19 +113,19 @@ class Places:
         return self._codes[key]
 
     def key_of(self, code: CodeType) -> str | None:
-        """The upper-case name of the POU whose body this is; None for any other function."""
+        """Return the upper-case name of the POU of a function's code; None if there is none."""
         self.of(code)
         return self._by_object[code]
 
     def code_lines(self, key: str, line: int) -> frozenset[int]:
-        """Lines of the module where the statements in this line of a POU begin."""
+        """Return the lines of the module where the statements in this line of a POU begin."""
         body = self._bodies.get(key)
         code = self.of(body) if body is not None else None
         return frozenset(code.lines.get(line, ())) if code is not None else frozenset()
 
     @cached_property
     def _bodies(self) -> dict[str, CodeType]:
-        """The code of each POU; functions whose calls are noted lie around it."""
+        """Return the code of each POU, also if a function that counts calls wraps it."""
         found: dict[str, CodeType] = {}
         for name, key in self._keys.items():
             function = self._names.get(name)
@@ -151,7 +151,7 @@ class Places:
 
     @cached_property
     def _files(self) -> dict[str, list[tuple[int, str]]]:
-        """The lines with statements of each file, each with its POU, sorted."""
+        """Return the lines with statements of each file, each with its POU, sorted."""
         found: dict[str, set[tuple[int, str]]] = {}
         for key, pou in self.project.pous.items():
             lines = found.setdefault(real_path(pou.file), set())
@@ -159,11 +159,11 @@ class Places:
         return {file: sorted(lines) for file, lines in found.items()}
 
     def is_source(self, file: str) -> bool:
-        """Is something of the program declared in this file?"""
+        """Return whether a POU of the program is declared in this file."""
         return real_path(file) in self._files
 
     def line(self, file: str, line: int) -> tuple[int, tuple[str, ...]] | None:
-        """The next line from this one on that has a statement, and the POUs it is of."""
+        """Return the next line with a statement, from this line on, and the POUs of the line."""
         lines = self._files.get(real_path(file), [])
         place = bisect_left(lines, (line, ""))
         if place == len(lines):
@@ -172,14 +172,14 @@ class Places:
         return found, tuple(key for at, key in lines if at == found)
 
     def lines(self, file: str, first: int, last: int) -> list[int]:
-        """Every line of these that has a statement."""
+        """Return the lines of a range that have statements."""
         found = self._files.get(real_path(file), [])
         return sorted({line for line, _ in found if first <= line <= last})
 
     def first_line(self, pou: t.Pou) -> int:
-        """Where a body begins, or what has none."""
+        """Return the first line with a statement of a body; without statements that of the POU."""
         return min((one.at.line for one in statements(pou.body)), default=pou.at.line)
 
     def last_line(self, pou: t.Pou) -> int:
-        """The line of the last statement of a body."""
+        """Return the line of the last statement of a body; without statements that of the POU."""
         return max((one.at.line for one in statements(pou.body)), default=pou.at.line)

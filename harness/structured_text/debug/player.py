@@ -1,7 +1,7 @@
-"""Goes to any moment of a run: the nearest snapshot before it, and what follows once more.
+"""Movement to any moment of a run: from the nearest snapshot before it the run is repeated.
 
-A moment is a scan and the number of a statement in it; what was changed by hand is done again
-where it was done. A cell is deterministic, so that what is run again is what was.
+A moment is a scan and the number of a statement in it. Changes by the user are repeated at the
+moment where they were made. The machine is deterministic, so a repeated scan equals the first.
 """
 
 from __future__ import annotations
@@ -17,19 +17,21 @@ from structured_text.debug.tracer import Lines, Tracer
 
 __all__ = ["Edit", "Moment", "Player"]
 
-#: The first snapshots are so many scans apart; when there are too many, every other one goes.
+#: Initial number of scans between two snapshots, and the greatest number of snapshots. Beyond this
+#: number every other snapshot is dropped, so memory stays bounded and each moment is at most one
+#: stride of scans away.
 _STRIDE, _MOST = 32, 1000
 
 
 class Moment(NamedTuple):
-    """Before the statement `step` (from 1) of the scan, or with 0 before the scan itself."""
+    """The moment before statement `step` (from 1) of a scan, or with 0 before the scan itself."""
 
     scan: int
     step: int = 0
 
 
 class Edit(NamedTuple):
-    """A change that was made by hand, at a moment; `number` is their order."""
+    """A change by the user, at a moment; `number` is its order among the changes."""
 
     at: Moment
     number: int
@@ -37,12 +39,12 @@ class Edit(NamedTuple):
 
 
 class Player:
-    """Moves a machine in time.
+    """A machine with snapshots, which can go to any moment of its run.
 
     Attributes:
-        machine: What is moved.
-        tracer: Looks at its statements.
-        rerun: How many scans have been run again so far.
+        machine: The machine.
+        tracer: The hooks on its statements.
+        rerun: Number of scans that have been repeated so far.
     """
 
     def __init__(self, machine: Machine, places: Places) -> None:
@@ -59,30 +61,30 @@ class Player:
 
     @property
     def kept(self) -> int:
-        """How many snapshots there are."""
+        """Return the number of snapshots."""
         return len(self._order)
 
     @property
     def stride(self) -> int:
-        """How many scans lie between two of them."""
+        """Return the number of scans between two snapshots."""
         return self._stride
 
     @property
     def now(self) -> Moment:
-        """Where it is."""
+        """Return the current moment."""
         return Moment(self.machine.scans, self.tracer.step)
 
     # --- forwards ---
 
     def plain(self) -> None:
-        """Run a scan."""
+        """Run a scan without hooks, except for changes by the user in its middle."""
         if self._has_edits(self.machine.scans):
             self.every(lambda: None)
         else:
             self._guarded(self.machine.scan)
 
     def some(self, lines: Lines, hit: Callable[[Code, int, FrameType], None]) -> None:
-        """Run a scan; `hit` is called before statements in these lines (`Tracer.some`)."""
+        """Run a scan; call `hit` before statements in these lines (`Tracer.some`)."""
         if self._has_edits(self.machine.scans):
             self.every(lambda: self._look_for(lines, hit))
         else:
@@ -94,7 +96,7 @@ class Player:
             hit(entry.code, entry.at, entry.frame)
 
     def every(self, look: Callable[[], None]) -> None:
-        """Run a scan; `look` is called before each statement."""
+        """Run a scan; call `look` before each statement."""
         scan = self.machine.scans
         edits = [one for one in self._edits if one.at.scan == scan and one.at.step]
 
@@ -118,7 +120,7 @@ class Player:
         self._arrive()
 
     def _arrive(self) -> None:
-        """Change again what was changed by hand between the last scan and the next."""
+        """Repeat the user's changes between the last scan and the next."""
         for one in self._edits:
             if one.at == (self.machine.scans, 0):
                 one.apply()
@@ -126,7 +128,12 @@ class Player:
     # --- backwards ---
 
     def seek(self, scan: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Go to where this scan is about to begin; `pause` is called on the way."""
+        """Go to the beginning of this scan; call `pause` before each scan on the way.
+
+        If the current moment lies between the nearest snapshot and this scan, the run continues
+        from here. Otherwise the snapshot is restored. After an abandoned scan (`_whole` is false)
+        it is always restored.
+        """
         self.tracer.clear()
         start = self._order[bisect_right(self._order, scan) - 1]
         if not (self._whole and start <= self.machine.scans <= scan):
@@ -136,7 +143,10 @@ class Player:
             self.plain()
 
     def stretches(self, end: int) -> Iterator[tuple[int, int]]:
-        """Stretches of scans between snapshots, from `end` back to the start; each is set up."""
+        """Yield ranges of scans between snapshots, from `end` back to the start.
+
+        The machine is restored to the beginning of each range before it is yielded.
+        """
         while end > 0:
             start = self._order[bisect_right(self._order, end - 1) - 1]
             self._restore(start)
@@ -165,10 +175,10 @@ class Player:
     # --- changes ---
 
     def edit(self, apply: Callable[[], None]) -> bool:
-        """Change something now, and again whenever this moment comes.
+        """Apply a change now, and again whenever the run passes this moment.
 
         Returns:
-            Whether what was known of the time after it is no longer true.
+            Whether the run had been further on; that part of it is discarded.
         """
         apply()
         now = self.now

@@ -1,4 +1,4 @@
-"""The base of the Debug Adapter Protocol: messages in JSON behind their length, and the client.
+"""The base of the Debug Adapter Protocol: framed JSON messages, and the client.
 
 https://microsoft.github.io/debug-adapter-protocol/overview, "Base Protocol".
 """
@@ -17,13 +17,13 @@ from structured_text.errors import COMMAND, InputError
 
 __all__ = ["Client", "Message", "encoded", "read_message"]
 
-#: A message as it comes out of JSON.
+#: A decoded JSON message.
 Message = dict[str, Any]
 
-#: No header and no message of a client is longer [bytes].
+#: Upper limits for the header and the body of a client's message in bytes.
 _LONGEST_HEADER = 4096
 _LONGEST = 1024 * 1024
-#: So many messages wait at most; further ones stay with the client.
+#: Upper limit for queued messages. Further ones stay in the client's stream.
 _MOST_WAITING = 1000
 #: A field of the header. The first line of HTTP or TLS is not a field.
 _FIELD = re.compile(rb"([A-Za-z-]+)[ \t]*:[ \t]*(.*)", re.DOTALL)
@@ -31,7 +31,7 @@ _HINT = f"{COMMAND} debug talks to editors: see docs/how-to/debug.md"
 
 
 def encoded(message: Mapping[str, Any]) -> bytes:
-    """A message as it goes over the wire."""
+    """Return a message as bytes with its header."""
     body = json.dumps(message, ensure_ascii=False, separators=(",", ":")).encode()
     return b"Content-Length: %d\r\n\r\n%b" % (len(body), body)
 
@@ -73,11 +73,11 @@ def read_message(stream: BinaryIO) -> Message | None:
 
 
 class Client:
-    """The editor at the other end: its messages in a queue, ours with their numbers.
+    """The connected editor: its messages in a queue, and numbered messages to it.
 
     Args:
-        reading: Where its messages come from; None where they are put into `inbox` otherwise.
-        writing: Where ours go.
+        reading: Stream of its messages; None if they are put into `inbox` by other means.
+        writing: Stream of messages to it.
     """
 
     def __init__(self, reading: BinaryIO | None, writing: BinaryIO) -> None:
@@ -98,10 +98,10 @@ class Client:
         self.inbox.put(None)
 
     def next(self, *, wait: bool) -> Message | None:
-        """The next message of the client; None without one yet, or at the end of all.
+        """Return the next message of the client; None if there is none yet and `wait` is false.
 
         Raises:
-            InputError: what came is no message.
+            InputError: the client has sent something that is not a message.
             EOFError: the client has gone.
         """
         if self._gone:
@@ -118,27 +118,27 @@ class Client:
         return message
 
     def close(self) -> None:
-        """Read nothing any more; a reader that waits for room in the inbox goes on and ends."""
+        """Stop reading; empty the inbox, so that a reader that waits for room can end."""
         self._gone = True
         with suppress(Empty):
             while True:
                 self.inbox.get_nowait()
 
     def event(self, event: str, body: Mapping[str, Any] | None = None) -> None:
-        """Tell the client what has happened."""
+        """Send an event to the client."""
         self._send({"type": "event", "event": event}, body)
 
     def answer(self, request: Message, body: Mapping[str, Any] | None = None) -> None:
-        """Answer a request that was fulfilled."""
+        """Send the successful response to a request."""
         self._send(_response(request, success=True), body)
 
     def refuse(self, request: Message, text: str) -> None:
-        """Answer a request that cannot be fulfilled, with one message for the user."""
+        """Send a failed response to a request, with one message for the user."""
         error = {"id": 1, "format": text.replace("{", "{{"), "showUser": True}
         self._send({**_response(request, success=False), "message": text}, {"error": error})
 
     def say(self, text: str, category: str = "console") -> None:
-        """A line in the client's console."""
+        """Print a line in the client's console."""
         self.event("output", {"category": category, "output": f"{text}\n"})
 
     def _send(self, head: dict[str, Any], body: Mapping[str, Any] | None) -> None:
@@ -155,7 +155,7 @@ class Client:
 
 
 def _response(request: Message, *, success: bool) -> dict[str, Any]:
-    """Return the head of a response; what the client names is repeated if it has the right type."""
+    """Return the head of a response, with the client's values if they have the right type."""
     number, command = request.get("seq"), request.get("command")
     return {
         "type": "response",

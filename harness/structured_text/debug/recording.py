@@ -1,7 +1,7 @@
-"""All that a program was given in a run, scan by scan: recorded in a test, replayed in a debugger.
+"""A recording of all inputs of a program, scan by scan; a test records, the debugger replays.
 
-A program sees its inputs, what a test sets, and the time; with these it does the same again,
-without what was around it.
+A program depends only on its inputs, on what a test sets, and on the time. With these it behaves
+the same again, without the devices around it.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from structured_text.engines.base import Program, Value
 
 __all__ = ["COMPACT", "Recorded", "Tape"]
 
-#: How the lines of a recording are written.
+#: Arguments of `json.dumps` for the lines of a recording.
 COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
 
 
 class _Scan(NamedTuple):
-    """A scan: the one before it, its time, and the numbers of what was done before it."""
+    """A scan: the scan before it, its time, and the numbers of the actions before it."""
 
     before: _Scan | None
     t_us: int
@@ -31,7 +31,7 @@ class _Scan(NamedTuple):
 
 
 class _Marked(NamedTuple):
-    """A snapshot, and what was recorded until then."""
+    """A snapshot of the program, with the recording up to it."""
 
     snapshot: object
     last: _Scan | None
@@ -39,9 +39,9 @@ class _Marked(NamedTuple):
 
 
 class Recorded:
-    """A program that records what is done with it; everything else goes through.
+    """A program that records scans and writes; it passes on all other calls.
 
-    A run that is set back to a snapshot forgets what was recorded since.
+    `restore` also discards the recording since the snapshot.
 
     Args:
         program: The program, on any engine.
@@ -59,18 +59,18 @@ class Recorded:
         return getattr(self.program, name)
 
     def scan(self, now_us: int) -> None:
-        """See `engines.base.Program`."""
+        """Run a scan and record it; see `engines.base.Program`."""
         self._last = _Scan(self._last, now_us, tuple(self._done))
         self._done.clear()
         self.program.scan(now_us)
 
     def write(self, path: str, value: Value) -> None:
-        """See `engines.base.Program`."""
+        """Write a variable and record it; see `engines.base.Program`."""
         self.program.write(path, value)
         self._note(("set", path, type(value), _key(value)), "set", path, value)
 
     def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
-        """See `engines.base.Program`."""
+        """Write bytes and record them; see `engines.base.Program`."""
         self.program.write_bytes(path, data, start)
         self._note(("bytes", path, start, data), "bytes", path, data, start)
 
@@ -82,17 +82,17 @@ class Recorded:
         self._done.append(number)
 
     def snapshot(self) -> object:
-        """See `engines.base.Program`."""
+        """Return a snapshot with the recording; see `engines.base.Program`."""
         return _Marked(self.program.snapshot(), self._last, tuple(self._done))
 
     def restore(self, snapshot: object) -> None:
-        """See `engines.base.Program`."""
+        """Restore program and recording; see `engines.base.Program`."""
         assert isinstance(snapshot, _Marked), "not a snapshot of this program"
         self.program.restore(snapshot.snapshot)
         self._last, self._done = snapshot.last, list(snapshot.done)
 
     def lines(self) -> Iterator[str]:
-        """What was recorded, as the lines of a file behind the first."""
+        """Yield the recording as the lines of a file, without the first line."""
         scans: list[_Scan] = []
         last = self._last
         while last is not None:
@@ -118,12 +118,12 @@ def _key(value: Any) -> Any:
         hash(value)
     except TypeError:
         return json.dumps(_literal(value), **COMPACT)
-    # -0.0 and 0.0 are one key, and not one value.
+    # -0.0 and 0.0 have the same hash and are equal, but they are different values.
     return str(value) if isinstance(value, float) else value
 
 
 def _literal(value: Any) -> Any:
-    """A value as JSON has it."""
+    """Return a value in a form for JSON."""
     if isinstance(value, bytes):
         return {"hex": value.hex()}
     if isinstance(value, timedelta):
@@ -147,7 +147,7 @@ _MADE: dict[str, Callable[[Any], Any]] = {
 
 
 def _value(found: Any) -> Any:
-    """What `_literal` was made of."""
+    """Return the value of a form that `_literal` has made."""
     if isinstance(found, list):
         return [_value(one) for one in found]
     if isinstance(found, dict):
@@ -159,12 +159,12 @@ def _value(found: Any) -> Any:
 
 
 class Tape:
-    """The program of a recording; see `machine.Machine`.
+    """A recording as a `Machine` of the debugger.
 
     Args:
-        program: On the built-in engine, as it is before its first scan.
-        lines: Of the recording, behind the first.
-        violations: What was found wrong.
+        program: The program on the built-in engine, before its first scan.
+        lines: Lines of the recording, without the first one.
+        violations: The broken rules of the recorded run.
     """
 
     def __init__(
@@ -192,26 +192,26 @@ class Tape:
 
     @property
     def length(self) -> int:
-        """How many scans there are."""
+        """Return the number of recorded scans."""
         return len(self._scans)
 
     @property
     def ended(self) -> str:
-        """Why there is no further scan."""
+        """Return why there is no further scan; empty while there is one."""
         return "" if self._done < len(self._scans) else "the end of the recording"
 
     @property
     def scans(self) -> int:
-        """How many scans have run."""
+        """Return the number of scans that have run."""
         return self._done
 
     @property
     def now_us(self) -> int:
-        """The time of the last scan."""
+        """Return the time of the last scan."""
         return self._scans[self._done - 1][0] if self._done else 0
 
     def scan(self) -> None:
-        """Do what was done before the next scan, and run it."""
+        """Repeat the actions before the next scan, and run it."""
         t_us, done = self._scans[self._done]
         self._do(done)
         with self.watched(t_us):
@@ -228,7 +228,7 @@ class Tape:
 
     @contextmanager
     def watched(self, t_us: int) -> Iterator[None]:
-        """Look at what is around the program before and after a scan at this time."""
+        """Run the body of the `with` around a scan at this time; a subclass can observe it."""
         del t_us
         yield
 
@@ -241,14 +241,14 @@ class Tape:
                 self.program.write_bytes(path, *rest)
 
     def snapshot(self) -> Any:
-        """The state between two scans."""
+        """Return the state between two scans."""
         return self.program.snapshot(), self._done, len(self.violations)
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore the state from `snapshot`."""
         program, self._done, found = snapshot
         self.program.restore(program)
         del self.violations[found:]
 
     def close(self) -> None:
-        """Nothing to free."""
+        """Do nothing: a recording holds no resources."""

@@ -1,4 +1,4 @@
-"""What a client shows of a moment: the stack, and variables in scopes that open by and by."""
+"""The client's view of a moment: the stack, and variables in scopes that open on demand."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class Frame:
 
     Attributes:
         pou: The POU.
-        title: How it is called in a stack.
-        line: Where it is.
-        instance: The object of its instance; None of a function.
-        variables: Those of the call, as Python has them.
-        store: Sets one of these.
-        path: Of its instance; empty without one.
+        title: Its name in a stack.
+        line: Current line.
+        instance: The object of its instance; None for a function.
+        variables: Variables of the call, as Python names them.
+        store: Sets one of these variables.
+        path: Path of its instance; empty without one.
     """
 
     pou: t.Pou
@@ -53,7 +53,7 @@ class Scopes:
     # --- the stack ---
 
     def threads(self) -> list[tuple[int, str]]:
-        """The programs in the order in which they run, each with its task."""
+        """Return the programs in their order of execution, each with its task."""
         tasks = {
             name: f" (task {task.name}, {format_us(task.interval_us)})"
             for task in self._project.tasks
@@ -63,7 +63,7 @@ class Scopes:
         return [(number, f"{name}{tasks.get(name, '')}") for number, name in enumerate(names, 1)]
 
     def running(self, tracer: Tracer) -> int:
-        """The thread that is in the middle of its scan; between two scans the first."""
+        """Return the thread that is in the middle of its scan; between two scans the first one."""
         if not tracer.stack:
             return 1
         instance = tracer.stack[0].frame.f_locals.get("s")
@@ -72,7 +72,7 @@ class Scopes:
         return found[0] if found else 1
 
     def stack(self, tracer: Tracer, thread: int) -> list[Frame]:
-        """The calls of a thread, the innermost first."""
+        """Return the calls of a thread, the innermost first."""
         if not tracer.stack or self.running(tracer) != thread:
             return [self._between(thread)]
         frames: list[Frame] = []
@@ -102,15 +102,15 @@ class Scopes:
     # --- variables of a frame ---
 
     def locals(self, frame: Frame) -> list[Item]:
-        """The variables of a POU that are no pins."""
+        """Return the variables of a POU other than its inputs and outputs."""
         return self._of(frame, ("VAR", "VAR_TEMP", "RESULT"))
 
     def pins(self, frame: Frame) -> list[Item]:
-        """Its inputs and outputs."""
+        """Return the inputs and outputs of a POU."""
         return self._of(frame, ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"))
 
     def globals(self) -> list[Item]:
-        """The global variables."""
+        """Return the global variables."""
         symbols = self._project.global_symbols
         programs = {block.name.upper() for block in self._project.instances.values()}
         return [self._memory.of_global(one) for key, one in symbols.items() if key not in programs]
@@ -128,13 +128,13 @@ class Scopes:
         return found
 
     def variable(self, frame: Frame, symbol: t.Symbol) -> Held | None:
-        """A variable of a frame; None where it has no value yet."""
+        """Return a variable of a frame; None if it has no value yet."""
         if symbol.name.upper() in frame.variables:
             return local(frame.variables, symbol, frame.store)
         return self._memory.of_symbol(symbol, frame.instance)
 
     def moment(self, step: int) -> list[Item]:
-        """Where the run is."""
+        """Return scan, statement, time and broken rules of the current moment."""
         machine = self._machine
         broken = [Text(format_us(one.t_us), one.text) for one in machine.violations]
         return [
@@ -147,12 +147,15 @@ class Scopes:
         ]
 
     def type_of(self, item: Item) -> str:
-        """The name of a type."""
+        """Return the name of a type."""
         return item.type if isinstance(item, Text) else describe(item.type)
 
 
 def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[[str, Any], None]:
-    """What sets a variable of the call at this depth, whenever the run is at this moment."""
+    """Return a function that sets a variable of the call at this depth.
+
+    It stays valid when the run comes back to this moment, since it looks up the frame by its depth.
+    """
 
     def store(name: str, value: Any) -> None:
         frame: FrameType = tracer.stack[depth - 1].frame
@@ -161,7 +164,7 @@ def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[
         else:
             frame.f_locals[name] = value
         if not in_list and sys.version_info < (3, 13):
-            # Until then f_locals is a copy, which has to be taken back by hand.
+            # Before Python 3.13 f_locals is a copy, and this call writes it back to the frame.
             ctypes.pythonapi.PyFrame_LocalsToFast(ctypes.py_object(frame), ctypes.c_int(0))
         if not in_list:
             variables[name] = value

@@ -1,4 +1,4 @@
-"""The debug adapter: the requests of the protocol, answered with what the debugger knows.
+"""The debug adapter: the requests of the protocol, answered by the debugger.
 
 https://microsoft.github.io/debug-adapter-protocol/specification
 """
@@ -55,12 +55,13 @@ _CAPABILITIES = {
 
 @dataclass(frozen=True)
 class Launched:
-    """What a client has asked to debug.
+    """A run that a client has launched.
 
     Attributes:
-        machine: It.
-        notice: Lines to tell at the start.
-        last: Where a recording ends: begin there, and say this; empty to begin at the start.
+        machine: The machine to debug.
+        notice: Lines to print at the start.
+        last: Reason of the end of a recording: begin at its end with this text; empty to begin at
+            the start.
     """
 
     machine: Machine
@@ -69,11 +70,11 @@ class Launched:
 
 
 class Session:
-    """One client, one run.
+    """One client with one run.
 
     Args:
-        client: Who asks.
-        launch: Builds what is debugged from the arguments of `launch` or `attach`.
+        client: The client.
+        launch: Builds the machine from the arguments of `launch` or `attach`.
     """
 
     def __init__(self, client: Client, launch: Callable[[Mapping[str, Any]], Launched]) -> None:
@@ -81,7 +82,7 @@ class Session:
         self._launched: Launched | None = None
         self._configured = self._left = False
         self._arguments: Mapping[str, Any] = {}
-        self._base = 1  # what the client counts lines from
+        self._base = 1  # number of the client's first line
         self._stopped: Stop | None = None
         self._frames: list[Frame] = []
         self._opened: list[Callable[[], list[Item]]] = []
@@ -98,7 +99,7 @@ class Session:
         """Serve until the client leaves.
 
         Returns:
-            The exit code: 0, or 2 where nothing could be debugged.
+            The exit code: 0, or 2 if nothing could be debugged.
         """
         try:
             while self._launched is None or not self._configured:
@@ -125,7 +126,7 @@ class Session:
         return Forward("in") if self._arguments.get("stopOnEntry") else Forward()
 
     def _to_the_end(self) -> None:
-        """Run what was recorded, up to its end."""
+        """Run the recording up to its end."""
         assert self._launched is not None
         machine = self._launched.machine
         while not machine.ended and not self.poll():
@@ -152,7 +153,7 @@ class Session:
     # --- for the debugger ---
 
     def wait(self, stop: Stop) -> Order:
-        """Tell that it has stopped, and answer requests until one of them goes on."""
+        """Report a stop to the client, and answer requests until one of them is an order."""
         self._stopped = stop
         self._frames, self._opened, self._held, self._scope_frames = [], [], [], {}
         tracer = self._player.tracer
@@ -182,7 +183,7 @@ class Session:
             self._stopped = None
 
     def poll(self) -> Quit | None:
-        """Answer what has come meanwhile."""
+        """Answer the requests that have arrived while the program runs."""
         try:
             while (message := self._client.next(wait=False)) is not None:
                 if isinstance(self._handle(message), Quit):
@@ -192,7 +193,7 @@ class Session:
         return None
 
     def log(self, text: str) -> None:
-        """What a logpoint says."""
+        """Print the message of a logpoint."""
         self._client.say(text)
 
     # --- requests ---
@@ -446,7 +447,7 @@ class Session:
         return {"stackFrames": shown, "totalFrames": len(frames)}
 
     def _frame(self, arguments: Message) -> Frame:
-        """The frame that is asked about; without one the innermost."""
+        """Return the requested frame; without a number the innermost one."""
         number = arguments.get("frameId")
         if number:
             if not 1 <= int(number) <= len(self._frames):
@@ -483,7 +484,7 @@ class Session:
         return len(self._opened)
 
     def _of(self, reference: int) -> Callable[[], list[Item]]:
-        """Return what gives the parts of an opened item; IndexError if none has this number."""
+        """Return the getter of an opened item's parts; raise IndexError for a wrong number."""
         if not 1 <= reference <= len(self._opened):
             raise IndexError(reference)
         return self._opened[reference - 1]
@@ -582,13 +583,13 @@ class Session:
         return {"sources": [_source(file) for file in files]}
 
 
-#: Arrays with more elements are shown page by page.
+#: Arrays with more elements are shown in pages.
 _PAGED = 100
 
-#: What a request with arguments of wrong types, or nested too deep, raises.
+#: Exceptions due to a request with arguments of wrong types, or nested too deep.
 _MISTYPED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
-#: Requests that need no program, and those that are answered while it runs.
+#: Requests that need no program, and requests that are allowed while it runs.
 _ALWAYS = ("initialize", "launch", "attach", "disconnect", "terminate", "configurationDone")
 _RUNNING = (
     *_ALWAYS,

@@ -1,7 +1,7 @@
-"""Runs one scan and looks at every statement of it, with the interpreter's own hook.
+"""One scan under the interpreter's trace hook, which can stop before every statement.
 
-The code that runs is the same with and without it. A stop is a call that does not return; leaving
-a scan in its middle is an exception that no program sees.
+The program's code is the same with and without the hook. A stop is a call of the hook that blocks
+until the user goes on. A scan is left in its middle by an exception, which no program catches.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from structured_text.debug.places import Code, Places
 
 __all__ = ["Entry", "Lines", "Tracer"]
 
-#: Lines of the module that are looked at, by the upper-case name of the POU.
+#: Traced lines of the module, by the upper-case name of the POU.
 Lines = Mapping[str, frozenset[int]]
 
 
 @dataclass
 class Entry:
-    """A POU under way: its code, its Python frame, and where it is.
+    """An active call of a POU: its code, its Python frame, and its position.
 
     Attributes:
         line: Line of the source whose statement runs, or is about to.
@@ -38,12 +38,12 @@ class Entry:
 
 
 class Tracer:
-    """Looks at the statements of a program, one scan at a time.
+    """The trace hooks on the statements of a program, for one scan at a time.
 
     Attributes:
-        stack: The POUs under way, the program first.
-        depths: How deep each statement of this scan so far was called, from 1.
-        roots: How many programs have begun in this scan.
+        stack: The active calls of POUs, the program first.
+        depths: Call depth of each statement of this scan so far, from 1.
+        roots: Number of programs that have begun in this scan.
     """
 
     def __init__(self, places: Places) -> None:
@@ -57,15 +57,15 @@ class Tracer:
 
     @property
     def step(self) -> int:
-        """The number of the statement in its scan, from 1; 0 between two scans."""
+        """Return the number of the statement in its scan, from 1; 0 between two scans."""
         return len(self.depths)
 
     def clear(self) -> None:
-        """Between two scans."""
+        """Reset the state to that between two scans."""
         self.stack, self.depths, self.roots = [], [], 0
 
     def every(self, scan: Callable[[], None], look: Callable[[], None]) -> None:
-        """Run a scan; `look` is called before each statement."""
+        """Run a scan; call `look` before each statement."""
         self.clear()
         self._look = look
         self._run(scan, self._call)
@@ -76,7 +76,7 @@ class Tracer:
         lines: Lines,
         hit: Callable[[Code, int, FrameType], None],
     ) -> None:
-        """Run a scan; `hit` is called before the statements in these lines only."""
+        """Run a scan; call `hit` only before the statements in these lines."""
         self.clear()
         self._lines, self._hit = lines, hit
         self._run(scan, self._call_of_some)

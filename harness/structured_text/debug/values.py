@@ -1,8 +1,7 @@
-"""Variables of a program as it holds them: found, shown, opened, set.
+"""Variables of a program in the engine's representation: found, shown, opened, set.
 
-A value is held as the engine has it: a BOOL or number as it is, a time in nanoseconds, an
-enumeration as its number, a structure or block as an object with slots in upper case, an array as
-one list of all elements.
+A BOOL or number is itself, a time is in nanoseconds, an enumeration is its number. A structure or
+block is an object with slots in upper case, an array is one list of all elements.
 """
 
 from __future__ import annotations
@@ -32,19 +31,19 @@ from structured_text.language.values import array_length, describe, scalar_to_py
 
 __all__ = ["Held", "Item", "Memory", "Shown", "Text", "local", "refuse_set"]
 
-#: Elements of an array in a line of text.
+#: Number of elements of an array in a line of text.
 _FEW = 8
 
 
 @dataclass(frozen=True)
 class Held:
-    """A variable, or a value that has no place.
+    """A variable, or a value without a place in memory.
 
     Attributes:
-        name: As it is shown: a member, `[3]`, or what was asked for.
+        name: Its displayed name: a member, `[3]`, or the user's expression.
         type: Its type.
-        get: Gives what it holds.
-        set: Gives it another value; None where it cannot be set.
+        get: Returns its value.
+        set: Sets its value; None if it cannot be set.
         path: An expression for it in its POU; empty without one.
     """
 
@@ -57,7 +56,7 @@ class Held:
 
 @dataclass(frozen=True)
 class Text:
-    """Something that is no variable of the program: a name, its text, and what is below it."""
+    """An item that is not a variable of the program: a name, its text, and the items below it."""
 
     name: str
     text: str
@@ -70,7 +69,7 @@ Item: TypeAlias = Held | Text
 
 @dataclass(frozen=True)
 class Shown:
-    """A value for people: its text, and how many named and numbered parts it has."""
+    """A value for display: its text, and the number of its named and numbered parts."""
 
     text: str
     type: str
@@ -82,6 +81,7 @@ class Memory:
     """The variables of a program.
 
     Attributes:
+        roots: The objects of the program instances, by name.
         shared: The object of the global variables.
     """
 
@@ -92,14 +92,17 @@ class Memory:
         self._holders = Holders(self._project, self.shared, self.roots)
 
     def path(self, held: Any) -> str:
-        """The path of an instance or structure; empty for what belongs to a call only."""
+        """Return the path of an instance or structure; empty if it belongs to a call only."""
         found = self._holders.find(held)
         return found.path if found is not None else ""
 
     # --- what is in them ---
 
     def parts(self, of: Held, first: int = 0, count: int | None = None) -> list[Held]:
-        """The members or elements of a variable, or of an array some of them."""
+        """Return the members or elements of a variable.
+
+        Of an array, return `count` elements from `first` on; None: all of them.
+        """
         kind, held = of.type, of.get()
         if isinstance(kind, ArrayType):
             return self._elements(of, kind, held, first, count)
@@ -121,7 +124,7 @@ class Memory:
         return [found for one in symbols if (found := self.of_symbol(one, held, of.path))]
 
     def of_symbol(self, symbol: t.Symbol, instance: Any, path: str = "") -> Held | None:
-        """A variable of an instance; None where it has no place in it."""
+        """Return a variable of an instance; None if it has no place in the instance."""
         whole = f"{path}.{symbol.name}" if path else symbol.name
         if symbol.section == "VAR_EXTERNAL":
             key = symbol.source or symbol.name.upper()
@@ -139,7 +142,7 @@ class Memory:
         return self._place(instance, slot, symbol.name, whole, symbol.type)
 
     def of_global(self, symbol: t.Symbol, name: str = "", path: str = "") -> Held:
-        """A global variable."""
+        """Return a global variable."""
         slot = symbol.name.upper() if symbol.address is None else address_slot(symbol.address)
         shown = name or symbol.name
         return self._place(self.shared, slot, shown, path or shown, symbol.type)
@@ -173,7 +176,7 @@ class Memory:
 
     @staticmethod
     def element(items: Any, position: int, name: str, path: str, kind: Type) -> Held:
-        """An element of a list."""
+        """Return an element of a list."""
         return Held(
             name,
             kind,
@@ -185,7 +188,7 @@ class Memory:
     # --- for people ---
 
     def shown(self, of: Held) -> Shown:
-        """What a variable holds, for people."""
+        """Return a variable's value for display."""
         kind, held = of.type, of.get()
         name = describe(kind)
         if isinstance(kind, ArrayType):
@@ -207,7 +210,7 @@ class Memory:
 
     @staticmethod
     def _of_pins(kind: BlockType, held: Any) -> str:
-        """The outputs of a block that are TRUE, as Busy or Done."""
+        """Return the names of a block's outputs that are TRUE, as Busy or Done."""
         pins = [
             one.name
             for one in kind.variables
@@ -216,7 +219,7 @@ class Memory:
         return ", ".join(pins) or kind.name
 
     def text(self, kind: Type, held: Any) -> str:
-        """A scalar as it stands in Structured Text."""
+        """Return a scalar as Structured Text writes it."""
         if isinstance(kind, (ReferenceType, InterfaceType)):
             return self._holders.path(held) or "NULL"
         if isinstance(kind, EnumType):
@@ -226,11 +229,11 @@ class Memory:
         return value_text(kind, scalar_to_python(kind, held))
 
     def text_of(self, kind: Type, held: Any) -> str:
-        """Any value in one line."""
+        """Return any value as one line."""
         return self.shown(Held("", kind, lambda: held)).text
 
     def at(self, found: Resolved) -> Held:
-        """A variable by its path from a program on, or of a global one."""
+        """Return a variable by its path: from a program on, or that of a global variable."""
         kind, path = found.type, found.path
         if found.address is not None:
             slot = address_slot(found.address)
@@ -254,7 +257,7 @@ class Memory:
 def local(
     frame_locals: Mapping[str, Any], symbol: t.Symbol, store: Callable[[str, Any], None]
 ) -> Held:
-    """A variable that lasts for one call only, in the frame of that call."""
+    """Return a local variable of one call, in the frame of that call."""
     name = symbol.name.upper()
     in_list = symbol.addressed and is_scalar(symbol.type)
 
@@ -272,7 +275,7 @@ def local(
 
 
 def refuse_set(of: Held) -> InputError:
-    """That a variable cannot be set."""
+    """Return the error for a variable that cannot be set."""
     if not of.path:
         return InputError(f"{of.name} is no variable", hint="only a variable can be set")
     text = f"{of.path} is a {describe(of.type)}"

@@ -1,5 +1,5 @@
-"""Every reachable state of a program, with every choice of its environment.
+"""The exploration of every reachable state of a program, with every choice of its environment.
 
-`search` goes through all states of a world, breadth first; `abstraction` tells states of a program
-apart, with what `kept` says of a library; `shared` takes the steps on many processors.
+`search` visits all states of a world, breadth first. `abstraction` encodes states of a program,
+with the tables of a library in `kept`. `shared` distributes the steps over several processors.
 """

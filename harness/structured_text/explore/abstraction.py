@@ -1,23 +1,25 @@
-"""The state of a running program as a few bytes, and back: what is needed to tell states apart.
+"""The abstraction of a running program: its state as a few bytes, and back.
 
-* Time: all scans of a model have the same interval, or a few that the environment chooses. A TON
-  compares the time since its start with PT and does nothing else with the time, so the ticks since
-  its start are all that counts, and of those that are more than the longest PT of the model none
-  differs from another. ET is read by `Tables.clock` only, which starts its TON anew in every scan:
-  there it is 0 before the first scan, and then the time since the last one. Waits that are counted
-  in milliseconds are numbers like others; none outlasts its limit.
+Two states get the same bytes only if no later scan can distinguish them:
+
+* Time: all scans of a model have the same interval, or one of a few that the environment chooses.
+  A TON compares the time since its start with PT and does nothing else with the time. So only the
+  ticks since its start count, and all numbers above the longest PT of the model are equal. ET is
+  read by `Tables.clock` only, which restarts its TON in every scan: there it is 0 before the first
+  scan, and then the time since the last one. Waits that are counted in milliseconds are ordinary
+  numbers; none exceeds its limit.
 * Tickets: blocks compare tickets with the channel's Serving, by differences modulo 65536, and
-  count them up. Adding a number to all tickets of a channel therefore changes nothing else;
-  Serving is 0 in a state, and the others are differences. A ticket that has been passed stays so
-  for at least 32767 further turns; such tickets are one.
-* Numbers of scans: only whether one is that of the last scan counts.
-* Words that have no later effect are left out, as `kept` says.
+  count them up. Adding a number to all tickets of a channel therefore changes nothing else. In a
+  state Serving is 0, and the tickets are differences. A ticket that has been passed remains passed
+  for at least 32767 further turns; all such tickets get the same code.
+* Numbers of scans: only whether a number is that of the last scan counts.
+* Words without a later effect are omitted, as the tables of `kept` say.
 
-Of a program that is not known before (`exact`) all that it can name is kept as it is, pins too: of
-`kept` it takes tickets, numbers of scans, what is read only under a condition, and what blocks of
-the library have for themselves. Each timer counts up to its own PT. Such a state says the same in
-every process that has the program: values stand in it themselves. In others a number stands for
-each value, as it was met first.
+For an unknown program (`exact`) all variables that it can name are stored unchanged, pins too. Of
+`kept` this mode uses tickets, numbers of scans, variables that are read only under a condition, and
+private variables of the library's blocks. Each timer counts up to its own PT. Such a state contains
+the values themselves, so it means the same in every process with the program. Other states contain
+an index for each value, in the order of first occurrence.
 """
 
 from __future__ import annotations
@@ -52,32 +54,32 @@ from structured_text.language.walk import calls_of
 
 __all__ = ["NOW_US", "Abstraction", "Part"]
 
-#: PLC time of every scan; what differs are the starts of the timers.
+#: PLC time of every scan. Only the starts of the timers differ between states.
 NOW_US = 1_000_000_000
 
 _EXPIRED = 255
-#: What counts of a channel.
+#: The members of a channel that count.
 _TURNS = ("SERVING", "NEXTTICKET", "LOWEST")
-#: Nothing is known of a library.
+#: The tables of an unknown library.
 _NONE = Tables()
 _TIMERS = tuple(name for name in CLASSES if "start" in CLASSES[name].__slots__)
 _MEMORY = {"phase": ElementaryType("USINT")}
-#: Pins that the monitor of the contract looks at, of whatever block.
+#: Pins that the monitor of the contract reads, of any block.
 _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERRORID"}
 _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
-#: The size of a slot that has none; and the version of `marshal` in which what is equal is the same
-#: bytes, whether or not it is one object.
+#: The size code of a slot of variable size; and the version of `marshal` that encodes equal values
+#: as equal bytes, whether or not they are one object.
 _OPEN, _MARSHAL = "", 2
-#: How a slot's code names what it looks at of the robot.
+#: Pattern of the robot's members that the code of a slot uses.
 _ROBOT = re.compile(r"\brobot\.([A-Z0-9_.]+)")
 _WIDE = ("WORD", "INT", "UINT", "DINT", "TIME", "REAL", "UDINT", "DWORD")
 
 
 class _Slot:
-    """One variable that is kept: how its number is got and set, and how it is disturbed.
+    """One stored variable: code that reads, writes and disturbs its number.
 
-    `size` is what `struct` calls the number; `_OPEN`: any value. `part` is the variable of the
-    program that it belongs to.
+    `size` is the format of the number for `struct`; `_OPEN`: any value. `part` is the variable of
+    the program that contains it.
     """
 
     def __init__(
@@ -90,7 +92,7 @@ class _Slot:
 
 
 class Part(NamedTuple):
-    """What a state says of some variables of the program; see `Abstraction.parts`."""
+    """The part of a state that covers some variables of the program; see `Abstraction.parts`."""
 
     robot: tuple[str, ...]
     """What else it looks at: of what the library's blocks share."""
@@ -101,15 +103,15 @@ class Part(NamedTuple):
 
 
 class Abstraction:
-    """Takes states of one program apart and puts them together.
+    """The encoder and decoder of the states of one program.
 
     Args:
         program: The program, in its initial state.
-        tick_us: Time that one count of a timer stands for.
+        tick_us: Time of one count of a timer.
         ticks: The longest time of any timer of the program, in ticks.
         free: Variables of the program itself that are written before each scan.
-        exact: Keep all variables, of whatever program: `ticks` is then of no account.
-        tables: What is known of the library.
+        exact: Store all variables, of any program; `ticks` has no effect then.
+        tables: The knowledge of the library.
 
     Raises:
         InputError: a variable of a type that states cannot hold, or more than one robot.
@@ -151,7 +153,7 @@ class Abstraction:
         self._compile()
 
     def _only_robot(self, program: BuiltinProgram) -> Any:
-        """What the library's blocks share in this program; None where they share nothing."""
+        """Return the structure that the library's blocks share in this program, or None."""
         tables = self._tables
         found = [
             path
@@ -164,7 +166,7 @@ class Abstraction:
         return getattr(program.holder(found[0]), tables.member) if found else None
 
     def _globals(self, program: BuiltinProgram) -> None:
-        """Plan the variables that are no program's own."""
+        """Plan the global and located variables."""
         project = self._project
         located = [
             symbol
@@ -181,16 +183,16 @@ class Abstraction:
 
     @property
     def size(self) -> int:
-        """Bytes of a state that is not exact."""
+        """Return the number of bytes of a state that is not exact."""
         return self._packed.size
 
     def differences(self, one: bytes, other: bytes) -> list[str]:
-        """How those parts of two states are got that differ: for messages."""
+        """Return the code of the slots in which two states differ, for messages."""
         pairs = zip(self._values(one), self._values(other), strict=True)
         return [slot.get for slot, (a, b) in zip(self._ordered(), pairs, strict=True) if a != b]
 
     def _ordered(self) -> list[_Slot]:
-        """The slots as they stand in a state: those without a size last."""
+        """Return the slots in their order in a state: those of variable size last."""
         return sorted(self._slots, key=lambda one: one.size == _OPEN)
 
     def _values(self, state: bytes) -> tuple[Any, ...]:
@@ -198,11 +200,12 @@ class Abstraction:
         return (*values, *marshal.loads(state[self.size :])) if self._exact else values
 
     def parts(self, groups: Sequence[Sequence[str]]) -> list[Part]:
-        """From now on, states are the bytes of these parts, one after another.
+        """Split the state into parts; from now on a state is the concatenation of their bytes.
 
         Args:
-            groups: The program's variables in each part, in upper case; that of the robot is in
-                the first one, all that are kept are in one.
+            groups: The program's variables in each part, in upper case. The variable of the robot
+                is in
+                the first part, and every stored variable is in exactly one part.
         """
         places = {name: place for place, names in enumerate(groups) for name in names}
         self._slots.sort(key=lambda one: places[one.part])
@@ -218,7 +221,7 @@ class Abstraction:
         return found
 
     def freeze(self) -> bytes:
-        """The program's state after a scan."""
+        """Return the program's state after a scan."""
         return self._freeze()  # type: ignore[no-any-return]
 
     def thaw(self, state: bytes, ticks: int = 1) -> None:
@@ -235,7 +238,7 @@ class Abstraction:
         thaw(state, self._now - ticks * self._tick, 0)
 
     def disturb(self, state: bytes, ticks: int, random: Random) -> int:
-        """As `thaw`, with arbitrary values in all that is left out; the time of the scan [us]."""
+        """Call `thaw` with arbitrary values in omitted variables; return the scan's time [us]."""
         now_us = NOW_US + random.randrange(1_000_000)
         self._now = now_us * 1000
         self._thaw(state, self._now - ticks * self._tick, random.randrange(1, 65536))
@@ -243,10 +246,10 @@ class Abstraction:
         return now_us
 
     def check_fixed(self) -> None:
-        """Check, after a scan, that what is taken to be the same after every scan is.
+        """Check, after a scan, that the variables that the tables call fixed have not changed.
 
         Raises:
-            AssertionError: it is not.
+            AssertionError: such a variable has changed.
         """
         for holder, slot, before in self._fixed:
             if repr(_held(getattr(holder, slot))) != before:
@@ -263,6 +266,7 @@ class Abstraction:
         return found
 
     def _ton(self, timer: Any) -> int:
+        """Return the code of a TON: 0 idle, 255 expired, else 1 plus the elapsed ticks (capped)."""
         if timer.phase == 0:
             return 0
         if timer.phase == 2:
@@ -293,11 +297,11 @@ class Abstraction:
             dropped = set(kept.dropped.upper().split()) - _JUDGED
             dropped &= own | self._passed(owner, kind.name)
         elif self._exact and type_name == tables.shared:
-            dropped = set(kept.dropped.upper().split())  # no program looks into it
+            dropped = set(kept.dropped.upper().split())  # no program reads it
             dropped -= {one for one, pou in tables.unless.items() if pou in self._project.pous}
         conditional = kept.while_true
         if self._exact and not type_name.startswith(tables.core):
-            conditional = {}  # what is not read yet is passed on
+            conditional = {}  # unread values can be passed on
         conditions = {
             variable: condition.replace("o.", f"{name}.")
             for condition, variables in conditional.items()
@@ -355,7 +359,7 @@ class Abstraction:
             self._plain(code, kind, "")
 
     def _passed(self, owner: str, name: str) -> set[str]:
-        """Pins of a block that no user calls which each of its calls in a block writes."""
+        """Return the pins of an internal block that all of its calls in the owner block write."""
         pou = self._project.pous.get(owner)
         if pou is None or not name.upper().startswith(self._tables.core):
             return set()
@@ -364,7 +368,7 @@ class Abstraction:
         return set.intersection(*pins) if pins else set()
 
     def _jobs(self, type_name: str) -> dict[str, str]:
-        """The channels of the jobs of a block, by their slots: as the calls in it say."""
+        """Return the channels of a block's jobs, by their slots, from the calls in its body."""
         pou = self._project.pous.get(type_name)
         found = {}
         for call in calls_of(pou.body) if pou else ():
@@ -376,7 +380,7 @@ class Abstraction:
         return found
 
     def _below(self, slot: str, channel: str, name: str) -> str:
-        """The channel of a block's own, if its Job works on it."""
+        """Return the private channel of a block for its Job and its Own; else an empty text."""
         if channel == "own":
             return f"own_{name}" if slot == "JOB" else "own" if slot == "OWN" else ""
         return ""
@@ -391,6 +395,12 @@ class Abstraction:
         return f"robot.{ticket.upper()}"
 
     def _ticket(self, code: str, channel: str, condition: str) -> None:
+        """Plan a ticket as its distance from the channel's Serving.
+
+        Tickets count modulo 65536, and blocks only compare differences. A difference below 32768
+        is a ticket that waits, or that is served now (0). All other tickets have been passed. They
+        behave alike and share the code 255; decoding chooses any passed number for them.
+        """
         ahead = f"{code} - {channel}.SERVING & 65535"
         self._slots.append(
             _Slot(
@@ -403,6 +413,7 @@ class Abstraction:
         )
 
     def _number(self, code: str, condition: str) -> None:
+        """Plan a number of a scan: a state stores only whether it is that of the last scan."""
         if code.endswith(".SCAN"):
             self._slots.insert(0, _Slot("0", f"{code} = shift"))
             return
@@ -416,6 +427,11 @@ class Abstraction:
         )
 
     def _turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
+        """Plan a counter of a channel relative to its Serving, which is 0 in every state.
+
+        `shift` is 0 in a normal run. `disturb` sets it to another number, which shifts all tickets
+        and must change nothing.
+        """
         if slot == "SERVING":
             self._slots.insert(0, _Slot("0", f"{code} = shift"))
         elif slot == "LOWEST" and own:
@@ -424,7 +440,8 @@ class Abstraction:
             get = f"min({code} - {name}.SERVING & 65535, 255)"
             self._slots.append(_Slot(get, f"{code} = shift + {{v}} & 65535"))
         elif slot == "LOWEST":
-            # The library leaves it so at the end of a scan; nothing has been seen since
+            # At the end of a scan the library sets LOWEST to NextTicket, since no ticket has been
+            # seen yet.
             self._slots.append(_Slot(f"{code} != {name}.NEXTTICKET", f"{code} = {name}.NEXTTICKET"))
         else:
             get = f"min({code} - {name}.SERVING & 65535, 255)"
@@ -437,7 +454,7 @@ class Abstraction:
         self._junk += [f"{code}.ET = {et}"]
 
     def _elapsed(self, name: str) -> None:
-        """How long a timer has been running, in ticks; up to its PT, and no further."""
+        """Plan the time that a timer has been running, in ticks, at most its PT."""
         get = f"elapsed({name})"
         self._slots.append(_Slot(get, f"{name}.start = now - {{v}} * {self._tick}", size="I"))
 
@@ -473,7 +490,7 @@ class Abstraction:
         self._spoil: Any = names["spoil"]
 
     def _functions(self, slots: Sequence[_Slot]) -> dict[str, Any]:
-        """The functions that get and set these."""
+        """Return the compiled functions that read and write these slots."""
         names = {
             **self._objects,
             "robot": self._robot,
@@ -512,12 +529,12 @@ class Abstraction:
 
 
 def _listed(parts: Iterable[str]) -> str:
-    """With a comma behind each, so that one alone is a tuple, too."""
+    """Join the parts with a comma after each, so that a single part is a tuple, too."""
     return "".join(f"{part}, " for part in parts)
 
 
 def _parts(kind: Type) -> Iterator[tuple[str, Type]]:
-    """The variables of a structure or block, by the names of their slots."""
+    """Yield the variables of a structure or block, by the names of their slots."""
     if isinstance(kind, StructType):
         yield from ((name.upper(), part) for name, part in kind.fields)
     elif isinstance(kind, BlockType) and kind.name in CLASSES:
@@ -529,12 +546,12 @@ def _parts(kind: Type) -> Iterator[tuple[str, Type]]:
         assert isinstance(kind, BlockType)
         kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
         for one in kind.variables:
-            if one.section in kept and one.address is None:  # a located one is shared
+            if one.section in kept and one.address is None:  # located variables are shared
                 yield one.name.upper(), one.type
 
 
 def _spoiling(code: str, kind: Type) -> list[str]:
-    """Statements that give a variable an arbitrary value of its type."""
+    """Return statements that give a variable an arbitrary value of its type."""
     if isinstance(kind, StructType):
         return [
             line for name, part in kind.fields for line in _spoiling(f"{code}.{name.upper()}", part)
@@ -557,7 +574,7 @@ def _arbitrary(kind: Type) -> str:
 
 
 def _held(value: Any) -> Any:
-    """What a variable holds, so that it can be compared."""
+    """Return the value of a variable in a form that can be compared."""
     slots = getattr(value, "__slots__", None)
     if slots is None:
         return value

@@ -1,4 +1,4 @@
-"""Expressions that are to hold after every scan, as assertions at the end of a program."""
+"""Expressions that must hold after every scan, as assertions at the end of a program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MAIN = re.compile(r"\bMain\.", re.I)
 
 
 def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> Copies:
-    """Copies of a program's files with what its comments assert, and with these expressions.
+    """Copy a program's files with the assertions of their comments and with these expressions.
 
     Args:
         files: The files.
@@ -25,7 +25,7 @@ def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> C
         folder: Where the copies go.
 
     Raises:
-        InputError: an expression, and no program or several to check it in.
+        InputError: an expression, but not exactly one program to check it in.
     """
     if not always:
         return with_assertions(files, folder)

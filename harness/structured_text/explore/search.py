@@ -1,8 +1,8 @@
-"""Every reachable state of a world, breadth first: the first trace found is a shortest one.
+"""A breadth-first search of a world's reachable states; the first trace found is a shortest.
 
-The steps from a state depend on nothing but the state and its number, so they can be taken anywhere
-(`shared`). What follows from them is put together here, strictly in the order of the states: who
-takes the steps changes nothing of what comes out.
+The steps from a state depend on nothing but the state and its number, so any process can take them
+(`shared`). This module merges their results strictly in the order of the states. Therefore the
+result does not depend on which process takes the steps.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ __all__ = ["Broken", "Ready", "Result", "Search", "Step", "Taken", "World", "ste
 
 _OPEN = -1
 
-#: From so many states on, at each power of two, all that are known are looked at together.
+#: From this number of states on, `World.look` checks all states together at each power of two.
 _FIRST_LOOK = 512
 
 
 class _Numbered(Protocol):
     @property
     def number(self) -> int:
-        """Its place among all choices that there are."""
+        """Return the index of the choice among all choices."""
 
 
 Choice = TypeVar("Choice", bound=_Numbered)
@@ -36,12 +36,12 @@ Choice = TypeVar("Choice", bound=_Numbered)
 
 @dataclass(frozen=True)
 class Broken:
-    """A rule that can be broken, and the shortest way there.
+    """A broken rule, with a shortest path to it.
 
     Attributes:
-        rules: What is broken in the last scan, in words.
+        rules: The rules that are broken in the last scan, in words.
         path: The choices from the start on; the last one leads into the broken scan.
-        quiet: For a hang: the environment in which nothing comes to an end any more.
+        quiet: For a hang: the environment in which some action never ends.
     """
 
     rules: tuple[str, ...]
@@ -51,15 +51,15 @@ class Broken:
 
 @dataclass
 class Result:
-    """What an exploration has found.
+    """The result of an exploration.
 
     Attributes:
-        model: What was explored.
-        states: Reachable states that differ.
+        model: Name of the explored model.
+        states: Number of different reachable states.
         transitions: Scans that were run and judged, one for each state and choice.
         depth: Scans from the start to the farthest state.
-        complete: Every state is known; False where a rule was broken or a limit reached.
-        cut: Scans that lead to a state that is not looked at.
+        complete: Every state is known; False if a rule was broken or a limit reached.
+        cut: Scans that lead to a state outside the search.
         checked: Scans that were repeated to check the abstraction.
         bounds: Most scans until all is quiet, for each quiet environment.
         broken: The first rule that is broken.
@@ -77,67 +77,70 @@ class Result:
 
     @property
     def met(self) -> bool:
-        """Is all of it known, and no rule broken?"""
+        """Return whether the search is complete and no rule is broken."""
         return self.complete and self.broken is None
 
 
 class World(ABC, Generic[Choice]):
-    """What is explored: states as bytes, and what may happen in each."""
+    """An explored system: states as bytes, and the choices in each state."""
 
     @abstractmethod
     def first(self) -> bytes:
-        """The state at the start."""
+        """Return the state at the start."""
 
     @abstractmethod
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """What may happen next, at least one."""
+        """Return the possible choices, at least one."""
 
     @abstractmethod
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
-        """Let it happen: the next state, and the rules that are broken, in words."""
+        """Take a step; return the next state and the rules that are broken, in words."""
 
     @abstractmethod
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
-        """Let it happen again with anything in what a state leaves out, as it is drawn.
+        """Repeat a step with values drawn by `random` in all variables outside the state.
 
         Raises:
             Exception: another state follows.
         """
 
     def known_as(self, state: bytes) -> bytes:
-        """What tells it apart."""
+        """Return the key that identifies the state."""
         return state
 
     def packed(self, state: bytes) -> bytes:
-        """The same in fewer bytes, for as long as it waits."""
+        """Return the state in a compact form for the queue."""
         return state
 
     def unpacked(self, packed: bytes) -> bytes:
-        """The state again."""
+        """Return the state of its compact form."""
         return packed
 
     def is_cut(self) -> bool:
-        """Is the state that the last step has led to none to look at?"""
+        """Return whether the state after the last step is outside the search."""
         return False
 
     def added(self) -> None:
-        """The state that the last step has led to is new; asked only where the steps are taken."""
+        """Note that the state after the last step is new.
+
+        Only the process that took the step calls this method.
+        """
 
     def followed(self, number: int, choice: Choice, following: int) -> None:
-        """A step from one state, by its number, to another."""
+        """Note a step between two states, given by their numbers."""
 
     def entered(self, state: bytes) -> None:
-        """The steps from here are next."""
+        """Note that the following steps start from this state."""
 
     def look(self, result: Result, states: Paths) -> None:
-        """Look at all states together; what is broken is put into the result."""
+        """Check all states together, and store a broken rule in the result."""
 
 
 class Paths(Protocol):
-    """The ways to all states that are known."""
+    """The paths to all known states."""
 
     def path(self, number: int, last: Any = None) -> tuple[Any, ...]:
-        """The choices from the start to a state, and one more."""
+        """Return the choices from the start to a state, followed by `last`."""
 
 
 class Step(NamedTuple):
@@ -145,10 +148,10 @@ class Step(NamedTuple):
 
     Attributes:
         choice: The number of the choice.
-        key: What tells the next state apart.
-        following: The next state, packed; empty where it is known.
-        is_cut: It is none to look at.
-        is_checked: It is repeated to check the abstraction, before the next step.
+        key: The key of the next state.
+        following: The next state, packed; empty if it is known.
+        is_cut: The next state is outside the search.
+        is_checked: The step is repeated to check the abstraction, before the next step.
         broken: The rules that are broken, in words.
     """
 
@@ -163,14 +166,14 @@ class Step(NamedTuple):
 def steps(
     world: World[Any], number: int, state: bytes, seed: int, is_known: Callable[[bytes], bool]
 ) -> Iterator[Step]:
-    """All steps from a state; one of them is checked, as the seed and the state's number draw it.
+    """Yield all steps from a state; seed and number draw one of them, which is checked.
 
     Args:
         world: The world.
-        number: Of the state.
-        state: Itself.
-        seed: Draws what is checked.
-        is_known: Is there no need for the state that is told apart by this?
+        number: Number of the state.
+        state: The state.
+        seed: Seed for the choice of the checked step.
+        is_known: Returns whether the state with this key need not be sent.
 
     Raises:
         Exception: see `World.check`.
@@ -189,13 +192,13 @@ def steps(
 
 
 class Ready:
-    """The states that are known and not gone on from yet, packed, in their order.
+    """The queue of known states without explored steps, packed, in their order.
 
     Args:
-        first: The first one.
-        depths: Of each state, the scans from the start.
-        limit: Only so many are gone on from; 0: all.
-        depth: None is that is so many scans from the start; 0: any number.
+        first: The first state.
+        depths: Distance of each state from the start, in scans.
+        limit: Explore the steps of at most this number of states; 0: all.
+        depth: Explore only states at less than this distance from the start; 0: all.
     """
 
     def __init__(self, first: bytes, depths: Sequence[int], limit: int, depth: int) -> None:
@@ -208,11 +211,14 @@ class Ready:
         return len(self._waiting)
 
     def add(self, state: bytes) -> None:
-        """One more."""
+        """Append a state."""
         self._waiting.append(state)
 
     def take(self, most: int) -> tuple[int, list[bytes]]:
-        """The number of the first of the next few, and them; none: see `may_come`."""
+        """Remove up to `most` states; return the number of the first, and the states.
+
+        If there is none, `may_come` returns whether more can follow.
+        """
         number = self._taken
         states: list[bytes] = []
         while self._waiting and len(states) < most and not self._is_end():
@@ -221,7 +227,7 @@ class Ready:
         return number, states
 
     def may_come(self) -> bool:
-        """May one come yet of the steps from those that were taken?"""
+        """Return whether steps in progress may still add a state."""
         return self.done < self._taken and not self._is_end()
 
     def _is_end(self) -> bool:
@@ -232,19 +238,20 @@ class Ready:
         return bool(deep)
 
 
-#: A state by its number, itself (packed), and the steps from it.
+#: The number of a state, the state (packed), and the steps from it.
 Taken = tuple[int, bytes, Iterable[Step]]
 
 
 class Search(Generic[Choice]):
-    """Explores a world.
+    """The search through a world.
 
     Args:
         world: The world.
-        every: All choices that there are, by their numbers.
-        seed: Draws what is checked.
-        elsewhere: Takes the steps, and gives them in the order of the states. Default: taken here.
-        alone_s: So long they are taken here all the same [s].
+        every: All choices, by their numbers.
+        seed: Seed for the choice of checked steps.
+        elsewhere: Takes the steps in other processes, and yields them in the order of the states.
+            Default: this process takes them.
+        alone_s: Time at the start for which this process takes the steps in any case [s].
     """
 
     def __init__(
@@ -271,10 +278,10 @@ class Search(Generic[Choice]):
         """Find every state.
 
         Args:
-            name: Of the world.
-            limit: Give up after the steps from so many states; 0 = never.
-            depth: Look no further than so many scans from the start; 0 = any number.
-            report: Called now and then with the states that are done and that are known.
+            name: Name of the world.
+            limit: Stop after the steps from this number of states; 0 = never.
+            depth: Explore only states at less than this distance from the start, in scans; 0 = all.
+            report: Called at times with the number of explored and of known states.
         """
         result, world = Result(name), self._world
         first = world.first()
@@ -300,7 +307,7 @@ class Search(Generic[Choice]):
         return result
 
     def _merge(self, number: int, found: Iterable[Step], ready: Ready, result: Result) -> None:
-        """Take over the steps from one state, up to one that breaks a rule."""
+        """Merge the steps from one state into the result, up to the first broken rule."""
         world, every, known = self._world, self._every, self._known
         depth = self._depths[number] + 1
         for by, key, following, is_cut, is_checked, broken in found:
@@ -335,7 +342,7 @@ class Search(Generic[Choice]):
         yield from self._elsewhere(ready)
 
     def path(self, number: int, last: Choice | None = None) -> tuple[Choice, ...]:
-        """The choices from the start to a state, and one more."""
+        """Return the choices from the start to a state, followed by `last`."""
         return tuple(reversed([*([] if last is None else [last]), *self._back(number)]))
 
     def _back(self, number: int) -> Iterator[Choice]:

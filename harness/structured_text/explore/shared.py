@@ -1,4 +1,4 @@
-"""Steps taken by the workers of a farm: a few states at a time, all that may happen in each."""
+"""Steps of a search that the workers of a farm take, for a few states at a time."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from structured_text.farm import NOT_YET, Farm, NotYet
 
 __all__ = ["MOST", "SHARE", "Stepping", "shared"]
 
-#: States that go to a worker together: one of so many that wait, so that all workers get some, and
-#: no more than are done in a moment.
+#: A parcel contains one of `SHARE` waiting states, so that all workers get some. It has at most
+#: `MOST` states, so that it takes only a moment.
 SHARE, MOST = 128, 32
-#: A worker remembers so many states that need not be sent.
+#: Number of keys that a worker remembers because their states need not be sent again.
 _REMEMBERED = 1 << 19
 
-#: The steps from a state, each as a tuple, and what was raised behind the last one.
+#: The steps from a state, each as a tuple, and the error after the last step, if any.
 _Came = tuple[Sequence[Any], InputError | None]
 
 
 class Some(NamedTuple):
-    """States that go to a worker together: the number of the first, and them."""
+    """A parcel of states for a worker: the number of the first, and the states."""
 
     first: int
     states: Sequence[bytes]
@@ -37,10 +37,10 @@ class Some(NamedTuple):
 
 @dataclass(frozen=True)
 class Stepping:
-    """What a worker does.
+    """The task of a worker.
 
     Attributes:
-        make: Makes the world; can be pickled.
+        make: Creates the world; can be pickled.
         seed: See `steps`.
     """
 
@@ -48,18 +48,18 @@ class Stepping:
     seed: int
 
     def prepare(self) -> Callable[[Some], list[_Came]]:
-        """Make the world; what then takes the steps from some states."""
+        """Create the world; return the function that takes the steps from some states."""
         return partial(_take, self.make(), self.seed, {})
 
 
 def _take(world: World[Any], seed: int, sent: dict[bytes, int], some: Some) -> list[_Came]:
-    """The steps from some states.
+    """Take the steps from some states.
 
     Args:
         world: The world.
         seed: See `steps`.
-        sent: What tells those states apart that were given or sent, and with which item: they are
-            known where the items before this one are. Changed in place.
+        sent: Keys of the states that were received or sent, each with the number of its parcel. A
+            state is known once the parcels before this one are merged. Changed in place.
         some: The states.
     """
     here = some.first
@@ -91,7 +91,7 @@ def _came(found: Iterator[Step]) -> _Came:
 
 
 def shared(farm: Farm, work: Stepping) -> Callable[[Ready], Generator[Taken, None, None]]:
-    """Takes the steps from states on a farm, whose workers stay to the end of the exploration."""
+    """Return a function that takes the steps on a farm; its workers live until the search ends."""
 
     def taken(ready: Ready) -> Generator[Taken, None, None]:
         with closing(farm.run(work, _parcels(ready), title=None)) as running:

@@ -1,1 +1,1 @@
-"""What is written: whole files or none, lines of a log, and what an export knows again."""
+"""Input and output of all commands: files, streams, child processes, progress, the system."""

@@ -1,4 +1,4 @@
-"""What is printed can always be printed, also where a console knows a few characters only."""
+"""Text for consoles: every character can be printed, also in a limited encoding."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import sys
 
 __all__ = ["draws", "escaped", "quoted", "spare_no_character"]
 
-#: All that charts and tables draw with.
+#: All characters that charts and tables use for drawing.
 _DRAWN = "▁▂▃▄▅▆▇█▔╱╲─╳▲…●○"  # noqa: RUF001 - drawn lines
 
 
 def draws(encoding: str | None) -> bool:
-    """Can lines be drawn in this encoding? Else charts are of ASCII."""
+    """Return whether lines can be drawn in this encoding; otherwise charts use ASCII."""
     try:
         _DRAWN.encode(encoding or "ascii")
     except (UnicodeEncodeError, LookupError):
@@ -22,15 +22,15 @@ def draws(encoding: str | None) -> bool:
 
 
 def quoted(word: object) -> str:
-    """A file's name in a command to copy, for POSIX shells, cmd and PowerShell."""
+    """Quote a file name in a command for POSIX shells, cmd and PowerShell, if needed."""
     text = str(word)
     return text if re.fullmatch(r"[\w./\\:~+-]+", text) else f'"{text}"'
 
 
 def escaped(text: str) -> str:
-    r"""Return a text of somebody else's with what is no character to print written as `\x1b`.
+    r"""Return foreign text with its unprintable characters written as `\x1b`.
 
-    Escape sequences would clear the screen of who reads it, or show lines that nobody has written.
+    Escape sequences could otherwise clear the reader's screen, or fake lines of output.
     """
     return "".join(
         each if each.isprintable() else each.encode("unicode_escape").decode() for each in text
@@ -38,7 +38,7 @@ def escaped(text: str) -> str:
 
 
 def spare_no_character() -> None:
-    r"""Have characters that a console does not know written as `\xe9`, `\u2022`."""
+    r"""Make stdout and stderr write unknown characters as `\xe9`, `\u2022`."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="backslashreplace")

@@ -1,4 +1,4 @@
-"""What an export has written, known again: neither read nor taken for the user's."""
+"""Recognition of exported files: commands must not take them for the user's sources."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ __all__ = [
     "resolved",
 ]
 
-#: Stands at the head of each file that is exported by itself.
+#: Mark in the head of each file that is exported on its own.
 MARK = f"Written by `{COMMAND} export`; change the sources, not this file."
 
-#: In a folder that is exported: which files of it are, and what was in them.
+#: Name of the record in an export folder: the exported files and the digests of their contents.
 RECORD = f"{COMMAND}-export.json"
 
 _ABOUT = (
     f"Files that `{COMMAND} export` wrote here; it replaces and removes those that are unchanged."
 )
 _HEAD = 1000
-#: What is recorded, by the folder of the record.
+#: The files and digests of each record, by its folder.
 _Records = dict[Path, dict[str, str]]
 
 
 def release() -> str:
-    """The version of this package; 0 of a copy that is not installed."""
-    from importlib.metadata import PackageNotFoundError, version  # few need it at their start
+    """Return the version of this package; 0 for a copy that is not installed."""
+    from importlib.metadata import PackageNotFoundError, version  # slow, and rarely needed
 
     try:
         return version(DISTRIBUTION)
@@ -47,18 +47,18 @@ def release() -> str:
 
 
 def digest(data: bytes) -> str:
-    """What a file's contents are known by."""
+    """Return the hash of a file's contents."""
     return hashlib.sha256(data).hexdigest()
 
 
 def record(contents: Mapping[str, bytes]) -> bytes:
-    """The text of the record of some files, by their paths below its folder."""
+    """Return the text of the record of some files, by their paths below its folder."""
     files = {path: digest(data) for path, data in sorted(contents.items())}
     return (json.dumps({"about": _ABOUT, "files": files}, indent=1) + "\n").encode()
 
 
 def recorded(folder: Path) -> dict[str, str]:
-    """Digests by path of what was exported into a folder; empty where nothing was."""
+    """Return digests by path of the files exported into a folder; empty without a valid record."""
     try:
         found = json.loads((folder / RECORD).read_bytes())
     except (OSError, ValueError, RecursionError):
@@ -76,7 +76,7 @@ def recorded(folder: Path) -> dict[str, str]:
 
 
 def resolved(files: Iterable[Path]) -> dict[Path, Path]:
-    """Files and their resolved paths; each folder is resolved once."""
+    """Return the resolved path of each file; each folder is resolved only once."""
     folders: dict[Path, Path] = {}
     found = {}
     for file in files:
@@ -89,19 +89,22 @@ def resolved(files: Iterable[Path]) -> dict[Path, Path]:
 
 
 def own_output(files: Mapping[Path, Path]) -> set[Path]:
-    """Which of some ST files, with their resolved paths, an export has written."""
+    """Return the ST files that an export has written; `files` maps them to their resolved paths."""
     known: dict[Path, _Records] = {}
     return {one for one, place in files.items() if _is_recorded(place, known) or is_marked(one)}
 
 
 def _is_recorded(file: Path, known: dict[Path, _Records]) -> bool:
-    """Whether the record of a folder above a file names it; `known` is that of `_records`."""
+    """Return whether the record of a folder above a file names it.
+
+    `known` is the cache of `_records`.
+    """
     records = _records(file.parent, known)
     return any(file.relative_to(folder).as_posix() in records[folder] for folder in records)
 
 
 def _records(folder: Path, known: dict[Path, _Records]) -> _Records:
-    """The records of a folder and of those above it; `known` are those that were read before."""
+    """Return the records of a folder and of those above it; `known` caches records already read."""
     if folder not in known:
         above = _records(folder.parent, known) if folder.parent != folder else {}
         names = recorded(folder)
@@ -110,7 +113,7 @@ def _records(folder: Path, known: dict[Path, _Records]) -> _Records:
 
 
 def is_marked(file: Path, mark: str = MARK) -> bool:
-    """Whether the head of a file has the mark of an export."""
+    """Return whether the head of a file has the mark of an export."""
     try:
         with file.open("rb") as stream:
             return mark.encode() in stream.read(_HEAD)

@@ -1,4 +1,7 @@
-"""What a command writes is whole, or what was there before: beside it, then in its place."""
+"""Atomic output: a command writes a file completely, or leaves the previous one unchanged.
+
+The new file is written beside its place, and then renamed.
+"""
 
 from __future__ import annotations
 
@@ -21,9 +24,9 @@ _MOST_NAMES = 1_000
 
 
 def replace_files(contents: Mapping[Path, bytes | str]) -> None:
-    """Write a set of files: none takes its place before all are written.
+    """Write a set of files; no file is replaced before all are written.
 
-    So a full disk, a fault or Ctrl-C leaves what was there as it was.
+    A full disk, a fault or Ctrl-C leaves the previous files unchanged.
 
     Raises:
         InputError: a file cannot be written.
@@ -43,17 +46,17 @@ def replace_files(contents: Mapping[Path, bytes | str]) -> None:
 
 
 class NewFiles:
-    """Files that are made before long work begins, and get their names after it, inside `with`.
+    """Files that are created before a long job, and named after it, inside `with`.
 
-    Nothing is ever written over: where something has appeared meanwhile it stays, and what was to
-    stand there has a free name beside it.
+    The class never overwrites a file. If a file has appeared under the name meanwhile, it stays,
+    and the result gets a free name beside it.
 
     Args:
         paths: The files.
-        hint: What to do where one is there already.
+        hint: Hint for a file that already exists.
 
     Raises:
-        InputError: one is there already, is named twice, or cannot be written.
+        InputError: a file already exists, is named twice, or cannot be written.
     """
 
     def __init__(self, paths: Sequence[Path], hint: str = "name another one") -> None:
@@ -84,10 +87,11 @@ class NewFiles:
         self._discard()
 
     def write(self, *contents: bytes | str) -> None:
-        """Write them, in the order in which they were named: all, or none.
+        """Write all files, in the order of their names, or none.
 
         Raises:
-            InputError: one cannot be written, or now has another name, which is told.
+            InputError: a file cannot be written, or was given another name, which the message
+                shows.
         """
         for file, data in zip(self._files, contents, strict=True):
             file.write(data)
@@ -105,19 +109,19 @@ class NewFiles:
 
 
 class OutputFile:
-    """A file that grows; where one is there, beside it, to take its place at the end.
+    """A file that grows beside its place, if a file is there, and replaces it at the end.
 
-    After an error nothing of it is left, what was there before is as it was, and further calls
-    do nothing.
+    After an error the new file is removed, the previous one is unchanged, and further calls do
+    nothing.
 
     Args:
-        path: The file; the folders above it are made. A link stays one, a device is written to.
-        encoding: Of text.
-        whole: Until the end it stands beside its place although nothing is there.
-        new: It never takes the place of another one: at the end it has a free name beside it.
+        path: The file; missing folders are created. A link stays a link, a device is written to.
+        encoding: Encoding of text.
+        whole: Write beside the place even if no file is there.
+        new: Never replace a file: if one is there at the end, use a free name beside it.
 
     Raises:
-        InputError: it cannot be written; so do all methods.
+        InputError: the file cannot be written; all methods can raise it.
     """
 
     def __init__(
@@ -133,15 +137,15 @@ class OutputFile:
         self._made: list[Path] = []
         self._place = self._written = Path(os.path.realpath(path))
         self._new = new
-        there = os.path.exists(self._place)  # a name too long is told by opening it
+        there = os.path.exists(self._place)  # opening it reports a name that is too long
         regular = os.path.isfile(self._place) or not there
         self._open, self._made_file = True, False
         try:
-            if os.path.islink(self._place):  # in a loop with others: it is not replaced
+            if os.path.islink(self._place):  # stat fails for a loop of links
                 os.stat(self._place)
             self._make_folders()
             with suppress(FileNotFoundError):
-                os.lstat(self._place)  # a name that is too long is none, whatever is beside it
+                os.lstat(self._place)  # fails if the name is too long
             if regular and (whole or there):
                 name = f".{COMMAND}-{os.getpid()}-{next(_numbers)}.new"
                 self._written = self._place.with_name(name)
@@ -153,7 +157,7 @@ class OutputFile:
             raise self._failed(error) from None
 
     def write(self, data: str | bytes) -> None:
-        """Write more."""
+        """Append data."""
         if self._file is not None:
             try:
                 self._file.write(encoded(data, self._encoding) if isinstance(data, str) else data)
@@ -161,7 +165,7 @@ class OutputFile:
                 raise self._failed(error) from None
 
     def flush(self) -> None:
-        """Hand everything to the system."""
+        """Write buffered data to the system."""
         if self._file is not None:
             try:
                 self._file.flush()
@@ -169,7 +173,7 @@ class OutputFile:
                 raise self._failed(error) from None
 
     def finish(self) -> None:
-        """Write what is left; it does not take its place yet."""
+        """Write buffered data and close; the file is not yet in its place."""
         self.flush()
         if self._file is not None:
             try:
@@ -179,7 +183,7 @@ class OutputFile:
             self._file = None
 
     def close(self) -> None:
-        """Write what is left; now the file is in its place."""
+        """Write buffered data, and move the file to its place."""
         self.finish()
         if self._open and self._written != self._place:
             try:
@@ -193,16 +197,16 @@ class OutputFile:
 
     @property
     def place(self) -> Path:
-        """Where it is, or will be."""
+        """Return the current or future path."""
         return self._place
 
     @property
     def closed(self) -> bool:
-        """Is nothing written any more?"""
+        """Return whether the file is complete or discarded."""
         return not self._open
 
     def discard(self) -> None:
-        """Leave nothing of it, unless it is in its place already."""
+        """Remove the file, unless it is already in its place."""
         if not self._open:
             return
         self._open = False
@@ -214,13 +218,13 @@ class OutputFile:
             if self._made_file:
                 self._written.unlink(missing_ok=True)
             for folder in reversed(self._made):
-                folder.rmdir()  # of others it is, unless it is empty
+                folder.rmdir()  # fails if others have put files there
 
     def _make_folders(self) -> None:
         folder = self._place.parent
         missing = [one for one in (folder, *folder.parents) if not os.path.exists(one)]
         for one in reversed(missing):
-            if os.path.islink(one):  # in a loop with others
+            if os.path.islink(one):  # stat fails for a loop of links
                 os.stat(one)
             one.mkdir(exist_ok=True)
             self._made.append(one)
@@ -231,19 +235,19 @@ class OutputFile:
 
 
 def encoded(text: str, encoding: str = "utf-8") -> bytes:
-    r"""Encode a text; bytes of a file's name that are no characters are written as `\udcff`."""
+    r"""Encode a text; undecodable bytes of a file's name are written as `\udcff`."""
     return text.encode(encoding, "backslashreplace")
 
 
 def _named_once(written: Path, place: Path) -> Path:
-    """Give a file its name, or a free one beside it; which one."""
+    """Give a file its name, or a free one beside it, and return that name."""
     for name in _names(place):
         with suppress(FileExistsError):
             try:
                 os.link(written, name)
             except FileExistsError:
                 raise
-            except OSError:  # a file system without links
+            except OSError:  # a file system without hard links
                 _copy(written, name)
             written.unlink()
             return name
@@ -257,7 +261,7 @@ def _names(place: Path) -> Iterator[Path]:
 
 
 def _copy(written: Path, name: Path) -> None:
-    """To a name that nothing has."""
+    """Copy to a name that does not exist yet."""
     data = written.read_bytes()
     with name.open("xb") as file:
         try:

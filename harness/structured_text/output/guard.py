@@ -1,8 +1,8 @@
-"""Runs one program for its parent, and ends that program when the parent ends, by whatever.
+"""The guard of a child process: it runs one program, and ends it when the parent ends.
 
-A script that `structured_text.output.programs` starts, not on Windows: it imports next to nothing.
-It leads a session of its own. Of its end of a socket it is told the number; when nobody holds the
-other end any more, the parent has ended, and it ends all that the session has.
+`structured_text.output.programs` starts this script, except on Windows. It imports almost nothing.
+It leads its own session. Its argument is the number of its end of a socket. When the parent has
+ended, no process holds the other end any more. Then the guard ends all processes of the session.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import NoReturn
 
 assert sys.platform != "win32"
 
-#: So long may the program take to write what it has, before it is killed [s].
+#: Time for the program to write its data after SIGTERM, before it is killed [s].
 _GRACE_S = 2.0
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGPIPE)
 
@@ -24,15 +24,15 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal
 def _main(parent: int, command: list[str]) -> NoReturn:
     try:
         _run(parent, command)
-    finally:  # also after an error of our own
+    finally:  # also after an error in the guard
         os.killpg(0, signal.SIGKILL)
         os._exit(1)  # not reached
 
 
 def _run(parent: int, command: list[str]) -> None:
-    """Run the program until the parent ends, and ask it to end then."""
+    """Run the program until the parent ends, then terminate it."""
     os.set_inheritable(parent, False)
-    for number in _SIGNALS:  # they are meant for the program, or come from the terminal
+    for number in _SIGNALS:  # meant for the program, or sent by the terminal
         signal.signal(number, signal.SIG_IGN)
     ended, waking = os.pipe()
     os.set_blocking(waking, False)
@@ -58,7 +58,7 @@ def _run(parent: int, command: list[str]) -> None:
 
 
 def _say(parent: int, word: str) -> None:
-    with suppress(OSError):  # it has ended meanwhile
+    with suppress(OSError):  # the parent may have ended
         os.write(parent, word.encode())
 
 
@@ -70,7 +70,7 @@ def _says_anything(parent: int) -> bool:
 
 
 def _leave_with(pid: int) -> None:
-    """End as the program has, if it has."""
+    """Exit with the code or signal of the program, if it has ended."""
     found, status = os.waitpid(pid, os.WNOHANG)
     if not found:
         return
@@ -79,7 +79,7 @@ def _leave_with(pid: int) -> None:
         os._exit(code)
     import resource
 
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the program may have left one, this must not
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no core file of the guard
     if -code != signal.SIGKILL:
         signal.signal(-code, signal.SIG_DFL)
     os.kill(os.getpid(), -code)

@@ -1,8 +1,7 @@
-"""The limits of what a command reads and compiles, each in this place only.
+"""The limits of files and programs, defined here only.
 
 They lie well above real projects and well below the memory of a small computer.
-docs/reference/limits.md
-tells users what each of them is and what to do; a test compares the numbers.
+docs/reference/limits.md explains each limit to users and what to do; a test compares the numbers.
 """
 
 from __future__ import annotations
@@ -39,9 +38,9 @@ class Kind:
     """A kind of file.
 
     Attributes:
-        name: What a message calls it.
-        most_bytes: How large it may be; None where it is read piece by piece.
-        hint: What to do where it is larger.
+        name: Its name in messages.
+        most_bytes: Maximum size; None for files that are read piece by piece.
+        hint: Hint for a file that is larger.
     """
 
     name: str
@@ -49,7 +48,7 @@ class Kind:
     hint: str = ""
 
 
-#: Structured Text and SCL: the whole of OSCAT is 3 MB.
+#: Structured Text and SCL. All of OSCAT is 3 MB.
 SOURCE = Kind("a source", 8 * _MEGABYTE, "divide it into several files")
 #: XML and L5X, with the diagrams, pictures and trends of their tools.
 PROJECT = Kind("a project file", 128 * _MEGABYTE, "export only the part that is needed")
@@ -58,10 +57,10 @@ TABLE = Kind("a TOML file", 16 * _MEGABYTE, "divide it, or leave out what is not
 #: Traces are read line by line, captures packet by packet: hours of them are some gigabytes.
 TRACE = Kind("a trace", None)
 CAPTURE = Kind("a capture", None)
-#: Recordings of failed tests, results of campaigns, reports that are written anew.
+#: Recordings of failed tests, results of campaigns, reports of earlier runs.
 OTHER = Kind("a file", 512 * _MEGABYTE, "name another file")
 
-#: Characters, and words, numbers and signs, of all sources of a program together.
+#: Characters, and tokens, of all sources of a program together.
 MOST_CHARACTERS = 32 * _MEGABYTE
 MOST_TOKENS = 2_000_000
 #: Bytes of one line of a trace or recording.
@@ -71,17 +70,17 @@ MOST_LINE_BYTES = 16 * _MEGABYTE
 MOST_ELEMENTS = 4_000_000
 #: Instances of function blocks in a program, those inside others included.
 MOST_BLOCKS = 200_000
-#: Types, functions, blocks and constants that use each other in a row.
+#: Length of a chain of types, functions, blocks and constants that use each other.
 MOST_LEVELS = 100
-#: Arrays, structures and blocks inside each other, also without names.
+#: Nesting depth of arrays, structures and blocks, also of unnamed ones.
 MOST_NESTED = 120
-#: Mistakes that are reported of one file, and of all together.
+#: Reported mistakes of one file, and of all files together.
 MOST_MISTAKES = 500
 
 #: Seconds that another tool (matiec, STruC++, a C compiler) may take for one program.
 MOST_TOOL_S = 900
 
-#: Plain variables that are watched, and that a pattern of them looks at.
+#: Elementary variables that are watched, and that a pattern examines.
 MOST_WATCHED = 100_000
 
 #: Time between the first and the last record of a trace or capture.

@@ -1,4 +1,4 @@
-"""Where a path leads."""
+"""Resolution of paths."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ __all__ = ["real"]
 
 
 def real(path: str | Path) -> Path:
-    """Return a path without links, as far as there is something.
+    """Return a path without links, as far as its parts exist.
 
     `Path.resolve` does the same, but raises a RuntimeError for links in a loop until Python 3.12.
-    Here such a link stays as it is: the system refuses to open it, which is reported.
+    Here such a link stays as it is. The system then refuses to open it, and that error is reported.
     """
     return Path(os.path.realpath(path))

@@ -1,8 +1,8 @@
-"""Programs of others: compilers, capture tools, tests. The only place that starts them.
+"""External programs: compilers, capture tools, tests. Only this module starts them.
 
-None of them outlives this process, whatever ends it: not Ctrl-C, nor SIGTERM or SIGHUP, nor
-SIGKILL. Between the two stands a process of its own, `guard`, which notices the end. Python that
-knows its parent ends by itself with its standard input, and needs no guard.
+No program outlives this process, whether Ctrl-C, SIGTERM, SIGHUP or SIGKILL ends it. The process
+`guard` stands between the two and notices the end. A Python child that knows its parent ends with
+its standard input and needs no guard.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ _WORD = 16
 
 
 class Program(subprocess.Popen[Any]):
-    """A program that runs; a `subprocess.Popen` that ends with this process.
+    """A running program: a `subprocess.Popen` that ends with this process.
 
-    Ctrl-C at a terminal does not reach it: this process decides. `kill` ends what it has started,
-    too. On Windows it is only apart, and goes on where this process is killed.
+    Ctrl-C at a terminal does not reach it; this process decides when it ends. `kill` also ends its
+    child processes. On Windows there is no guard, and the program survives if this process is
+    killed.
 
     Args:
         command: Its name or path, and its arguments.
@@ -53,16 +54,16 @@ class Program(subprocess.Popen[Any]):
                 super().__init__(guarded, pass_fds=[number], **how)
             said = ours.recv(_WORD)
         except BaseException:
-            ours.close()  # which ends it, should it have begun
+            ours.close()  # ends the guard if it has started
             raise
         self._line = ours
-        if said not in (b"0", b""):  # nothing: something has ended the guard
+        if said not in (b"0", b""):  # empty: the guard was killed
             with self:
                 pass
             raise OSError(int(said), os.strerror(int(said)), words[0])
 
     def send_signal(self, sig: int) -> None:
-        """Send a signal to it and to what it has started; SIGKILL ends the guard, too."""
+        """Send a signal to the program and its child processes; SIGKILL ends the guard, too."""
         if self._line is None:
             super().send_signal(sig)
         elif self.poll() is None:

@@ -1,4 +1,4 @@
-"""How far long work is: a bar on a terminal, a line now and then elsewhere."""
+"""The progress of a long job: a bar on a terminal, otherwise a line now and then."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from rich.text import Text
 
 __all__ = ["progress_bar"]
 
-#: Between two lines of progress where there is no terminal [s].
+#: Time between two lines of progress without a terminal [s].
 _PATIENCE_S = 30.0
 
 
 def progress_bar(console: Console, clock: Callable[[], float] = time.monotonic) -> Progress:
-    """A bar, or a line each half minute where there is no terminal.
+    """Return a progress bar; without a terminal it prints a line each half minute.
 
-    Its tasks have a field `told`: what else is to be said.
+    Its tasks have a field `told` for further text.
 
     Args:
         console: Where it is shown.
         clock: Real time [s].
     """
-    # No thread of its own: a process that shows it may make copies of itself.
+    # Do not refresh in a thread, since the process may fork while the bar is shown.
     return _Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -44,14 +44,14 @@ def progress_bar(console: Console, clock: Callable[[], float] = time.monotonic) 
         TextColumn("{task.fields[told]}"),
         console=console,
         auto_refresh=False,
-        redirect_stdout=not console.stderr,  # it may be a file
+        redirect_stdout=not console.stderr,  # stdout may be a file
         get_time=clock,
     )
 
 
 class _SpeedColumn(ProgressColumn):
     def render(self, task: Task) -> Text:
-        """What is done in a second."""
+        """Return the speed: items in a second."""
         return Text(_speed(task), style="progress.data.speed")
 
 
@@ -59,18 +59,18 @@ class _Progress(Progress):
     _told = 0.0
 
     def __enter__(self) -> _Progress:
-        """Return it; it is shown from the first task on that has anything to do."""
+        """Return the bar; it is shown from the first task on that has items."""
         return self
 
     def add_task(self, description: str, *args: Any, **kwargs: Any) -> TaskID:
-        """Add a task. One of 0 items is not shown: its bar would end as `0/0 -:--:--`."""
+        """Add a task. A task of 0 items is not shown: its bar would end as `0/0 -:--:--`."""
         number = super().add_task(description, *args, **kwargs)
         if kwargs.get("total") != 0:
             self.start()
         return number
 
     def stop(self) -> None:
-        """End it. How much there was of what nobody had counted is known now."""
+        """Stop the bar; the total of an uncounted task is now its number of completed items."""
         if not self.live.is_started:
             return
         for task in self.tasks:
@@ -79,7 +79,7 @@ class _Progress(Progress):
         super().stop()
 
     def refresh(self) -> None:
-        """Show it."""
+        """Draw the bar, or print a line if there is no terminal and enough time has passed."""
         if self.console.is_terminal:
             super().refresh()
         elif self.get_time() - self._told > _PATIENCE_S and self.tasks:

@@ -1,4 +1,4 @@
-"""Opens the files that a user names: plain files of a size that can be read."""
+"""Reading of the files that a user names: plain files of limited size."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from structured_text.output.system import without_waiting
 __all__ = ["beginning", "check_file", "file_bytes", "file_text", "open_file"]
 
 _MEGABYTE = 1 << 20
-#: Kinds of what is no plain file, by the test that finds them.
+#: Names of the other file types, by the test that recognizes them.
 _OTHERS = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
@@ -27,7 +27,7 @@ _OTHERS = (
 def check_file(path: str | Path) -> None:
     """Raise InputError unless the path leads to a plain file; nothing is opened.
 
-    Devices and pipes have no end, or wait for ever.
+    Devices and pipes may have no end, or block for ever.
     """
     try:
         mode = os.stat(path).st_mode
@@ -40,10 +40,10 @@ def open_file(path: str | Path, kind: Kind) -> BinaryIO:
     """Open a plain file for reading.
 
     Raises:
-        InputError: it is not there, is no plain file, cannot be read, or is too large for its
+        InputError: it does not exist, is not a plain file, cannot be read, or is too large for its
             kind.
     """
-    check_file(path)  # opening a device can already do something
+    check_file(path)  # merely opening a device can have effects
     try:
         file = open(path, "rb", opener=without_waiting)  # noqa: SIM115 - the caller closes it
     except (OSError, ValueError) as error:
@@ -72,13 +72,13 @@ def file_bytes(path: str | Path, kind: Kind) -> bytes:
             content = file.read(kind.most_bytes + 1)
         except OSError as error:
             raise _unreadable(path, error) from None
-    if len(content) > kind.most_bytes:  # it grows, or does not say how large it is
+    if len(content) > kind.most_bytes:  # it has grown, or its size is unknown
         raise _too_large(path, kind, len(content))
     return content
 
 
 def file_text(path: str | Path, kind: Kind) -> str:
-    r"""Read a plain file of UTF-8, with or without a mark; `\r\n` and `\r` become `\n`.
+    r"""Read a plain UTF-8 file, with or without a byte order mark; `\r\n` and `\r` become `\n`.
 
     Raises:
         InputError: as `open_file`, or it is not UTF-8.

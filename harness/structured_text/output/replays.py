@@ -1,4 +1,4 @@
-"""Replays that a search leaves in a folder: never over a file that no search has written."""
+"""Replay files of a search; they never overwrite a file that no search has written."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ __all__ = ["BEGINS", "MARK", "check"]
 MARK = f"# {COMMAND} replay: "
 """How the stimulus file of a replay begins."""
 
-#: How each kind of file begins.
+#: First bytes of each kind of file.
 BEGINS = {".toml": MARK.encode(), ".svg": b"<svg "}
 
 
 def check(file: Path) -> None:
-    """Refuse to write over a file that no search has written.
+    """Refuse to overwrite a file that no search has written.
 
     Raises:
         InputError: there is such a file.

@@ -1,4 +1,4 @@
-"""What is known from earlier runs of a check: outcomes by key."""
+"""Saved results of earlier runs of a check, by key."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Results", "digest", "move_aside", "read_entry"]
 
 
 def digest(root: Path, files: Iterable[Path]) -> str:
-    """A hash of the names and contents of files."""
+    """Return a hash of the names and contents of files."""
     found = hashlib.sha256()
     for file in sorted(files):
         found.update(file.relative_to(root).as_posix().encode())
@@ -24,7 +24,7 @@ def digest(root: Path, files: Iterable[Path]) -> str:
 
 
 def read_entry(line: bytes) -> dict[str, Any] | None:
-    """Return the entry of a line; None if it has none."""
+    """Return the entry of a line; None if the line is damaged."""
     try:
         entry = json.loads(line)
     except (ValueError, RecursionError):
@@ -33,7 +33,7 @@ def read_entry(line: bytes) -> dict[str, Any] | None:
 
 
 def move_aside(file: Path) -> Path:
-    """Give a damaged file a name of its own, and return that; nothing is written over.
+    """Rename a damaged file to a free name, and return that.
 
     Raises:
         OSError: It cannot be renamed.
@@ -48,16 +48,17 @@ def _any(entry: Mapping[str, Any]) -> bool:
 
 
 class Results:
-    """Outcomes by key, saved as JSON lines, the latest one last.
+    """Results by key, saved as JSON lines; the last line of a key counts.
 
     Args:
         file: Where they are saved.
-        fresh: Forget what is there.
-        is_whole: Whether an entry has all that its reader needs.
+        fresh: Delete earlier results.
+        is_whole: Returns whether an entry has everything that its reader needs.
 
     Attributes:
-        notice: A line for the user where the file was damaged: it was moved aside, and what is
-            whole was taken over.
+        notice: A line for the user if the file was damaged: it was renamed, and its valid lines
+            were
+            copied to a new file.
     """
 
     def __init__(
@@ -84,7 +85,7 @@ class Results:
             if entry is not None and is_whole(entry):
                 self._known[entry["key"]] = entry
                 taken.append(line + b"\n")
-            elif number < len(lines):  # the last one may be cut off: who wrote it was ended
+            elif number < len(lines):  # the last line may be cut off by a kill
                 damaged += 1
         if damaged:
             aside = move_aside(self._file)
@@ -95,11 +96,11 @@ class Results:
             replace_files({self._file: b"".join(taken)})
 
     def get(self, key: str) -> dict[str, Any] | None:
-        """What is known under a key."""
+        """Return the entry of a key, or None."""
         return self._known.get(key)
 
     def add(self, entry: Mapping[str, Any]) -> None:
-        """Keep an outcome; `key` is among its entries."""
+        """Save an entry; it contains `key`."""
         self._known[str(entry["key"])] = dict(entry)
         with self._file.open("a", encoding="utf-8") as stream:
             stream.write(json.dumps(entry) + "\n")

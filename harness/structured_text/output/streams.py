@@ -1,4 +1,4 @@
-"""The standard streams of a command: they are there, and their errors are known as theirs."""
+"""The standard streams of a command: always open, and with errors that can be recognized."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class _Output(io.FileIO):
     """The file below standard output."""
 
     def write(self, data: bytes | memoryview) -> int | None:  # type: ignore[override]
-        """Write; an error says that it is one of standard output."""
+        """Write; mark an error as one of stdout by raising UnreadError or OutputError."""
         try:
             return super().write(data)
         except OSError as error:
@@ -28,10 +28,10 @@ class _Output(io.FileIO):
 
 
 class _Errors(io.FileIO):
-    """The file below standard error: what cannot be said there is said nowhere."""
+    """The file below standard error; it ignores errors, since no stream could report them."""
 
     def write(self, data: bytes | memoryview) -> int | None:  # type: ignore[override]
-        """Write, if it can be written."""
+        """Write if possible, else ignore the data."""
         try:
             return super().write(data)
         except OSError:
@@ -39,10 +39,10 @@ class _Errors(io.FileIO):
 
 
 def prepare() -> None:
-    """Make the standard streams usable, whatever the caller has made of them.
+    """Make the standard streams usable, in whatever state the caller has left them.
 
-    One that was closed becomes the null device. Otherwise a file that is opened later would get
-    its number, and with it all that is printed.
+    A closed stream becomes the null device. Otherwise the next opened file would get its number,
+    and so everything that is printed.
     """
     _open_closed()
     sys.stdout = _known(sys.stdout, _Output)
@@ -50,7 +50,7 @@ def prepare() -> None:
 
 
 def discard_output() -> None:
-    """Let standard output go nowhere from now on, so that Python's end does not fail, too."""
+    """Redirect standard output to nowhere, so that Python's exit does not fail on it again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
@@ -75,7 +75,7 @@ def _open_closed() -> None:
 
 
 def _known(stream: TextIO, kind: type[io.FileIO]) -> TextIO:
-    """Return a stream as it is, but with a file of `kind` below it; a console stays one."""
+    """Return a stream with a file of `kind` below it; a console is returned unchanged."""
     if not isinstance(stream, io.TextIOWrapper):
         return stream
     raw = getattr(stream.buffer, "raw", stream.buffer)

@@ -1,7 +1,6 @@
-"""What Windows, macOS and Linux do differently: here with its counterparts, and nowhere else.
+"""The differences between Windows, macOS and Linux; no other module uses a function of one system.
 
-No other module names what one of them lacks; docs/reference/platforms.md says what is missing
-where.
+docs/reference/platforms.md lists what is missing on which system.
 """
 
 from __future__ import annotations
@@ -67,13 +66,13 @@ __all__ = [
 _PRIORITY = 1
 _STANDARD_ERROR = 2
 _SHOWN = 15
-#: So often is looked whether a copy has ended [s].
+#: Interval of checks whether a copy has ended [s].
 _LOOK_S = 0.005
 _CHUNK = 65536
 _FINEST_MS = 1
-#: Where memory that processes share has its names.
+#: The folder for names of shared memory.
 _SHARED = "/dev/shm" if os.path.isdir("/dev/shm") else os.environ.get("TMPDIR", "/var/tmp")
-#: Real time after which a copy counts as hanging: so much [s], and so often its processor time.
+#: Real time after which a copy counts as hanging: seconds, plus this factor of its processor time.
 _HANGS_S, _BUSY = 600, 8
 _TOO_LONG = ("SIGXCPU", "SIGALRM", "SIGKILL")
 
@@ -104,7 +103,7 @@ else:
 
 
 def cache_root() -> Path:
-    """The folder in which programs keep what they can make anew.
+    """Return the user's folder for caches: files that programs can create again.
 
     Raises:
         RuntimeError: the user has no home.
@@ -118,12 +117,12 @@ def cache_root() -> Path:
 
 
 def end_as_by_ctrl_c() -> list[int]:
-    """From now on SIGTERM, SIGHUP and Ctrl-Break end this process as Ctrl-C does: in order.
+    """Make SIGTERM, SIGHUP and Ctrl-Break end this process in order, as Ctrl-C does.
 
-    So what is temporary is removed. One of them that is ignored stays so (nohup).
+    Temporary files are then removed. A signal that is ignored stays ignored (nohup).
 
     Returns:
-        The number of the one that has come, later; further ones change nothing.
+        A list that will contain the number of the signal that has come. Further ones are ignored.
     """
     came: list[int] = []
 
@@ -143,7 +142,7 @@ def end_as_by_ctrl_c() -> list[int]:
         signal.signal(number, end)
 
     def leave() -> None:
-        """End a copy of this process at once: it has begun nothing that it has to remove."""
+        """Restore the default in a copy of this process, which has nothing to clean up."""
         for number in numbers:
             if signal.getsignal(number) is end:
                 signal.signal(number, signal.SIG_DFL)
@@ -154,7 +153,7 @@ def end_as_by_ctrl_c() -> list[int]:
 
 
 def settings_root() -> Path:
-    """The folder in which programs keep what the user has chosen, or what is his alone.
+    """Return the user's folder for settings and private files.
 
     Raises:
         RuntimeError: the user has no home.
@@ -170,7 +169,7 @@ def settings_root() -> Path:
 
 @contextmanager
 def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
-    """Meanwhile Ctrl-C, Ctrl-Break, SIGTERM and SIGHUP call this function, in the main thread."""
+    """Call `tell` in the main thread on Ctrl-C, Ctrl-Break, SIGTERM or SIGHUP."""
     numbers = [*_ENDS]
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
         numbers.append(signal.SIGHUP)
@@ -184,7 +183,7 @@ def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def interrupts_later() -> Iterator[None]:
-    """Meanwhile Ctrl-C waits; a process that is started here does not hear it before `be_apart`."""
+    """Delay Ctrl-C; a process that is started inside does not receive it before `be_apart`."""
     if sys.platform == "win32":
         yield
         return
@@ -196,7 +195,7 @@ def interrupts_later() -> Iterator[None]:
 
 
 def be_apart() -> None:
-    """From now on Ctrl-C does not reach this process, and `end_apart` ends what it starts, too."""
+    """Protect this process from Ctrl-C, and let `end_apart` end its child processes, too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform != "win32":
         os.setsid()
@@ -217,12 +216,12 @@ def interrupt_main_thread() -> None:
 
 
 def end_apart(pid: int, *, has_ended: bool = False, number: int | None = None) -> None:
-    """End a process that may be apart; with what it has started, but for Windows.
+    """End a process that may be apart; except on Windows, with its child processes.
 
     Args:
-        pid: Its number.
-        has_ended: It is gone: only what it has started is left.
-        number: Send this signal instead of the one that ends it by force; to its group alone.
+        pid: Its process number.
+        has_ended: The process has ended: end only its child processes.
+        number: Send this signal instead of SIGKILL, and only to the process group.
     """
     if sys.platform == "win32":
         if not has_ended:
@@ -237,25 +236,25 @@ def end_apart(pid: int, *, has_ended: bool = False, number: int | None = None) -
 
 
 def processors() -> int:
-    """How many processors this process may use, at least 1."""
+    """Return the number of processors that this process may use, at least 1."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def fine_timers() -> None:
-    """Let this process sleep by the millisecond; Windows wakes it every 15.6 ms otherwise."""
+    """Let this process sleep by the millisecond; otherwise Windows wakes it every 15.6 ms."""
     if sys.platform == "win32":
         ctypes.WinDLL("winmm").timeBeginPeriod(_FINEST_MS)
 
 
 def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
-    """Ask for real time, for the threads to come too; where it is not allowed we do without.
+    """Request real-time priority for this thread and future ones; ignore a refusal.
 
-    Linux alone is asked.
+    Only Linux has this request.
 
     Args:
-        policy: Go on until it waits, or in turn with others of its priority.
+        policy: Run until the thread waits, or in turn with others of its priority.
     """
     if sys.platform == "linux":
         number = os.SCHED_FIFO if policy == "first" else os.SCHED_RR
@@ -264,11 +263,11 @@ def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
 
 
 def copied(work: Callable[[], object], seconds: float) -> int:
-    """Do something in a copy of this process, which prints nothing; its process number.
+    """Execute a function in a silent copy of this process, and return the copy's process number.
 
     Args:
-        work: What to do; it ends with exit code 0, or 1 where this raises.
-        seconds: Processor time that it may take; and so much real time that a busy machine does.
+        work: The function; the copy ends with exit code 0, or 1 if it raises.
+        seconds: Processor time limit. The limit of real time is longer, for a busy machine.
     """
     if sys.platform == "win32":
         raise NotImplementedError
@@ -293,10 +292,11 @@ def copied(work: Callable[[], object], seconds: float) -> int:
 
 
 def copy_ended(pid: int = -1) -> tuple[int, int | str, float]:
-    """Wait until a copy has ended, any one by default.
+    """Wait until a copy has ended, any copy by default.
 
     Returns:
-        Its process number, its exit code or what ended it (`time` where it took too long), and
+        Its process number, its exit code or the name of its signal (`time` if it took too long),
+        and
         its processor time [s].
     """
     if sys.platform == "win32":
@@ -310,23 +310,23 @@ def copy_ended(pid: int = -1) -> tuple[int, int | str, float]:
 
 
 class PipedCopy:
-    """A copy of this process that does something else, held as a `subprocess.Popen` with pipes.
+    """A copy of this process with another task, used like a `subprocess.Popen` with pipes.
 
-    It starts in half the time of a new Python, and shares with this process the memory that
-    neither writes to. Ctrl-C does not reach it, and it has no open file of this process but
-    standard error. This process has one thread, and none of its objects is to be collected as
-    garbage in the copy: they could close files of the copy's own.
+    It starts in half the time of a new Python, and shares unmodified memory with this process.
+    Ctrl-C does not reach it. Of this process's open files it has only standard error. This process
+    must have one thread. No object of this process may be collected as garbage in the copy, since
+    it could close files of the copy. Therefore all objects are frozen before the fork.
 
     Args:
-        work: What it does; it ends with exit code 0, with that of a SystemExit, or with 1 and a
-            traceback where this raises.
-        name: What it is, for who looks at the processes of Linux, which shows its last 15 bytes.
+        work: The task; the copy ends with exit code 0, with that of a SystemExit, or with 1 and a
+            traceback if it raises.
+        name: Name in the process list of Linux, which shows the last 15 bytes.
 
     Attributes:
-        pid: Its number.
-        returncode: Its exit code, negative for a signal; None as long as it was not seen to end.
-        stdin: Its standard input, to be written to.
-        stdout: Its standard output, to be read.
+        pid: Its process number.
+        returncode: Its exit code, negative for a signal; None until its end was noticed.
+        stdin: Its standard input, for writing.
+        stdout: Its standard output, for reading.
     """
 
     pid: int
@@ -354,7 +354,7 @@ class PipedCopy:
         self.stdout = open(reports, encoding="utf-8")  # noqa: SIM115
 
     def poll(self) -> int | None:
-        """Its exit code, None as long as it runs."""
+        """Return its exit code, or None while it runs."""
         if sys.platform == "win32":
             raise NotImplementedError
         if self.returncode is None:
@@ -363,10 +363,10 @@ class PipedCopy:
         return self.returncode
 
     def wait(self, timeout: float | None = None) -> int:
-        """Its exit code, once it has ended.
+        """Wait for its end, and return its exit code.
 
         Raises:
-            subprocess.TimeoutExpired: it has not, within this time [s].
+            subprocess.TimeoutExpired: it has not ended within this time [s].
         """
         end = None if timeout is None else time.monotonic() + timeout
         while (code := self.poll()) is None:
@@ -377,20 +377,20 @@ class PipedCopy:
         return code
 
     def kill(self) -> None:
-        """End it by force."""
+        """Kill the process."""
         if sys.platform != "win32" and self.poll() is None:
             os.kill(self.pid, signal.SIGKILL)
 
 
 def _be_another(work: Callable[[], object], name: str) -> NoReturn:
-    """What a copy does from its first moment to its last."""
+    """Run the whole life of a copy, from the fork to its exit."""
     code = 1
     try:
         if sys.platform != "win32":
             os.setsid()
         for number in map(int, os.listdir("/dev/fd")):
             if number > _STANDARD_ERROR:
-                with suppress(OSError):  # that of the list itself
+                with suppress(OSError):  # the descriptor of listdir
                     os.close(number)
         if sys.platform == "linux":
             Path("/proc/self/comm").write_bytes(name.encode()[-_SHOWN:].lstrip(b"."))
@@ -409,33 +409,33 @@ def _be_another(work: Callable[[], object], name: str) -> NoReturn:
 
 
 def without_waiting(path: str, flags: int) -> int:
-    """Open a file as `open(opener=...)` wants it; a pipe that has come meanwhile does not wait."""
+    """Open a file for `open(opener=...)`; never block, even if the path has become a pipe."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def nobody_reads(error: OSError) -> bool:
-    """Has the reader of a pipe that was written to gone?"""
+    """Return whether the error says that the reader of a pipe has gone."""
     if sys.platform == "win32":
         return error.errno in (errno.EPIPE, errno.EINVAL)
     return error.errno == errno.EPIPE
 
 
 class DirectInput:
-    """Standard input, to be waited for by `select` beside sockets."""
+    """Standard input, which `select` can wait for beside sockets."""
 
     def fileno(self) -> int:
-        """What `select` takes."""
+        """Return the number for `select`."""
         return 0
 
     def read(self) -> bytes:
-        """What has come; empty at its end."""
+        """Return the available input; empty at its end."""
         return os.read(0, _CHUNK)
 
 
 class RelayedInput:
-    """The same where `select` takes sockets alone: a thread passes on what comes.
+    """Standard input on a system whose `select` takes only sockets; a thread relays the data.
 
-    So something may arrive a moment after what was sent later on another way.
+    Data may therefore arrive slightly after data that was sent later by another way.
     """
 
     def __init__(self) -> None:
@@ -443,11 +443,11 @@ class RelayedInput:
         threading.Thread(target=self._relay, args=(into,), daemon=True).start()
 
     def fileno(self) -> int:
-        """What `select` takes."""
+        """Return the number for `select`."""
         return self._socket.fileno()
 
     def read(self) -> bytes:
-        """What has come; empty at its end."""
+        """Return the available input; empty at its end."""
         return self._socket.recv(_CHUNK)
 
     def _relay(self, into: socket.socket) -> None:
@@ -461,21 +461,21 @@ StandardInput = RelayedInput if sys.platform == "win32" else DirectInput
 
 
 class SharedMemory:
-    """Memory of several processes, which find it by its name.
+    """Memory that several processes share by its name.
 
-    That of `multiprocessing` brings a process of its own that watches over it, and imports that
+    `multiprocessing.shared_memory` would start a process that tracks the memory, and its imports
     take 3 MiB in each process.
 
     Args:
-        name: That of memory which another process has made; empty for new memory, all zero.
-        size: Bytes of new memory.
+        name: Name of memory that another process has created; empty for new memory, all zero.
+        size: Size of new memory in bytes.
 
     Attributes:
-        name: By which other processes find it.
-        buf: It.
+        name: Name for other processes.
+        buf: The bytes.
 
     Raises:
-        FileNotFoundError: there is none of that name; Windows gives new memory then.
+        FileNotFoundError: there is none of that name; Windows creates new memory instead.
     """
 
     def __init__(self, name: str = "", size: int = 0) -> None:
@@ -500,23 +500,23 @@ class SharedMemory:
         self.buf = memoryview(self._map)
 
     def close(self) -> None:
-        """Let go of the memory; more than once does no harm."""
+        """Release the memory and its mapping."""
         self.buf.release()
         self._map.close()
 
     def unlink(self) -> None:
-        """Remove the name: nothing is left behind when all who have it open have ended."""
-        if sys.platform != "win32":  # there it goes with them by itself
+        """Remove the name; the system frees the memory when all processes have closed it."""
+        if sys.platform != "win32":  # Windows frees it itself
             os.unlink(self.name)
 
 
 def group_address(group: str) -> str:
-    """What a socket binds to that hears a multicast group."""
+    """Return the address for a socket that receives a multicast group."""
     return "0.0.0.0" if sys.platform == "win32" else group
 
 
 def addresses() -> Iterator[tuple[str, str, bytes]]:
-    """IPv4 address, netmask and hardware address of each interface; only Linux tells."""
+    """Yield IPv4 address, netmask and hardware address of each interface; only on Linux."""
     if sys.platform != "linux":
         return
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
@@ -528,7 +528,10 @@ def addresses() -> Iterator[tuple[str, str, bytes]]:
 
 
 def _ask(any_socket: socket.socket, name: str, question: int) -> bytes:
-    """A `struct sockaddr` about an interface by ioctl: family, then port or hardware address."""
+    """Query an interface by ioctl; return a `struct sockaddr`.
+
+    It contains the family, then port or hardware address.
+    """
     if sys.platform != "linux":
         return b""
     import fcntl
@@ -538,13 +541,13 @@ def _ask(any_socket: socket.socket, name: str, question: int) -> bytes:
 
 
 def loaded(file: str) -> None:
-    """Remove the file of a library that has just been loaded, unless it must stay meanwhile."""
+    """Remove the file of a library that was just loaded; Windows cannot remove it yet."""
     if sys.platform != "win32":
         os.unlink(file)
 
 
 def unload(handle: int, file: str) -> None:
-    """Unload a library, and remove its file where that was not possible before."""
+    """Unload a library; on Windows, remove its file now."""
     if sys.platform == "win32":
         FreeLibrary(handle)
         with suppress(OSError):

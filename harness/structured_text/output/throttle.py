@@ -1,4 +1,4 @@
-"""Lines for a log that runs for days: a flood is counted instead of written down."""
+"""A throttle for the lines of a log that runs for days: a flood is counted, not written."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class _Kind:
 
 
 class Throttle:
-    """Lets lines pass as long as they are few; no clock of its own.
+    """A throttle that passes lines as long as they are few; the caller gives the time.
 
     Args:
-        burst: So many lines of a kind pass at once.
+        burst: Number of lines of a kind that pass at once.
     """
 
     def __init__(self, burst: int = BURST) -> None:
@@ -35,12 +35,12 @@ class Throttle:
         self._kinds: dict[str, _Kind] = {}
 
     def let_pass(self, kind: str, lines: Sequence[str], now_us: int) -> list[str]:
-        """What to write now of lines that have come, and of those that were held before.
+        """Return the lines to write now: new ones, and a summary of those that were held before.
 
         Args:
-            kind: Each kind has room of its own: noise of one hides nothing of another.
-            lines: In their order; none only asks for those that were held.
-            now_us: The time; one that goes back counts as the latest.
+            kind: Kind of the lines. Each kind is limited separately, so none hides another.
+            lines: New lines in their order; may be empty.
+            now_us: The time; if it goes back, the latest time counts.
         """
         one = self._kinds.setdefault(kind, _Kind(self._burst))
         passed_us = max(0, now_us - one.looked_us)
@@ -60,7 +60,7 @@ class Throttle:
         return passed
 
     def flush(self, now_us: int) -> list[str]:
-        """Return what may be written now of lines of all kinds that were held before."""
+        """Return summaries of held lines of all kinds, as far as they may be written now."""
         return [line for kind in self._kinds for line in self.let_pass(kind, (), now_us)]
 
 

@@ -1,4 +1,4 @@
-"""Files of TOML, with the line of what cannot be read."""
+"""TOML files, with the line of each error."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from structured_text.output.reading import file_text
 
 __all__ = ["check_keys", "line_of", "load_toml", "parse_toml", "toml_text"]
 
-#: The names of tables in `[recover]`, `[[always]] 2`.
+#: Names of tables in texts as `[recover]`, `[[always]] 2`.
 _IN_WORDS = re.compile(r"[\w.]+(?=\])")
 _NAME = r"""(?:[\w-]+|"[^"]*"|'[^']*')"""
 _PATH = rf"({_NAME}(?:\s*\.\s*{_NAME})*)"
 _HEAD, _KEY = re.compile(rf"\s*\[\[?\s*{_PATH}\s*\]"), re.compile(rf"\s*{_PATH}\s*=")
-#: A key that is too long to be shown ends so.
+#: The end of a key that is cut short for display.
 _CUT = "..."
-#: What Python does not read: numbers of more than 4300 digits, and lists in lists.
+#: Input that Python refuses: numbers of more than 4300 digits, and deeply nested lists.
 _TOO_LONG = re.compile(r"[0-9_]{4301}|[\[{]{50}")
 
 
@@ -44,7 +44,7 @@ def toml_text(path: Path) -> str:
 
 
 def parse_toml(text: str, path: Path) -> dict[str, Any]:
-    """The content of a TOML text; `path` is where it comes from.
+    """Return the content of a TOML text; `path` is its file.
 
     Raises:
         InputError: it is not TOML (with the line).
@@ -73,18 +73,18 @@ def check_keys(
     within: str = "",
     every: str = "there are",
 ) -> None:
-    """Refuse a key that is not known.
+    """Refuse unknown keys.
 
     Args:
-        table: The keys that are there.
-        known: Those that may be.
-        where: The table as a file writes it, with its number if it is one of several.
+        table: The present keys.
+        known: The allowed keys.
+        where: The table as a file writes it, with its number if there are several.
         file: The file, if the caller does not add it.
-        within: What the message says behind the key.
-        every: What the hint says before all keys, if none is near.
+        within: Text of the message after the key.
+        every: Text of the hint before all keys, if no similar key exists.
 
     Raises:
-        InputError: with the line, and near names.
+        InputError: with the line, and similar names.
     """
     names = list(known)
     for key in table:
@@ -95,13 +95,14 @@ def check_keys(
 
 
 def line_of(file: Path, key: str, number: int = 1) -> int | None:
-    """Return the line of a key, as tomllib does not tell; None where it stands nowhere.
+    """Return the line of a key, or None if it does not occur; tomllib gives no lines.
 
     Args:
         file: The file.
-        key: The key with its table, as `comments.50`, or alone; where it stands nowhere the line
-            of its table counts. One that is cut short ends in dots.
-        number: Of several tables of this name, which.
+        key: The key with its table, as `comments.50`, or alone; if it does not occur, the line of
+            its
+            table is returned. A key that is cut short ends in dots.
+        number: Number of the table, if several have this name.
     """
     places = list(_places(toml_text(file)))
     while key:
@@ -114,7 +115,7 @@ def line_of(file: Path, key: str, number: int = 1) -> int | None:
 
 
 def _rank(path: str, key: str) -> int:
-    """How well a place is the one of a key: 1 best, 0 not at all."""
+    """Return how well a place matches a key: 1 best, 0 not at all."""
     begin = key.removesuffix(_CUT) if key.endswith(_CUT) else f"{key}."
     plain = re.sub(r"(?<=\.)0+(?=\d)", "", path)  # `points.021` is point 21
     fits = (path == key, plain == key, path.endswith(f".{key}"), path.startswith(begin))
@@ -122,7 +123,7 @@ def _rank(path: str, key: str) -> int:
 
 
 def _places(text: str) -> Iterator[tuple[str, int]]:
-    """Each table and each key with its table, without quotes, and its line."""
+    """Yield each table and each key with its table, without quotes, and its line."""
     table = ""
     for number, line in enumerate(text.splitlines(), 1):
         if head := _HEAD.match(line):

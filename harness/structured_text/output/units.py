@@ -1,4 +1,4 @@
-"""Durations (`10ms`, `T#1s500ms`, in whole microseconds) and words, as people write them."""
+"""Durations (`10ms`, `T#1s500ms`, in whole microseconds) and words: parsing and formatting."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ __all__ = ["format_us", "format_word", "parse_us", "whole", "within_us"]
 _UNITS = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000}
 _UNITS |= {"ms": 1_000, "us": 1}
 _PART = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|d|h|m|s)")
-#: The longest duration: no run, and no timer of a PLC, takes longer.
+#: Limits of the digits of a number and of the shown characters of an input; and the longest
+#: duration, since no run and no timer of a PLC takes longer.
 _DIGITS, _SHOWN = 20, 40
 _LONGEST_US = 365 * _UNITS["d"]
 
 
 def parse_us(text: str | int | timedelta) -> int:
-    """Read a duration.
+    """Parse a duration.
 
     Args:
         text: `"10ms"`, `"1.5s"`, `"T#1s500ms"`, a timedelta, or an int of microseconds.
@@ -61,7 +62,7 @@ def parse_us(text: str | int | timedelta) -> int:
 
 
 def within_us(what: str, value: str | int | timedelta, low: int, high: int) -> int:
-    """Read a duration from `low` to `high` (InputError: it is none, or out of its range)."""
+    """Parse a duration from `low` to `high`; raise InputError if it is invalid or out of range."""
     try:
         given = parse_us(value)
     except InputError as error:
@@ -78,7 +79,7 @@ def whole(what: str, value: object, low: int, high: int) -> int:
     """Return a whole number from `low` to `high`.
 
     Raises:
-        InputError: it is not one; True and False are none, either.
+        InputError: it is not such a number; True and False are not numbers.
     """
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         shown = "a number of so many digits" if _is_huge(value) else f"{value!r:.{_SHOWN}}"
@@ -91,10 +92,10 @@ def _is_huge(value: object) -> bool:
 
 
 def format_us(time_us: int) -> str:
-    """Write microseconds as milliseconds, `12.345 ms`, without trailing zeros."""
+    """Format microseconds as milliseconds, `12.345 ms`, without trailing zeros."""
     return f"{time_us / 1000:.3f}".rstrip("0").rstrip(".") + " ms"
 
 
 def format_word(value: int) -> str:
-    """Write a word as IEC 61131-3 and this library's pages do, `16#8011`."""
+    """Format a word as IEC 61131-3 and this library's pages do, `16#8011`."""
     return f"16#{value:04X}"

@@ -1,7 +1,7 @@
-"""For users who test programs with pytest: the plugin, coverage, runs with mutants.
+"""The pytest plugin for users who test programs: coverage, runs with mutants.
 
-What a project can set stands here, since pytest loads the plugin in every run: nothing else of
-the toolkit may come with it.
+This module lists the settings. pytest loads the plugin in every run, so the module must not import
+anything else of the toolkit.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 __all__ = ["COVERAGE", "LIBRARIES"]
 
-#: Options of the command line, by the name of the ini key: default is None for each.
+#: Options of the command line, by the name of the ini key. The default of each is None.
 COVERAGE: dict[str, dict[str, Any]] = {
     "coverage": {
         "action": "store_const",
@@ -31,6 +31,6 @@ COVERAGE: dict[str, dict[str, Any]] = {
     },
 }
 
-#: What finds the folders of libraries, which are not the user's own sources: asked where sources
-#: are counted. Whoever has a library adds to it.
+#: Functions that return the folders of libraries, which are not the user's own sources. They are
+#: called when coverage starts. A package with a library adds its function.
 LIBRARIES: set[Callable[[], Path]] = set()

@@ -1,4 +1,4 @@
-"""Coverage in a run of pytest: each process counts, the controller of xdist puts it together."""
+"""Coverage in a run of pytest: each process counts, the controller of xdist merges the parts."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _FOLDER = "out/coverage"
 
 
 class Gathering(ABC):
-    """Hooks that count in this process, and gather what the workers of xdist have counted.
+    """Hooks that count in this process, and collect the counts of xdist's workers.
 
     Args:
-        config: Of the run.
-        collector: Of this process; it counts until the run ends.
+        config: Configuration of the run.
+        collector: The collector of this process; it counts until the run ends.
     """
 
     def __init__(self, config: pytest.Config, collector: Collector) -> None:
@@ -44,7 +44,7 @@ class Gathering(ABC):
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any) -> None:
-        """A worker of xdist has ended; only one that died leaves no part."""
+        """Collect the part of an xdist worker that has ended; a crashed worker has none."""
         part = (getattr(node, "workeroutput", None) or {}).get(_KEY)
         if part is None:
             self._lost.append(f"worker {node.gateway.id}")
@@ -52,7 +52,7 @@ class Gathering(ABC):
             self._parts.append(json.loads(part))
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Hand over the part of this process, or report."""
+        """Hand over the part of this process, or report if it is the controller."""
         part = part_of(self._collector)
         output = getattr(session.config, "workeroutput", None)
         if output is not None:
@@ -62,7 +62,7 @@ class Gathering(ABC):
 
     @abstractmethod
     def report(self, session: pytest.Session, parts: list[Part], lost: list[str]) -> None:
-        """Take what all have counted, and which workers have died."""
+        """Report the merged parts of all processes, and the workers that have died."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class _Coverage(Gathering):
         self._text = ""
 
     def report(self, session: pytest.Session, parts: list[Part], lost: list[str]) -> None:
-        """Write the report; a run that has passed fails where too little is covered."""
+        """Write the report; fail a run that has passed if the coverage is too low."""
         try:
             outcome = conclude(
                 merge(parts),
@@ -102,17 +102,17 @@ class _Coverage(Gathering):
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        """Show the table."""
+        """Print the table of coverage."""
         if self._text:
             terminalreporter.section(f"{COMMAND} coverage")
             terminalreporter.write_line(self._text)
 
 
 def start(config: pytest.Config) -> None:
-    """Count, if the settings say so.
+    """Start counting, if the settings demand it.
 
     Raises:
-        UsageError: a wrong setting, or one of coverage where none is counted.
+        UsageError: a wrong setting, or a setting of coverage while coverage is off.
     """
     try:
         settings = _settings(config)

@@ -1,7 +1,7 @@
-"""A run of pytest for `mutants`: the original with notes of what each test runs, or a mutant.
+"""A run of pytest for `mutants`: the original with notes of each test's lines, or a mutant.
 
-The command says in a file, named by the environment, what this run is to do and where it writes
-what came of it. The files that a user's options have it write go to a temporary folder.
+The command names a file in the environment. The file says what this run must do and where it writes
+the result. Output files of the user's options go to a temporary folder.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from structured_text.testing.tracing import PerTest
 
 __all__ = ["start"]
 
-#: What other plugins would write over those of the user's own runs.
+#: Options of other plugins for output files, which would overwrite those of the user's own runs.
 _OUTPUTS = ("xmlpath", "htmlpath", "json_report_file", "allure_report_dir", "logfile")
 
 
 def start(config: pytest.Config, order_file: Path) -> None:
-    """Do what is ordered, in this run."""
+    """Execute the order in this run."""
     order = Order.read(order_file)
     _place_outputs(config, order)
-    if hasattr(config.option, "numprocesses"):  # xdist: one process, and no other
+    if hasattr(config.option, "numprocesses"):  # xdist: this process only
         config.option.numprocesses, config.option.dist, config.option.tx = None, "no", []
-    # By name: the package has a function of the same name.
+    # Import by name, since the package has a function of the same name.
     chooser: Any = import_module("structured_text.engines.load")
     chooser.find_matiec = lambda *_: None
     _settle_hypothesis()
@@ -55,7 +55,7 @@ def start(config: pytest.Config, order_file: Path) -> None:
 
 
 def _place_outputs(config: pytest.Config, order: Order) -> None:
-    """Nothing is written into the user's folders."""
+    """Redirect or disable all output files, so that nothing is written into the user's folders."""
     for name in _OUTPUTS:
         if hasattr(config.option, name):
             setattr(config.option, name, None)
@@ -63,7 +63,7 @@ def _place_outputs(config: pytest.Config, order: Order) -> None:
 
 
 def _settle_hypothesis() -> None:
-    """From now on hypothesis tries the same examples in every run, and keeps none."""
+    """Make hypothesis try the same examples in every run, and store none."""
     try:
         from hypothesis import Phase, settings
     except ImportError:
@@ -89,7 +89,7 @@ class _Original(PerTest):
         config.add_cleanup(stack.close)
 
     def take(self) -> set[Any]:
-        """What has been counted since the last time: POU and counter."""
+        """Return the counters that were counted since the last call, each as POU and index."""
         found: set[Any] = set()
         for number, one in enumerate(self._collector.counted):
             counters = one.counts.counters
@@ -99,7 +99,7 @@ class _Original(PerTest):
         return found
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note what failed, and why."""
+        """Note a failed test, and the reason."""
         super().pytest_runtest_logreport(report)
         if report.failed:
             crash = getattr(report.longrepr, "reprcrash", None)
@@ -107,13 +107,13 @@ class _Original(PerTest):
             self._why.append(message.strip().partition("\n")[0])
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
-        """A file of tests that cannot be loaded."""
+        """Note a file of tests that cannot be loaded."""
         if report.failed:
             self.passed[report.nodeid or "the tests"] = False
             self._why.append("it cannot be collected")
 
     def pytest_sessionfinish(self) -> None:
-        """Write what was noted."""
+        """Write the notes."""
         lines: list[dict[int, set[int]]] = []
         listed: dict[str, set[int]] = {}
         for one in self._collector.counted:
@@ -143,7 +143,7 @@ class _Original(PerTest):
 
 
 class _Mutant:
-    """Runs the wanted tests in the wanted order up to the first that fails, and tells it."""
+    """Runs the wanted tests in their order up to the first failure, and reports the result."""
 
     def __init__(self, order: Order) -> None:
         self._order = order
@@ -151,21 +151,21 @@ class _Mutant:
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Leave out the others."""
+        """Remove the other tests."""
         items[:] = wanted(self._order, items)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """The first failure."""
+        """Report the first failure."""
         if report.failed:
             self._fail(report.nodeid)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
-        """Nothing can be run."""
+        """Report that a file of tests cannot be loaded."""
         if report.failed:
             self._fail(f"{report.nodeid} cannot be collected")
 
     def pytest_sessionfinish(self) -> None:
-        """Tell that none failed."""
+        """Report that no test failed."""
         if self._failed is None:
             self._order.answer({"failed": None})
 
@@ -176,7 +176,7 @@ class _Mutant:
 
 
 def wanted(order: Order, items: Iterable[pytest.Item]) -> list[pytest.Item]:
-    """The wanted tests in the wanted order."""
+    """Return the wanted tests in the wanted order."""
     places = {node: place for place, node in enumerate(order.tests or ())}
     return sorted(
         (item for item in items if item.nodeid in places), key=lambda item: places[item.nodeid]
@@ -184,16 +184,16 @@ def wanted(order: Order, items: Iterable[pytest.Item]) -> list[pytest.Item]:
 
 
 class _Server:
-    """Collects the tests, and does each order that comes in a copy of this process."""
+    """Collects the tests once, and executes each incoming order in a copy of this process."""
 
     def __init__(self, order: Order) -> None:
         self._order = order
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        """Until the other side has gone."""
+        """Execute orders until the other side closes the connection."""
         for file in self._order.sources:
-            parse(file)  # and remember it, for the copies
+            parse(file)  # fill the parser's cache for the copies
         gc.collect()
         gc.freeze()
         with socket.create_connection(("127.0.0.1", self._order.port)) as connection:

@@ -1,7 +1,7 @@
 """The pytest plugin of the toolkit: coverage of programs, and the runs of `mutants`.
 
-pytest loads this module in every run of an environment that has the package, so it imports
-nothing of the toolkit until something is asked of it.
+pytest loads this module in every run of an environment that has the package. Therefore it imports
+nothing of the toolkit until a setting or an order needs it.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ __all__ = ["add_options", "check_keys", "is_set", "order"]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """The options of coverage, and their keys of the ini file."""
+    """Add the options of coverage, and their keys of the ini file."""
     add_options(parser, COVERAGE)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
-    """Do what `mutants` orders; count coverage where it is asked for."""
+    """Execute the order of `mutants`, or count coverage if a setting demands it."""
     check_keys(config, [f"{COMMAND}_{name}" for name in COVERAGE])
     if (place := order()) is not None:
         from structured_text.testing.mutants import start as start_mutants
@@ -39,17 +39,17 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def order() -> Path | None:
-    """The file with the order of a run of mutants, as structured_text.mutants.order says."""
+    """Return the order file of a run of mutants (structured_text.mutants.order), or None."""
     named = os.environ.get("RCX_MUTANT_ORDER")
     return Path(named) if named else None
 
 
 def add_options(parser: pytest.Parser, options: Mapping[str, Mapping[str, Any]]) -> None:
-    """Options of the command line with their keys of the ini file.
+    """Add options to the command line, with their keys of the ini file.
 
     Args:
-        parser: Of pytest.
-        options: What each is, by the name of its key.
+        parser: Parser of pytest.
+        options: Arguments of `addoption`, by the name of the key.
     """
     group = parser.getgroup(COMMAND)
     for name, about in options.items():
@@ -62,16 +62,16 @@ def add_options(parser: pytest.Parser, options: Mapping[str, Mapping[str, Any]])
 
 
 def check_keys(config: pytest.Config, names: Iterable[str]) -> None:
-    """Refuse keys of the ini file, or of `-o`, that look like ours and are not known.
+    """Refuse unknown keys of the ini file, or of `-o`, that begin like the toolkit's.
 
     Args:
-        config: Of the run.
-        names: Those that there are, for the message.
+        config: Configuration of the run.
+        names: All known keys, for the message.
 
     Raises:
         UsageError: one message, for pytest to print.
     """
-    every = getattr(config, "_inicfg", None)  # from pytest 9.1 on; inicfg warns there
+    every = getattr(config, "_inicfg", None)  # since pytest 9.1, where inicfg warns
     given = dict.fromkeys(config.inicfg if every is None else every, config.inipath)
     given |= {key.partition("=")[0].strip(): None for key in config.getoption("override_ini") or ()}
     for key, file in given.items():
@@ -82,7 +82,7 @@ def check_keys(config: pytest.Config, names: Iterable[str]) -> None:
 
 
 def is_set(config: pytest.Config, names: Iterable[str]) -> bool:
-    """Whether the command line or the ini file says anything of these options."""
+    """Return whether the command line or the ini file sets any of these options."""
     return any(
         config.getoption(f"{COMMAND}_{name}") is not None or config.getini(f"{COMMAND}_{name}")
         for name in names
@@ -90,7 +90,7 @@ def is_set(config: pytest.Config, names: Iterable[str]) -> bool:
 
 
 def _registered(config: pytest.Config, key: str) -> bool:
-    """Ours, or that of a conftest.py of the user's."""
+    """Return whether a plugin or a conftest.py has registered the key."""
     try:
         config.getini(key)
     except ValueError:

@@ -1,4 +1,4 @@
-"""What is set in the ini file and on the command line."""
+"""Settings in the ini file and on the command line."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from structured_text.errors import COMMAND, InputError, did_you_mean
 
 __all__ = ["is_on", "project", "unknown_key"]
 
-#: What a key of the ini file that is a switch may say.
+#: Texts of a switch in the ini file.
 _SWITCH = {"true": True, "1": True, "yes": True, "on": True}
 _SWITCH |= {"false": False, "0": False, "no": False, "off": False, "": False}
 
 
 def project(config: pytest.Config) -> Path:
-    """The folder that names in the ini file and in markers start from."""
+    """Return the folder to which names in the ini file and in markers are relative."""
     return config.inipath.parent if config.inipath is not None else config.rootpath
 
 
 def is_on(config: pytest.Config, name: str) -> bool:
-    """Whether a switch is on, by the command line or the ini file.
+    """Return whether a switch is on, by the command line or the ini file.
 
     Raises:
-        InputError: the ini file says neither.
+        InputError: the ini file has neither true nor false.
     """
     if config.getoption(f"{COMMAND}_{name}") is not None:
         return True
@@ -37,7 +37,7 @@ def is_on(config: pytest.Config, name: str) -> bool:
 
 
 def unknown_key(key: str, names: Sequence[str], file: Path | None) -> InputError:
-    """That there is no such key in the ini file, with the nearest names, or all."""
+    """Return the error for an unknown key of the ini file, with the nearest names, or all."""
     near = get_close_matches(key.lower().replace("-", "_"), names)
     hint = did_you_mean(near[:1]) or f"use {', '.join(names)}"
     return InputError(f"there is no setting {key}", file=file, hint=hint)

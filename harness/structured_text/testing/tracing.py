@@ -1,4 +1,4 @@
-"""What each test of a run has executed, whatever it is that counts it."""
+"""The code that each test of a run has executed, independent of the way of counting."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["PerTest"]
 
 
 class PerTest(ABC):
-    """Notes per test whether it passes, its processor time [s], and what it has run.
+    """Notes for each test whether it passes, its processor time [s], and the code it has run.
 
-    What a fixture runs that several tests share counts for each of them; what has run before the
-    first test counts for all.
+    Code of a shared fixture counts for each test that uses it. Code before the first test counts
+    for all tests.
     """
 
     def __init__(self) -> None:
@@ -28,21 +28,21 @@ class PerTest(ABC):
 
     @abstractmethod
     def take(self) -> set[Any]:
-        """What has run since this was asked last."""
+        """Return the code that has run since the last call."""
 
     def begin(self) -> None:  # noqa: B027 - not all need it
-        """A test begins."""
+        """Prepare for a test; called before each."""
 
     def end(self) -> None:  # noqa: B027 - not all need it
-        """It has ended."""
+        """Finish a test; called after each."""
 
     def pytest_collection_finish(self) -> None:
-        """All tests are loaded."""
+        """Note the code that has run before the first test."""
         self._always = self.take()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Any:
-        """Run a test."""
+        """Run a test, and note its time and its code."""
         self._seen = set()
         self.take()
         start = time.process_time()
@@ -62,7 +62,7 @@ class PerTest(ABC):
 
     @pytest.hookimpl(wrapper=True)
     def pytest_fixture_setup(self, fixturedef: Any) -> Any:
-        """Make a fixture; where tests share it, the others run it, too."""
+        """Set up a fixture; if tests share it, its code counts for all of them."""
         outside, self._seen = self._seen | self.take(), set()
         try:
             return (yield)
@@ -73,6 +73,6 @@ class PerTest(ABC):
             self._seen = outside | inside
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note what came of a part of it."""
+        """Note whether a phase of a test has failed."""
         so_far = self.passed.get(report.nodeid, True)
         self.passed[report.nodeid] = so_far and not report.failed

@@ -1,6 +1,6 @@
-"""One RCX_PANEL variable: what a page presses and chooses there, and what it shows.
+"""One RCX_PANEL variable: the keys and selections of its pages, and its displayed values.
 
-The cell's thread calls `exchange` once per scan; everything else is for the page's thread.
+The cell's thread calls `exchange` once per scan. All other methods are for the page's thread.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ HOLD_S = 0.5
 """A key is released when its page has been silent for so long [s]."""
 
 _TYPE = "RCX_PANEL"
-#: The key that is lost neither with a silent page nor with a page that sends too much.
+#: The key that is never lost: neither if its page falls silent nor if a page sends too much.
 _STOP = frozenset({"Stop"})
-#: So many changes of keys wait for their scan; a page that sends more has gone wrong.
+#: Maximum number of changes of keys that wait for their scan. Only a faulty page sends more.
 _MOST_WAITING = 64
-#: So many pages hold keys, and of so many the last message is known.
+#: Maximum number of pages that hold keys, and of pages with a stored last message.
 _MOST_HOLDING, _MOST_PAGES = 16, 256
-#: Numbers that a page may choose: lowest and highest.
+#: Ranges of the numbers that a page may choose.
 _RANGES = {
     "RobotNumber": (0, 4),
     "Axis": (0, 6),
@@ -44,7 +44,7 @@ _CHOICES = (*_SWITCHES, *_ENUMS, *_RANGES)
 
 @dataclass
 class _Page:
-    """What one page holds pressed, by its last message; which one that was outlasts the keys."""
+    """The keys that one page holds, by its last message; its beat outlives its keys."""
 
     beat: int = -1
     heard: float = 0.0
@@ -52,12 +52,17 @@ class _Page:
 
 
 class Plate:
-    """What is pressed and shown of one variable.
+    """The pressed keys, selections and displayed values of one variable.
+
+    Each change of keys is queued and reaches the program in a scan of its own. So a key that is
+    pressed and released between two scans is still seen for one scan. A page repeats its message
+    while it holds keys. If it falls silent for `HOLD_S`, its keys are released, but a Stop that
+    still waits in the queue is delivered.
 
     Args:
-        program: The program; `exchange` alone touches it.
+        program: The program; only `exchange` accesses it.
         path: The variable.
-        now: Seconds that only grow.
+        now: A monotonic clock in seconds.
     """
 
     def __init__(
@@ -75,19 +80,19 @@ class Plate:
         self._read = program.reader([path])
         self._lock = Lock()
         self._pages: dict[str, _Page] = {}
-        #: What each page holds, change by change.
+        #: The keys that each page holds, change by change.
         self._waiting: deque[dict[str, frozenset[str]]] = deque()
         self._written: frozenset[str] = frozenset()
         self._choices: dict[str, Any] = {}
         self._shown: dict[str, Any] = {}
 
     def press(self, page: str, beat: int, keys: Collection[str]) -> None:
-        """A page says which keys it holds; again and again as long as there are any.
+        """Store the keys that a page holds; it repeats the message as long as it holds any.
 
         Args:
-            page: Which page.
-            beat: Grows with each message; one that comes too late does not count.
-            keys: Their names.
+            page: Identifier of the page.
+            beat: Grows with each message; a late message is ignored.
+            keys: Names of the keys.
 
         Raises:
             InputError: no such key, or too many pages or changes.
@@ -101,7 +106,7 @@ class Plate:
             if keys and not one.keys and len(self._holding()) >= _MOST_HOLDING:
                 self._pages[page] = one
                 raise InputError("too many pages hold keys", hint="close some of them")
-            self._pages[page] = one  # the last one heard is the last to be forgotten
+            self._pages[page] = one  # the latest page is dropped last
             if beat > one.beat:
                 one.beat, one.heard, one.keys = beat, self._now(), frozenset(keys)
                 self._queue()
@@ -109,7 +114,7 @@ class Plate:
                 del self._pages[next(name for name, old in self._pages.items() if not old.keys)]
 
     def choose(self, name: str, value: object) -> None:
-        """Write a selection.
+        """Store a selection for the next scan.
 
         Raises:
             InputError: no such selection, or a value that it does not take.
@@ -130,9 +135,10 @@ class Plate:
             self._choices[name] = value
 
     def exchange(self) -> None:
-        """Write what is pressed and chosen, and read what is shown; at most one change of keys.
+        """Write keys and selections to the program, and read the displayed values.
 
-        So each press and each release is there for at least one scan.
+        Each call writes at most one change of keys. So each press and each release is visible for
+        at least one scan.
         """
         with self._lock:
             self._expire()
@@ -149,16 +155,16 @@ class Plate:
             self._shown = shown
 
     def shown(self) -> dict[str, Any]:
-        """The variable as it was read last, texts as people read them."""
+        """Return the last read values of the variable, with texts decoded."""
         with self._lock:
             return {"name": self.path, **self._shown}
 
     def _holding(self) -> dict[str, frozenset[str]]:
-        """The pages that hold keys, and which."""
+        """Return the pages that hold keys, and these keys."""
         return {name: one.keys for name, one in self._pages.items() if one.keys}
 
     def _expire(self) -> None:
-        """Pages that are silent hold nothing any more; of what still waits of them, Stop stays."""
+        """Release the keys of silent pages; remove all their waiting keys except Stop."""
         last = self._now() - HOLD_S
         silent = [name for name in self._holding() if self._pages[name].heard < last]
         if not silent:
@@ -172,6 +178,7 @@ class Plate:
         self._queue()
 
     def _queue(self) -> None:
+        """Queue the keys that are held now; if the queue is full, drop all of it but a Stop."""
         if len(self._waiting) >= _MOST_WAITING:
             stops = any("Stop" in _all_of(change) for change in self._waiting)
             self._waiting.clear()
@@ -189,7 +196,7 @@ def _all_of(change: dict[str, frozenset[str]]) -> frozenset[str]:
 
 
 def plates_of(program: Program, now: Callable[[], float] = time.monotonic) -> list[Plate]:
-    """The panels of a program, in the order of their declaration.
+    """Return the panels of a program, in the order of their declaration.
 
     Raises:
         InputError: it has none.
@@ -213,14 +220,14 @@ def _paths(program: Program) -> Iterator[str]:
 
 
 def _passed(block: BlockType, name: str) -> bool:
-    """Is it an in-out pin: somebody else's variable?"""
+    """Return whether the variable is an in-out pin, a reference to another variable."""
     return any(
         one.section == "VAR_IN_OUT" and one.name.upper() == name.upper() for one in block.variables
     )
 
 
 def _readable(value: Any) -> Any:
-    """Texts of a PLC are bytes; those of the library are UTF-8."""
+    """Decode texts: those of a PLC are bytes, and the library's are UTF-8."""
     if isinstance(value, dict):
         return {name: _readable(one) for name, one in value.items()}
     if isinstance(value, str):

@@ -1,4 +1,4 @@
-"""The faceplates' web server: a thread beside the cell, with the token and checks of rcx serve."""
+"""The faceplates' web server: a thread beside the cell, protected as the pages of rcx serve."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.errors import InputError
 __all__ = ["FILES", "PanelServer", "application"]
 
 _OWN, _SERVE = "rcx_harness.serve.panel", "rcx_harness.serve"
-#: What is served besides the interface: path, package and file of its folder `page`, its type.
+#: Static files: path, package and file of its folder `page`, its type.
 FILES = {
     "/": (_OWN, "index.html", "text/html"),
     "/panel.css": (_OWN, "panel.css", "text/css"),
@@ -28,7 +28,7 @@ _PLATES: web.AppKey[Sequence[Plate]] = web.AppKey("plates", Sequence)
 
 
 def application(plates: Sequence[Plate], token: str) -> web.Application:
-    """The web application for these panels; its paths begin with the token."""
+    """Create the web application for these panels; its paths begin with the token."""
     app = guarded(token, "rcx run")
     app[_PLATES] = plates
     add_files(app, FILES)
@@ -49,7 +49,7 @@ async def _panel(request: web.Request) -> web.Response:
 
 
 async def _keys(request: web.Request) -> web.Response:
-    """`{"page": "k3", "beat": 7, "keys": ["JogPlus"]}`: all keys that this page holds."""
+    """Store all keys that a page holds: `{"page": "k3", "beat": 7, "keys": ["JogPlus"]}`."""
     example = '{"page": "k3", "beat": 7, "keys": ["JogPlus"]}'
     message = await read_message(request, example, "keys", page=str, beat=int, keys=list)
     keys = message["keys"]
@@ -60,7 +60,7 @@ async def _keys(request: web.Request) -> web.Response:
 
 
 async def _choice(request: web.Request) -> web.Response:
-    """`{"name": "Axis", "value": 2}`."""
+    """Store a selection: `{"name": "Axis", "value": 2}`."""
     message = await read_message(request, '{"name": "Axis", "value": 2}', "a choice", name=str)
     _plate(request).choose(message["name"], message.get("value"))
     return web.json_response({"done": message["name"]})
@@ -76,12 +76,12 @@ def _plate(request: web.Request) -> Plate:
 
 
 class PanelServer:
-    """Serves the panels from a thread, inside `with`.
+    """The server of the panels in a thread, inside `with`.
 
     Args:
         plates: The panels.
         port: TCP port of the loopback interface, 0 for any free one.
-        token: As of TokenServer.
+        token: See `TokenServer`.
 
     Raises:
         InputError: the port is taken.
@@ -111,7 +111,7 @@ class PanelServer:
 
     @property
     def address(self) -> str:
-        """Where to find the page."""
+        """Return the address of the page."""
         return self._started.result()[0]
 
     async def _serve(self) -> None:
