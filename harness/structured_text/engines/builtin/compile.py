@@ -1,4 +1,4 @@
-"""Compiles a project to Python."""
+"""Compilation of a checked project to Python."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def compiled(project: Project, collector: Collector | None, names: dict[str, Any
 
     Args:
         project: The project.
-        collector: Where its sources count what is executed; None: nowhere.
-        names: What the code finds; the counters are added.
+        collector: The collector of executed statements; None to count nothing.
+        names: Names that the generated code can use; the counters are added to it.
 
     Raises:
-        InputError: statements or expressions lie too deep inside each other.
+        InputError: Statements or expressions are nested too deeply.
     """
     try:
         return deeply(lambda: _written(project, collector, names))
