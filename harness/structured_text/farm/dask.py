@@ -179,7 +179,7 @@ class ClusterCrew:
             logging.getLogger(name).setLevel(level)
 
     def _begin(self, client: Client) -> None:
-        """Wait for a first worker, check that all workers equal this computer, and send the work."""
+        """Wait for a first worker, compare all workers with this computer, and send the work."""
         seen = client.get_versions(check=False)
         others = {"its scheduler": seen["scheduler"], **seen["workers"]}
         for name, one in others.items():

@@ -34,7 +34,7 @@ AHEAD = 64
 
 
 class NotYet:
-    """The type of `NOT_YET`: no item is available now, but results of earlier ones may give some."""
+    """The type of `NOT_YET`: no item is available now, but later results may give some."""
 
 
 NOT_YET: Final = NotYet()
@@ -202,7 +202,10 @@ class Farm:
 
 
 class _Known:
-    """The results that need no worker: from the file of results, or from an equal item in progress."""
+    """The results that need no worker.
+
+    They come from the file of results, or from an equal item in progress.
+    """
 
     def __init__(self, kept: Kept[Any, Any] | None) -> None:
         self._kept = kept
