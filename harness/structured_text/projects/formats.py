@@ -50,7 +50,7 @@ def is_project(file: Path) -> bool:
 
 
 def in_folder(files: Iterable[Path]) -> list[Path]:
-    """Return a folder's TwinCAT files: its .plcproj files, or without any, its objects and tasks."""
+    """Return a folder's TwinCAT files: its .plcproj files, or if there are none, its objects."""
     suffixes: dict[str, list[Path]] = {}
     for file in files:
         suffixes.setdefault(file.suffix.lower(), []).append(file)

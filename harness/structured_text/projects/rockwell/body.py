@@ -255,7 +255,7 @@ class _Statements(Expressions):
         return f"{instance}({', '.join(arguments)});"
 
     def _copy(self, token: Token) -> Iterator[str]:
-        """Translate COP(Source, Dest, Length): a whole tag, or elements of arrays of the same type."""
+        """Translate COP(Source, Dest, Length): a whole tag, or elements of equal arrays."""
         source = self._place_of()
         self._expect(",")
         target = self._place_of()

@@ -99,9 +99,9 @@ _LADDER = {
         "DINT": ("LEN", "POS"),
     },
 }
-#: Those that are blocks here.
+#: The helper types that are blocks.
 BLOCKS = ("FBD_TIMER", "FBD_ONESHOT")
-#: What the types of tags of instructions are in Structured Text, by the type's name.
+#: The Structured Text of the helper types, by name.
 HELPERS = {
     "FBD_TIMER": _TIMER,
     "FBD_ONESHOT": _ONESHOT,
