@@ -43,7 +43,7 @@ class Program(Protocol):
     engine: str
     """`"matiec"`, `"builtin"` or `"strucpp"`."""
     tick_us: int | None
-    """Greatest common divisor of the task intervals; None without a CONFIGURATION."""
+    """Greatest common divisor of the task intervals [µs]; None without a CONFIGURATION."""
 
     def scan(self, now_us: int) -> None:
         """Run one base tick at PLC time `now_us` [µs]: every task that is due, in priority order.

@@ -3,10 +3,10 @@
 A condition names variables by their paths: `NOT (Main.Gripper AND Main.State = CELL_MOVING)`.
 The front end checks it. The built-in engine evaluates it, whatever engine runs the program.
 
-Each path is replaced by a variable of a small generated program. That program has one IF branch
-per condition. To evaluate a condition, the values are copied from the running program, the number
-of the condition is selected, and the generated program is scanned once. Results are cached by
-values, since the same values recur in most scans.
+Each path is replaced by a variable of a small generated program. That program has an IF for each
+condition. To evaluate a condition, the values are copied from the running program, the number
+of the condition is selected, and the generated program is scanned once. The results are cached by
+the values.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Condition:
         self._then: tuple[Value, ...] = ()
         self._known: dict[tuple[Value, ...], bool] = {}
         self.has_before = bool(then)
-        """Does it name a `BEFORE(...)`?"""
+        """Whether the text contains a `BEFORE(...)`."""
         self._before_paths = then
 
     def evaluated_by(self, evaluator: BuiltinProgram, names: list[str]) -> None:

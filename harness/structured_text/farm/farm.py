@@ -250,7 +250,7 @@ class _Turns:
     If a worker ends, its item is given again. After `crew.attempts - 1` such ends, the item waits
     until nothing else is in progress and runs alone, so that it is certain which item ends the
     worker. If the worker ends again, the item is lost. Items that a worker had not begun when it
-    ended do not count as attempts.
+    ended do not count as attempts. After an error, no new items are taken.
     """
 
     def __init__(

@@ -50,7 +50,10 @@ def is_project(file: Path) -> bool:
 
 
 def in_folder(files: Iterable[Path]) -> list[Path]:
-    """Return a folder's TwinCAT files: its .plcproj files, or if there are none, its objects."""
+    """Return the TwinCAT files among the files of a folder.
+
+    These are the .plcproj files, or if there are none, the objects and tasks.
+    """
     suffixes: dict[str, list[Path]] = {}
     for file in files:
         suffixes.setdefault(file.suffix.lower(), []).append(file)

@@ -1,7 +1,7 @@
 """The selection of the library files that a program needs.
 
 A file is needed if it declares a name that the program, or another needed file, mentions. The names
-are found with regular expressions, because a library may contain files that do not compile.
+are found with regular expressions; the files are not compiled.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
 
     Returns:
         Part of `library`, in its order: the files that declare a needed name. Files that declare
-        no name, or a configuration, are always included.
+        no name, or global variables or a configuration, are always included.
     """
     own = list(program)
     files = [*own, *library]

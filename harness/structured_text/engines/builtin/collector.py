@@ -86,7 +86,7 @@ class Counted(NamedTuple):
         pou: The POU.
         plan: The numbers of its counters and decisions.
         counts: The counters.
-        sources: The source files of the program that are this file.
+        sources: The sources of the program that were taken from this file.
     """
 
     file: str

@@ -73,7 +73,7 @@ class Expressions:
         self._parts = 0
         self._results = 0
         self.parts: list[tuple[str, str]] = []
-        """Name and code of each part that is to be a function of its own."""
+        """Name and code of each part that becomes a local function."""
 
     # --- variables ---
 

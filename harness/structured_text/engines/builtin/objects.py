@@ -62,7 +62,13 @@ def linking(project: Project) -> list[str]:
 
 
 class _Starts:
-    """The writer of `start`, and of `start_X(s)` for each block that has start actions."""
+    """The writer of `start`, and of `start_X(s)` for each block that has start actions.
+
+    `start` begins with the blocks among the globals and continues with the program instances. For
+    each block, the instances inside it start first. Then its own start methods run, those of a base
+    block before those of a derived block. Last are its `INIT` methods, unless `INIT` needs
+    arguments from a declaration.
+    """
 
     def __init__(self, project: Project) -> None:
         self._project = project

@@ -37,7 +37,7 @@ _RUNTIME = Path(__file__).with_name("runtime.c")
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
 _GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
 _GLOBAL_PLACE = re.compile(r"__INIT_GLOBAL_LOCATED\(\w+,(\w+),(\w+),")
-# The current version of matiec writes names of other globals before the macro, on the same line.
+# matiec's HEAD writes names of other globals before the macro, on the same line.
 _LOCATED = re.compile(r"__LOCATED_VAR\((\w+),(\w+),")
 
 
