@@ -1,4 +1,4 @@
-"""Engines: compile Structured Text and scan it; matiec where it is found, else the built-in one."""
+"""The engines that run Structured Text: matiec if it is installed, else the built-in engine."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["ENGINES", "Built", "Program", "Value", "build"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use: who only reads sources needs no engine."""
+    """Import an engine's names on first use: reading sources needs no engine."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from structured_text.engines import base, load

@@ -16,13 +16,19 @@ Value = Any
 
 
 class CallLog(Protocol):
-    """The calls of some types of blocks, as an engine that sees them notes them."""
+    """A log of the calls of selected block types.
+
+    Offered by engines that can observe calls; see `Program.note_calls`.
+    """
 
     def key(self, path: str) -> int:
-        """What stands for the instance at `path` in the log."""
+        """Return the number that identifies the instance at `path` in the log."""
 
     def take(self) -> list[tuple[int, int]]:
-        """The calls since the last `take`, in their order: the instance, and its robot or 0."""
+        """Return the calls since the last `take`, in order of execution.
+
+        Each call is a pair: the key of the instance, and the key of its VAR_IN_OUT variable or 0.
+        """
 
 
 @runtime_checkable
@@ -30,83 +36,88 @@ class Program(Protocol):
     """One running instance of a compiled program; instances never share state.
 
     Paths start with the name of a program instance (`Main.Robot.SO.SO02_ServoOn`,
-    `Main.Area[3]`, `Main.Grid[1,2]`); names are compared without case. Where there is only
-    one program instance, `Main` and the program's type name are accepted for it too.
+    `Main.Area[3]`, `Main.Grid[1,2]`). Names are compared without case. If there is only one
+    program instance, `Main` and the program's type name are accepted for it, too.
     """
 
     engine: str
     """`"matiec"`, `"builtin"` or `"strucpp"`."""
     tick_us: int | None
-    """Greatest common divisor of the task intervals; None without a CONFIGURATION."""
+    """Greatest common divisor of the task intervals [µs]; None without a CONFIGURATION."""
 
     def scan(self, now_us: int) -> None:
-        """Run one base tick at PLC time `now_us`: every task that is due, in priority order.
+        """Run one base tick at PLC time `now_us` [µs]: every task that is due, in priority order.
 
-        A task of interval k x `tick_us` runs in every k-th scan, from the first on. Time seen by
-        TON, TOF and TP is `now_us`, whatever the configured intervals say.
+        A task of interval k x `tick_us` runs in every k-th scan, beginning with the first. TON, TOF
+        and TP see `now_us` as the time, whatever the configured intervals are.
         """
 
     def read(self, path: str) -> Value:
-        """Value at `path`.
+        """Return the value at `path`.
 
         Raises:
-            InputError: no such path (names near it are given), or an index out of range.
+            InputError: The path does not exist (similar names are suggested), or an index is out
+                of range.
         """
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
-        """A function that reads these variables again and again, faster than `read` does.
+        """Return a function that reads these variables repeatedly, faster than `read`.
 
         Raises:
-            InputError: as `read`.
+            InputError: As `read`.
         """
 
     def write(self, path: str, value: Value) -> None:
         """Set `path`, whole or in part (a dict may name some fields of a structure).
 
         Raises:
-            InputError: no such path, wrong type, or a value out of the type's range.
+            InputError: The path does not exist, the type is wrong, or the value is out of the
+                type's range.
         """
 
     def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:
-        """An array of BYTE or WORD (little endian) as bytes; the fast way to a process image.
+        """Return an array of BYTE or WORD as bytes (little endian), as for a process image.
+
+        This is faster than `read`.
 
         Args:
             path: The array.
-            start: First byte that is wanted; at the start of an element.
-            size: How many; None for all that follow.
+            start: First byte to read; at the start of an element.
+            size: Number of bytes; None for all that follow.
         """
 
     def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
         """Set `len(data)` bytes of an array of BYTE or WORD (little endian) from `start` on."""
 
     def type_of(self, path: str) -> Type:
-        """Type of the variable at `path`."""
+        """Return the type of the variable at `path`."""
 
     def instances(self) -> Mapping[str, Type]:
-        """The program instances by name, each with its BlockType."""
+        """Return the program instances by name, each with its BlockType."""
 
     def walk(self) -> Iterator[tuple[str, Type]]:
-        """Every variable of the program instances and every global one, parents first.
+        """Yield every variable of the program instances and every global variable, parents first.
 
-        Arrays are given whole, not per element; the elements of structures and blocks are given.
+        Arrays are yielded whole, without their elements. Structures and blocks are followed by
+        their members.
         """
 
     def located(self) -> list[Located]:
-        """Directly represented variables in order of declaration."""
+        """Return the directly represented variables in order of declaration."""
 
     def note_calls(self, blocks: Mapping[str, int | None]) -> CallLog | None:
-        """Note the calls of some types of blocks from now on; None where the engine cannot.
+        """Record the calls of some block types from now on; return None if the engine cannot.
 
         Args:
-            blocks: Names in upper case, each with the place among its VAR_IN_OUT of the variable
-                to note beside it, or None.
+            blocks: Block names in upper case. The value is the index, among the block's
+                VAR_IN_OUT, of a variable to record with the call, or None.
         """
 
     def snapshot(self) -> object:
-        """The whole state, as a value that `restore` of the same program takes back."""
+        """Return the whole state, as a value that `restore` of the same program accepts."""
 
     def restore(self, snapshot: object) -> None:
-        """Go back to a state that `snapshot` gave."""
+        """Return to a state that `snapshot` gave."""
 
     def close(self) -> None:
-        """Free what the instance holds; it is not used afterwards."""
+        """Free the resources of the instance; it must not be used afterwards."""

@@ -1,7 +1,12 @@
-"""Conditions in Structured Text over the variables of a running program, by their paths.
+"""Conditions in Structured Text over the variables of a running program.
 
-`NOT (Main.Gripper AND Main.State = CELL_MOVING)`: a path stands where a variable could. They are
-checked by the front end and evaluated by the built-in engine, whatever engine runs the program.
+A condition names variables by their paths: `NOT (Main.Gripper AND Main.State = CELL_MOVING)`.
+The front end checks it. The built-in engine evaluates it, whatever engine runs the program.
+
+Each path is replaced by a variable of a small generated program. That program has an IF for each
+condition. To evaluate a condition, the values are copied from the running program, the number
+of the condition is selected, and the generated program is scanned once. The results are cached by
+the values.
 """
 
 from __future__ import annotations
@@ -34,11 +39,12 @@ _REMEMBERED = 10_000
 
 
 class Condition:
-    """A condition on a running program.
+    """A condition on a running program; made by `conditions`.
 
     Attributes:
-        text: As it was written.
+        text: The condition as the user wrote it.
         paths: The variables that it names.
+        has_before: Whether it contains a `BEFORE(...)`.
     """
 
     def __init__(
@@ -53,22 +59,22 @@ class Condition:
         self._then: tuple[Value, ...] = ()
         self._known: dict[tuple[Value, ...], bool] = {}
         self.has_before = bool(then)
-        """Does it name a `BEFORE(...)`?"""
+        """Whether the text contains a `BEFORE(...)`."""
         self._before_paths = then
 
     def evaluated_by(self, evaluator: BuiltinProgram, names: list[str]) -> None:
-        """Which program evaluates it, and the names there of what it reads."""
+        """Set the program that evaluates the condition, and the names of its variables there."""
         self._evaluator, self._names = evaluator, names
         self.mark()
 
     def mark(self) -> None:
-        """From now on `BEFORE(x)` is the value that x has now."""
+        """Take the current values as those of `BEFORE(...)`."""
         if self.has_before:
             self._then = self._look_then()
 
     @property
     def before(self) -> tuple[Value, ...]:
-        """What `mark` has noted; may be set to what it was."""
+        """Return the values that `mark` saved; they can be set again."""
         return self._then
 
     @before.setter
@@ -76,10 +82,11 @@ class Condition:
         self._then = then
 
     def holds(self) -> bool:
-        """Does it hold now?
+        """Return whether the condition holds now.
 
         Raises:
-            InputError: it cannot be evaluated: a division by 0, a number out of its range.
+            InputError: The condition cannot be evaluated: a division by 0, or a number out of its
+                range.
         """
         values = self._look() + self._then
         known = self._known.get(values)
@@ -102,26 +109,27 @@ class Condition:
         return bool(program.read("Main.HarnessHolds"))
 
     def fixed(self, literals: Sequence[str]) -> str:
-        """Its text with literals, in the order of `before_paths`, in place of `BEFORE(...)`."""
+        """Return the text with literals for each `BEFORE(...)`, in the order of `before_paths`."""
         values = dict(zip(self._before_paths, literals, strict=True))
         return _TOKEN.sub(lambda one: values[one["then"]] if one["then"] else one[0], self.text)
 
     @property
     def before_paths(self) -> tuple[str, ...]:
-        """The variables of its `BEFORE(...)`, in their order."""
+        """Return the variables inside `BEFORE(...)`, in their order."""
         return tuple(self._before_paths)
 
 
 def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
-    """Check conditions and make them ready.
+    """Check conditions and prepare them for evaluation.
 
     Args:
-        program: The program that they are about.
+        program: The program whose variables the conditions name.
         texts: Expressions of type BOOL: variables by path, literals, members of enumerations,
             operators and standard functions. `BEFORE(path)` is the value at `Condition.mark`.
 
     Raises:
-        InputError: an unknown variable (with the names near it), or no such expression.
+        InputError: A variable is unknown (similar names are suggested), or the text is not
+            an expression of type BOOL.
     """
     made: list[Condition] = []
     kinds: dict[str, Type] = {}
@@ -139,7 +147,7 @@ def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
             + [f"HarnessBefore{places.index(path)}" for path in then]
         )
         bodies.append(body)
-        _compiled([body], [number], kinds, text)  # each alone, so that an error is its own
+        _compiled([body], [number], kinds, text)  # alone: an error names its condition
     if made:
         evaluator = _compiled(bodies, range(len(bodies)), kinds, "")
         for one, own in zip(made, names, strict=True):
@@ -150,7 +158,11 @@ def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
 def _with_names(
     text: str, program: Program, kinds: dict[str, Type]
 ) -> tuple[str, list[str], list[str]]:
-    """The expression with a variable of our own for each path; the paths, and those before."""
+    """Replace each path in the expression by a generated variable.
+
+    Returns:
+        The new expression, the paths, and the paths inside `BEFORE(...)`.
+    """
     paths: list[str] = []
     then: list[str] = []
 
@@ -173,7 +185,10 @@ def _with_names(
 
 
 def _is_path(program: Program, path: str) -> bool:
-    """A name alone may be a global variable; all else that is a name is of the language."""
+    """Return whether a name is a variable and not a word of the language.
+
+    A name with members or indices always is. A name alone must be a global variable.
+    """
     if "." in path or "[" in path:
         return True
     try:
@@ -215,7 +230,10 @@ def _compiled(
 
 @lru_cache(maxsize=256)
 def _evaluator(text: str) -> BuiltinProgram:
-    """A program that has no memory: it may serve several conditions."""
+    """Return the compiled program for a text.
+
+    The program has no memory, so several conditions may share it.
+    """
     from structured_text.language.load import load  # few runs have conditions
 
     with tempfile.TemporaryDirectory() as folder:

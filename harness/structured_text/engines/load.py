@@ -1,4 +1,4 @@
-"""Which engine runs a program: the one place that chooses."""
+"""The choice of the engine that runs a program; no other module chooses."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ __all__ = [
     "why_not",
 ]
 
-#: What `--engine` takes.
+#: Values of the option `--engine`.
 ENGINES = ("auto", "matiec", "builtin", "strucpp")
 
 
 @dataclass(frozen=True)
 class Built:
-    """A compiled program, and what a user should know about the choice of its engine.
+    """A compiled program, and a notice for the user about the choice of its engine.
 
     Attributes:
-        program: Ready for its first scan.
-        notice: One line where `auto` did without matiec, and why; else empty.
-        retained: Paths of the variables that a warm start keeps.
+        program: The program, ready for its first scan.
+        notice: One line that says why `auto` did not use matiec; else empty.
+        retained: Paths of the variables that keep their values over a warm start.
     """
 
     program: Program
@@ -52,7 +52,7 @@ class Built:
     retained: tuple[str, ...] = ()
 
 
-#: Constructs that are not in the portable subset, and that matiec knows.
+#: Constructs that are outside the portable subset, but that matiec compiles.
 _OF_MATIEC = ("a standard function of dates or BCD",)
 
 
@@ -62,13 +62,13 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
 
     Args:
         paths: The ST files, in any order.
-        engine: `matiec`, `builtin`, `strucpp`, or `auto`: matiec where it and a C compiler are
-            found and the program is portable, else the built-in engine, and so where coverage
-            is counted. STruC++ runs only where it is asked for.
+        engine: `matiec`, `builtin`, `strucpp` or `auto`. `auto` takes matiec if it and a C
+            compiler are found and the program is portable. Else, or if coverage is counted,
+            it takes the built-in engine. STruC++ runs only if it is named.
 
     Raises:
-        InputError: an error in the sources (with file and line), an unknown engine, or one
-            is asked for and missing, or matiec is and does not know a construct of the program.
+        InputError: The sources contain an error (with file and line), the engine is unknown
+            or not installed, or matiec is named and cannot compile a construct of the program.
     """
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
@@ -78,7 +78,7 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
 
 
 def _compiled(project: Project, engine: str) -> tuple[Program, str]:
-    """The program on an engine, and a line about the choice."""
+    """Return the program on an engine, and a notice about the choice."""
     collector = collecting()
     if engine == "auto" and collector is not None:
         notice = "coverage is counted: running on the built-in engine"
@@ -117,10 +117,11 @@ def _compiled(project: Project, engine: str) -> tuple[Program, str]:
 
 
 def why_not(engine: str) -> str:
-    """Why an engine cannot run on this computer; empty where it can.
+    """Return the reason why an engine cannot run on this computer; empty if it can.
 
     Raises:
-        InputError: `RCX_MATIEC` or `RCX_STRUCPP` is set, but leads to no complete installation.
+        InputError: `RCX_MATIEC` or `RCX_STRUCPP` is set, but the installation there is
+            incomplete.
     """
     if engine == "matiec" and find_matiec() is None:
         return MISSING

@@ -1,4 +1,4 @@
-"""Which variables keep their values over a warm start: those declared in VAR RETAIN."""
+"""The variables that keep their values over a warm start: those declared in VAR RETAIN."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ __all__ = ["retained"]
 
 
 def retained(project: Project) -> tuple[str, ...]:
-    """Paths of all retained variables; of a retained block those of its variables.
+    """Return the paths of all retained variables; a retained block gives those of its variables.
 
-    What refers to another variable is not among them: it is set by the start.
+    Pointers and references are left out, because the start of the program sets them.
     """
     found = [
         path

@@ -1,4 +1,7 @@
-"""Independent pieces of work on many processors; how many of them never changes what comes out."""
+"""Execution of independent work items on many processors.
+
+The number of processors never changes the results.
+"""
 
 from structured_text.farm.cluster import Cluster
 from structured_text.farm.farm import NOT_YET, Farm, NotYet

@@ -1,4 +1,4 @@
-"""Where a cluster of dask.distributed is, and how it may be spoken to."""
+"""The address of a dask.distributed cluster, and the security of connections to it."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ _FORM = "write it as --cluster tls://host:8786, or tcp://host:8786 on this compu
 
 @dataclass(frozen=True)
 class Cluster:
-    """A cluster.
+    """A cluster and the files that TLS needs; used by `Farm`.
 
     Attributes:
-        address: Of its scheduler: `tls://host:port`, or `tcp://host:port` on this computer.
-        ca: Certificate of who has signed those of the cluster (PEM).
-        cert: Our own (PEM).
-        key: Its key (PEM).
-        plain: Connections to other computers may be without TLS: who can reach them can run
-            anything on each of the computers.
-        patience_s: How long a scheduler, or a first worker, is waited for [s].
-        fingerprint: What has to be the same on each of its computers.
+        address: Address of its scheduler: `tls://host:port`, or `tcp://host:port` on this
+            computer.
+        ca: Certificate of the authority that signed the cluster's certificates (PEM).
+        cert: Our own certificate (PEM).
+        key: The key of our certificate (PEM).
+        plain: Allow connections to other computers without TLS. Anybody who can reach them can
+            then run any code on each of the computers.
+        patience_s: Longest wait for a scheduler or a first worker [s].
+        fingerprint: Returns the properties that must be equal on all its computers.
     """
 
     address: str
@@ -40,10 +41,10 @@ class Cluster:
     fingerprint: Callable[[], Fingerprint] = fingerprint
 
     def check(self) -> None:
-        """Without asking anybody.
+        """Check the address and the options without connecting.
 
         Raises:
-            InputError: it cannot be used like this.
+            InputError: The cluster cannot be used with these options.
         """
         scheme, host, _ = self.parts()
         for name, file in (("ca", self.ca), ("cert", self.cert), ("key", self.key)):
@@ -58,7 +59,7 @@ class Cluster:
             self.check_plain(self.address, host)
 
     def check_plain(self, address: str, host: str) -> None:
-        """May this address of the cluster be spoken to without TLS?"""
+        """Raise InputError if a connection to this address needs TLS."""
         if not self.plain and not is_here(host):
             raise InputError(
                 f"{address} is not on this computer, and nothing would be encrypted",
@@ -66,10 +67,10 @@ class Cluster:
             )
 
     def parts(self) -> tuple[str, str, int]:
-        """Scheme, host and port of the address.
+        """Return scheme, host and port of the address.
 
         Raises:
-            InputError: it is not one.
+            InputError: The address is malformed.
         """
         try:
             found = urlsplit(self.address)
@@ -82,7 +83,7 @@ class Cluster:
 
 
 def is_here(host: str) -> bool:
-    """Has this computer every address of that name?"""
+    """Return whether all addresses of a host name belong to this computer."""
     try:
         found = socket.getaddrinfo(host, None, type=socket.SOCK_DGRAM)
     except OSError:
@@ -90,7 +91,7 @@ def is_here(host: str) -> bool:
     for family, kind, protocol, _, address in found:
         with socket.socket(family, kind, protocol) as one:
             try:
-                one.bind(address)  # only what is here can be bound to
+                one.bind(address)  # only a local address can be bound
             except OSError:
                 return False
     return True

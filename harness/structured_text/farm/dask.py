@@ -1,4 +1,10 @@
-"""Workers that are those of a cluster of dask.distributed; imported only where it is used."""
+"""Workers of a dask.distributed cluster; imported only if a cluster is used.
+
+A plugin takes the pickled work to each worker. An item is a dask task of the function `_one`.
+Before
+each item the worker compares its fingerprint with ours, because workers may join at any time. Dask
+repeats a task if its worker ends; if that happens too often, it reports `KilledWorker`.
+"""
 
 from __future__ import annotations
 
@@ -28,16 +34,19 @@ from structured_text.farm.work import Died, Done, Ended, NotBegun, Work, attempt
 
 __all__ = ["ClusterCrew"]
 
-#: Items at a time for each worker: one is done, and one is on its way meanwhile.
+#: Items per worker: one is executed while the next one is transferred.
 _DEPTH = 2
-#: The cluster is asked for its workers so often [s].
+#: Interval at which the cluster's workers are listed [s].
 _LOOK_S = 1.0
-#: What says itself that something is amiss; here that is a message to the user.
+#: Loggers of dask that report errors; here the user gets a message for those errors.
 _LOGS = ("distributed", "distributed.client")
 
 
 class _Bench:
-    """In a worker: does one item at a time, since no program is two at once."""
+    """The work in a worker process.
+
+    It runs one item at a time, because programs are not thread-safe.
+    """
 
     def __init__(self, work: bytes) -> None:
         self._work = work
@@ -45,34 +54,34 @@ class _Bench:
         self._do: Callable[[Any], Any] | None = None
 
     def one(self, item: bytes) -> Any:
-        """Do it."""
+        """Return the result of an item."""
         with self._lock:
             self._do = self._do or doer(pickle.loads(self._work))
             return self._do(pickle.loads(item))
 
 
-#: In a worker: the work that it was given, by the run that it is of.
+#: In a worker process: the work by the name of its run.
 _BENCHES: dict[str, _Bench] = {}
 
 
 class _Carrier(WorkerPlugin):  # type: ignore[misc]
-    """Brings the work to each worker, also to those to come."""
+    """The dask plugin that takes the work to each worker, including workers that join later."""
 
     def __init__(self, run: str, work: bytes) -> None:
         self.name = f"{COMMAND}-{run}"
         self._run, self._work = run, work
 
     def setup(self, worker: Worker) -> None:
-        """Leave it there."""
+        """Store the work in a worker."""
         _BENCHES[self._run] = _Bench(self._work)
 
     def teardown(self, worker: Worker) -> None:
-        """Take it away."""
+        """Remove the work from a worker."""
         _BENCHES.pop(self._run, None)
 
 
 def _one(run: str, here: Callable[[], Fingerprint], of: Fingerprint, item: bytes) -> bytes:
-    """What a worker does with an item."""
+    """Execute an item in a worker and return the pickled `Done`."""
 
     def one() -> Any:
         if differ := differences(of, here()):
@@ -83,15 +92,15 @@ def _one(run: str, here: Callable[[], Fingerprint], of: Fingerprint, item: bytes
 
 
 class ClusterCrew:
-    """The workers of a cluster, as many as there are at the time.
+    """The present workers of a cluster, as a crew of `Farm`.
 
     Args:
-        work: What each of them does with an item.
-        cluster: Where they are.
+        work: The work that each of them does on an item.
+        cluster: The cluster.
         say: Takes a line for the user.
 
     Raises:
-        InputError: there is no such cluster, or it is not like this computer.
+        InputError: There is no such cluster, or it differs from this computer.
     """
 
     attempts = 2
@@ -120,17 +129,17 @@ class ClusterCrew:
 
     @property
     def size(self) -> int:
-        """How many there are; one where all have gone for the moment."""
+        """Return the number of workers; 1 if all have left for the moment."""
         return max(1, len(self._workers))
 
     def has_room(self) -> bool:
-        """Would an item be begun now, or soon?"""
+        """Return whether a new item would be started now or soon."""
         if time.monotonic() - self._looked_s > _LOOK_S:
             self._look()
         return len(self._futures) < _DEPTH * len(self._workers)
 
     def give(self, number: int, item: Any) -> None:
-        """Begin an item under a number of its own."""
+        """Start an item under a number of its own."""
         assert self._client is not None
         run = self._carrier.name
         key = f"{run}-{uuid.uuid4().hex}"
@@ -144,7 +153,7 @@ class ClusterCrew:
         future.add_done_callback(lambda one: self._ended.put((number, one)))
 
     def ended(self) -> Iterator[tuple[int, Ended]]:
-        """Wait until one has ended, or a second; which, and how."""
+        """Wait at most 1 s for an item to end; yield its number and its outcome."""
         try:
             number, future = self._ended.get(timeout=_LOOK_S)
         except Empty:
@@ -154,12 +163,15 @@ class ClusterCrew:
         yield number, self._how(future)
 
     def close(self) -> None:
-        """Take away what has not begun; what has is done to its end, for nobody."""
+        """Cancel items that have not been started.
+
+        Started items run to their end, and their results are discarded.
+        """
         if self._client is not None:
             try:
                 self._client.cancel(list(self._futures.values()), force=True)
                 self._client.unregister_worker_plugin(self._carrier.name)
-            except Exception:  # it has gone, and all with it
+            except Exception:  # the cluster and all its items are gone
                 pass
             self._client.close()
             self._client = None
@@ -167,7 +179,7 @@ class ClusterCrew:
             logging.getLogger(name).setLevel(level)
 
     def _begin(self, client: Client) -> None:
-        """Wait for a first worker; all that are there must be like this computer."""
+        """Wait for a first worker, compare all workers with this computer, and send the work."""
         seen = client.get_versions(check=False)
         others = {"its scheduler": seen["scheduler"], **seen["workers"]}
         for name, one in others.items():
@@ -189,13 +201,17 @@ class ClusterCrew:
         client.register_plugin(self._carrier)
 
     def _look(self) -> None:
-        """Which workers are there?"""
+        """List the workers and check their connections.
+
+        Raises:
+            InputError: The cluster is gone, needs TLS, or has had no worker for too long.
+        """
         assert self._client is not None
         self._looked_s = time.monotonic()
         if self._client.status not in ("running", "connecting"):
             raise self._gone()
         before = self._workers
-        # While the connection is lost, it knows of none.
+        # If the connection is lost, the list is empty.
         self._workers = dict(self._client.scheduler_info(n_workers=-1).get("workers", {}))
         for address in self._workers.keys() - before.keys():
             if address.startswith("tcp://"):
@@ -213,7 +229,7 @@ class ClusterCrew:
     def _how(self, future: Future) -> Ended:
         assert self._client is not None
         if future.status == "finished":
-            with suppress(CancelledError):  # a result that its worker has taken along
+            with suppress(CancelledError):  # its worker has left with the result
                 done: Done = pickle.loads(future.result())
                 return done
         if future.status == "error":
@@ -236,11 +252,11 @@ def _connected(cluster: Cluster) -> Client:
     given = {f"tls_{name}": str(file) for name, file in files.items() if file is not None}
     security = Security(require_encryption=True, **given) if scheme == "tls" else Security()
     try:
-        # Each says at once what a client would find out only after many attempts, or never.
+        # These two report at once what a client would report only after many attempts, or never.
         socket.create_connection((host, port), cluster.patience_s).close()
         asyncio.run(_greet(cluster, security))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of versions, which are compared more strictly
+            warnings.simplefilter("ignore")  # about versions; ours are compared more strictly
             return Client(
                 cluster.address, security=security, timeout=cluster.patience_s, set_as_default=False
             )
@@ -257,7 +273,7 @@ async def _greet(cluster: Cluster, security: Security) -> None:
 
 
 def _words(error: BaseException) -> str:
-    """What is behind an error, on one line."""
+    """Return the innermost cause of an error, on one line."""
     while error.__cause__ is not None:
         error = error.__cause__
     return " ".join((getattr(error, "strerror", None) or str(error) or repr(error)).split())

@@ -1,4 +1,9 @@
-"""A farm: gives items to workers, and yields what comes of them in the order of the items."""
+"""The farm: it gives items to workers and yields the results in the order of the items.
+
+`Farm` combines three parts. `_Known` takes results from the file of results and removes duplicate
+items. `_Turns` decides which item is given next, and repeats items whose worker ended. A crew
+executes the items: processes of this computer, a cluster, or this process itself.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +28,13 @@ from structured_text.output.system import MOST_PROCESSES, processors
 
 __all__ = ["AHEAD", "NOT_YET", "Farm", "NotYet"]
 
-#: Where results come in order: so many items for each worker are begun while an earlier one is
-#: under way. Their results wait in memory.
+#: Limit of items per worker that are started behind an unfinished one. Their results wait in memory
+#: until the unfinished one has ended.
 AHEAD = 64
 
 
 class NotYet:
-    """There is no item now; what comes of those that were taken may give some."""
+    """The type of `NOT_YET`: no item is available now, but later results may give some."""
 
 
 NOT_YET: Final = NotYet()
@@ -37,41 +42,45 @@ NOT_YET: Final = NotYet()
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-#: Which item, the item, and what came of it.
+#: The number of an item, the item, and its outcome.
 _Ending = tuple[int, Any, Done]
 
 
 class _Crew(Protocol):
-    """Workers, wherever they are."""
+    """The workers that `_Turns` uses, on this computer or on others."""
 
     @property
     def attempts(self) -> int:
-        """How often an item is begun whose worker ends; the last time nothing else is under way."""
+        """Return how often an item is started if its workers end.
+
+        In the last attempt the item runs alone.
+        """
 
     @property
     def size(self) -> int:
-        """How many workers there are."""
+        """Return the number of workers."""
 
     def has_room(self) -> bool:
-        """Would an item be begun now, or soon?"""
+        """Return whether a new item would be started now or soon."""
 
     def give(self, number: int, item: Any) -> None:
-        """Begin an item under a number of its own."""
+        """Start an item under a number of its own."""
 
     def ended(self) -> Iterable[tuple[int, Ended]]:
-        """Wait until some have ended, or there may be more room; which, and how."""
+        """Wait until items end or there may be more room; yield their numbers and outcomes."""
 
     def close(self) -> None:
-        """End what is under way."""
+        """End all items in progress."""
 
 
 class Farm:
-    """Where work is done.
+    """The workers for items of work, on this computer or in a cluster.
 
     Args:
-        workers: Processes of this computer (default: one for each processor); 0: in this process.
-        cluster: The workers of this cluster instead.
-        console: Where progress is shown; None: nowhere.
+        workers: Number of processes on this computer (default: one per processor); 0: this
+            process.
+        cluster: A cluster that is used instead of this computer.
+        console: Console for the progress bar; None for no progress.
     """
 
     def __init__(
@@ -96,23 +105,23 @@ class Farm:
         kept: Kept[Item, Result] | None = None,
         title: str | None = "items",
     ) -> Generator[tuple[Item, Result], None, None]:
-        """Each item with its result, in the order of the items, as soon as those before are there.
+        """Yield each item with its result, in the order of the items, as early as possible.
 
-        Closing the iterator ends what is under way. An error of an item is raised in its turn.
+        Closing the iterator ends the items in progress. An error of an item is raised in its turn.
 
         Args:
-            work: A function of one item, or an object whose `prepare()` gives that function, once
-                in each worker. Both, the items and the results can be pickled.
-            items: What to do; taken as there is room, at most `AHEAD` for each worker before the
-                first that is missing. `NOT_YET` among them, without `kept`, is none: they are asked
-                again when the next result has been taken.
-            lost: The result of an item that no worker gets through; it is not kept.
-            kept: Where results are kept as soon as they are there, and which are known.
-            title: What the items are, for the progress; None: it is shown by who asks.
+            work: A function of one item, or an object whose `prepare()` returns that function; it
+                is called once in each worker. The work, items and results must be picklable.
+            items: The items. They are taken when there is room, at most `AHEAD` per worker beyond
+                the first unfinished one. `NOT_YET` is not an item: the iterator is asked again
+                after the next result. It cannot be used with `kept`.
+            lost: Returns the result of an item whose workers all ended; it is not saved.
+            kept: The file of results: known ones are taken from it, new ones saved at once.
+            title: Name of the items in the progress bar; None if the caller shows the progress.
 
         Raises:
-            LostError: no worker gets through an item, and there is no `lost`.
-            InputError: there is no such cluster, or it has gone.
+            LostError: All workers of an item ended, and `lost` is None.
+            InputError: There is no such cluster, or it is gone.
         """
         waiting: dict[int, tuple[Item, Done]] = {}
         following = 0
@@ -132,7 +141,7 @@ class Farm:
         kept: Kept[Item, Result] | None = None,
         title: str = "items",
     ) -> Generator[tuple[Item, Result], None, None]:
-        """The same in the order in which they end; none waits for another one."""
+        """Yield each item with its result as `run` does, but in the order in which they end."""
         for _, item, done in self._ended(work, items, lost, kept, title):
             yield item, done.get()
 
@@ -193,7 +202,10 @@ class Farm:
 
 
 class _Known:
-    """Puts what is known from the file of results, or under way already, beside what ends."""
+    """The results that need no worker.
+
+    They come from the file of results, or from an equal item in progress.
+    """
 
     def __init__(self, kept: Kept[Any, Any] | None) -> None:
         self._kept = kept
@@ -201,7 +213,7 @@ class _Known:
         self._same: dict[str, list[tuple[int, Any]]] = {}
 
     def missing(self, items: Iterable[Any]) -> Iterator[tuple[int, Any]]:
-        """The items that are to be done, numbered; or that there is none yet."""
+        """Yield the items that need a worker, with their numbers; -1 for `NOT_YET`."""
         numbers = count()
         for item in items:
             if item is NOT_YET:
@@ -219,7 +231,7 @@ class _Known:
                 yield number, item
 
     def ready(self, *ended: _Ending) -> list[_Ending]:
-        """Keep what has ended; all that has not been asked for yet."""
+        """Save the outcome of ended items; return all outcomes since the last call."""
         for number, item, done in ended:
             those = [(number, item)]
             if self._kept is not None:
@@ -233,7 +245,13 @@ class _Known:
 
 
 class _Turns:
-    """Which item is given next; an item whose worker has ended is given again."""
+    """The order in which items are given to the crew.
+
+    If a worker ends, its item is given again. After `crew.attempts - 1` such ends, the item waits
+    until nothing else is in progress and runs alone, so that it is certain which item ends the
+    worker. If the worker ends again, the item is lost. Items that a worker had not begun when it
+    ended do not count as attempts. After an error, no new items are taken.
+    """
 
     def __init__(
         self,
@@ -249,7 +267,7 @@ class _Turns:
         self._taken = 0
         self._again: deque[int] = deque()
         self._last_time: deque[int] = deque()
-        #: Of each that has not ended the place among those that were taken, and itself.
+        #: For each unfinished item: its position in the order of taking, and the item.
         self._items: dict[int, tuple[int, Any]] = {}
         self._died: dict[int, list[Died]] = {}
         self._under_way: set[int] = set()
@@ -257,7 +275,7 @@ class _Turns:
         self._more = True
 
     def ended(self) -> Iterator[_Ending]:
-        """Number, item and what came of it, as they end."""
+        """Yield number, item and outcome of each item as it ends."""
         while True:
             while self._crew.has_room() and (number := self._next()) is not None:
                 self._under_way.add(number)
@@ -280,7 +298,7 @@ class _Turns:
             return None
         if self._again:
             return self._again.popleft()
-        if self._last_time:  # alone, so that it is sure what ends the worker
+        if self._last_time:  # alone, so that it is certain which item ends the worker
             self._alone = not self._under_way
             return self._last_time.popleft() if self._alone else None
         if self._is_far_ahead():
@@ -315,7 +333,7 @@ class _Turns:
 
 
 class _Here:
-    """No worker but this process."""
+    """The crew without worker processes: items are executed in this process."""
 
     attempts = 1
     size = 1

@@ -1,4 +1,4 @@
-"""What has to be the same wherever work is done, so that its verdicts are."""
+"""The properties that must be equal on all computers so that they reach equal verdicts."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from structured_text.output.results import digest
 
 __all__ = ["PACKAGES", "Fingerprint", "differences", "digest_of", "fingerprint"]
 
-#: Name and value of each thing, for people.
+#: Pairs of name and value, in words for users.
 Fingerprint: TypeAlias = tuple[tuple[str, str], ...]
 
-#: The toolkit itself.
+#: The folders of the toolkit itself.
 PACKAGES = (Path(__file__).parents[1],)
 
 
 @cache
 def fingerprint(packages: tuple[Path, ...] = PACKAGES) -> Fingerprint:
-    """Return name and value of what verdicts of these packages rest on."""
+    """Return name and value of each property that verdicts of these packages depend on."""
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
     return (("Python", python), ("its sources", digest_of(packages)))
 
@@ -41,7 +41,7 @@ def digest_of(folders: Sequence[Path]) -> str:
 
 
 def differences(here: Fingerprint, there: Fingerprint) -> str:
-    """What is not the same, in words; empty: nothing."""
+    """Describe the differences in words; an empty text means equal."""
     other = dict(there)
     return ", ".join(
         f"{name} {value} here, {other.get(name, 'none')} there"

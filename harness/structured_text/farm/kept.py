@@ -1,4 +1,4 @@
-"""Results in a file: Ctrl-C keeps what is done, and the next call goes on."""
+"""A file of results: after Ctrl-C, the next call continues with the results in the file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 _FORMAT = f"{COMMAND}-results/1"
-#: The key of the first line, which says what all others rest on.
+#: The key of the first line, which states the basis of all others.
 _ABOUT = ""
 
 
@@ -28,21 +28,22 @@ def _as_it_is(value: Any) -> Any:
 
 
 class Kept(Generic[Item, Result]):
-    """What is known of items from earlier calls.
+    """The results of items from earlier calls, in a file; used by `Farm`.
 
     Args:
-        file: JSON lines; the first says what the others rest on.
-        about: What they rest on by its name for people, say `{"sources": digest}`; texts.
-        key: Names an item; items of one key have one result.
-        to_json: What is written of a result.
-        from_json: A result as it was; results are taken as if they had been read.
-        fresh: Forget what is there.
+        file: The file in JSON lines. Its first line states the basis of the results.
+        about: The basis by its names for users, for example `{"sources": digest}`; texts.
+        key: Returns the key of an item; items with equal keys have equal results.
+        to_json: Returns the JSON form of a result.
+        from_json: Returns the result of a JSON form. All results pass through it, including
+            new ones.
+        fresh: Discard the content of the file.
 
     Attributes:
-        notice: A line for the user where the file was damaged; else empty.
+        notice: A line for the user if the file was damaged; else empty.
 
     Raises:
-        InputError: the file has results that rest on something else, or is none of ours.
+        InputError: The results in the file have another basis, or it is not a file of results.
     """
 
     def __init__(
@@ -71,7 +72,7 @@ class Kept(Generic[Item, Result]):
         self._file = file
 
     def _is_whole(self, entry: Mapping[str, Any]) -> bool:
-        """Return whether an entry is a result, or says what all rest on."""
+        """Return whether an entry is a result, or the first line with the basis."""
         if entry["key"] == _ABOUT:
             return _is_first(entry)
         try:
@@ -81,17 +82,17 @@ class Kept(Generic[Item, Result]):
         return True
 
     def knows(self, item: Item) -> bool:
-        """Is there a result?"""
+        """Return whether there is a result of the item."""
         return self._results.get(self.key(item)) is not None
 
     def get(self, item: Item) -> Result:
-        """The result of an item that is known."""
+        """Return the result of a known item."""
         found = self._results.get(self.key(item))
         assert found is not None
         return self._from_json(json.loads(json.dumps(found["result"])))
 
     def add(self, item: Item, result: Result) -> None:
-        """Keep a result."""
+        """Save a result."""
         try:
             self._results.add({"key": self.key(item), "result": self._to_json(result)})
         except OSError as error:
@@ -103,7 +104,7 @@ def _is_first(entry: Mapping[str, Any]) -> bool:
 
 
 def _rescued(file: Path) -> str:
-    """Move a file of results aside that has lost what they rest on; return what is to be told."""
+    """Move a file of results aside if its first line is damaged; return a notice for the user."""
     if not file.is_file():
         return ""
     first, *others = file.read_bytes().split(b"\n")
@@ -111,13 +112,17 @@ def _rescued(file: Path) -> str:
     if entry is not None and _is_first(entry):
         return ""
     if not any(found and {"key", "result"} == found.keys() for found in map(read_entry, others)):
-        return ""  # not ours
+        return ""  # not a file of results
     aside = move_aside(file)
     return f"{file}: its first line is damaged; the file is now {aside}, and all is done again"
 
 
 def _first_line(file: Path) -> dict[str, Any] | None:
-    """What an earlier call has written first; None: there is no such file, or nothing in it."""
+    """Return the basis in the first line; None if the file is missing or empty.
+
+    Raises:
+        InputError: It is not a file of results.
+    """
     if not os.path.lexists(file):
         return None
     with open_file(file, OTHER) as stream:

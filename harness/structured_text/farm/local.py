@@ -1,4 +1,8 @@
-"""Workers that are processes of this computer."""
+"""Workers that are processes of this computer.
+
+Each worker has a pipe: items go in, pickled `Done` objects come out. The end of a pipe means the
+end of its worker: the first of its items has died, the others were not begun.
+"""
 
 from __future__ import annotations
 
@@ -29,31 +33,31 @@ from structured_text.output.system import (
 
 __all__ = ["LocalCrew"]
 
-#: A worker has the next item already when it has done one, if they take less than this [s]; behind
-#: one that takes long it would wait while another worker is free.
+#: If items take less than this [s], each worker gets its next item in advance. If they take longer,
+#: that item would wait although another worker may be free.
 _SHORT_S = 0.5
 _ENDS_WITHIN_S = 5.0
-#: So long has a worker that is to end in the middle of an item for what is temporary [s].
+#: Time for a worker that must end within an item to remove its temporary files [s].
 _GRACE_S = 2.0
 
 
 @dataclass
 class _Worker:
-    """A process, our end of its pipe, and which items it has, the one that it does first."""
+    """A process, our end of its pipe, and the numbers of its items in order of execution."""
 
     process: SpawnProcess
     pipe: Connection[Any, Any]
     numbers: deque[int]
     since_s: float = 0.0
-    """When it began with the first of them, as far as can be seen from here."""
+    """Start of the first item [s], as seen by this process."""
 
 
 class LocalCrew:
-    """So many processes; one that ends is replaced.
+    """A crew of processes; a process that ends is replaced.
 
     Args:
-        work: What each of them does with an item.
-        size: How many, at least 1.
+        work: The work that each of them does on an item.
+        size: Number of processes, at least 1.
     """
 
     attempts = 3
@@ -66,22 +70,22 @@ class LocalCrew:
         self._close = weakref.finalize(self, _end, self._workers)
 
     def has_room(self) -> bool:
-        """Would an item be begun now, or soon?"""
+        """Return whether a new item would be started now or soon."""
         return len(self._workers) < self.size or len(self._freest().numbers) < self._depth
 
     def give(self, number: int, item: Any) -> None:
-        """Begin an item under a number of its own."""
+        """Start an item under a number of its own."""
         if len(self._workers) < self.size and all(one.numbers for one in self._workers):
             self._workers.append(self._started())
         worker = self._freest()
         if not worker.numbers:
             worker.since_s = time.monotonic()
         worker.numbers.append(number)
-        with suppress(OSError):  # it has ended meanwhile; its pipe says so
+        with suppress(OSError):  # it has ended; its pipe will report that
             worker.pipe.send_bytes(pickle.dumps(item))
 
     def ended(self) -> Iterator[tuple[int, Ended]]:
-        """Wait until some have ended; which, and how."""
+        """Wait until items end; yield their numbers and outcomes."""
         ready = wait([one.pipe for one in self._workers if one.numbers])
         for worker in [one for one in self._workers if one.pipe in ready]:
             try:
@@ -100,11 +104,11 @@ class LocalCrew:
         return min(self._workers, key=lambda one: len(one.numbers))
 
     def close(self) -> None:
-        """End all of them, whatever they are doing."""
+        """End all processes, whatever they do."""
         self._close()
 
     def _started(self) -> _Worker:
-        pipes: Any = get_context("spawn").Pipe()  # each system has a class of its own
+        pipes: Any = get_context("spawn").Pipe()  # the class differs between systems
         ours, theirs = pipes
         process = get_context("spawn").Process(target=_serve, args=(theirs, self._work))
         with interrupts_later():
@@ -114,7 +118,7 @@ class LocalCrew:
 
 
 def _end(workers: list[_Worker]) -> None:
-    """End them; those in the middle of an item may remove what is temporary."""
+    """End the processes; those within an item get time to remove temporary files."""
     for worker in workers:
         worker.pipe.close()
         if not worker.numbers:
@@ -134,7 +138,7 @@ def _kill(process: SpawnProcess) -> None:
 
 def _why(process: SpawnProcess) -> str:
     process.join(_ENDS_WITHIN_S)
-    _kill(process)  # what it has started may still be there
+    _kill(process)  # its child processes may still run
     code = process.exitcode
     if code is not None and code < 0:
         with suppress(ValueError):
@@ -143,11 +147,11 @@ def _why(process: SpawnProcess) -> str:
 
 
 def _serve(pipe: Connection[Any, Any], work: bytes) -> None:
-    """Do one item after the other until the pipe is closed, at the latest by the parent's end."""
+    """Execute items until the pipe is closed, which happens at the latest when the parent ends."""
     be_apart()
     items: SimpleQueue[bytes | None] = SimpleQueue()
     busy = Event()
-    # The pipe is always read, so that nobody waits for room in it while the other side writes.
+    # A thread reads the pipe all the time. Otherwise both sides could block while they write.
     Thread(target=_read, args=(pipe, items, busy), daemon=True).start()
     do: Any = None
 
@@ -169,7 +173,7 @@ def _read(pipe: Connection[Any, Any], items: SimpleQueue[bytes | None], busy: Ev
         while True:
             items.put(pipe.recv_bytes())
     if busy.is_set():
-        interrupt_main_thread()  # nobody waits for the result
+        interrupt_main_thread()  # the result is not needed
     items.put(None)
     time.sleep(_GRACE_S)
     end_apart(os.getpid())

@@ -1,4 +1,4 @@
-"""The user's files on their way to workers that may have another disk."""
+"""The user's files on their way to workers, which may have other disks."""
 
 from __future__ import annotations
 
@@ -20,27 +20,28 @@ __all__ = ["Parcel"]
 
 @dataclass(frozen=True)
 class Parcel:
-    """Files with their contents as they were when it was made.
+    """Files with their contents at the time of packing.
 
     Attributes:
-        files: As it was named at home; its path below a folder that all have in common; content.
+        files: For each file: its name as the user wrote it, its path below the common folder of
+            all files, and its content.
     """
 
     files: tuple[tuple[str, str, bytes], ...]
 
     @classmethod
     def of(cls, files: Iterable[Path]) -> Parcel:
-        """Read files.
+        """Read files into a parcel.
 
         Raises:
-            InputError: one cannot be read.
+            InputError: A file cannot be read.
         """
         named = list(files)
         contents = [file_bytes(file, OTHER) for file in named]
         return cls(tuple(zip(map(str, named), _names(named), contents, strict=True)))
 
     def digest(self) -> str:
-        """A hash of what is in it and of how it lies, not of where."""
+        """Return a hash of the contents and relative paths; it does not depend on the folder."""
         found = hashlib.sha256()
         for _, name, content in self.files:
             found.update(f"{name} {len(content)}\n".encode())
@@ -49,9 +50,11 @@ class Parcel:
 
     @contextmanager
     def unpacked(self) -> Iterator[list[Path]]:
-        """Meanwhile the files are on this computer's disk; where, in the order they were given.
+        """Write the files to a temporary folder and yield their paths, in the order of `of`.
 
-        They lie to each other as they did. An error of the user's names them as he has.
+        Their relative positions are preserved. An InputError from inside the context names the
+        files
+        as the user wrote them.
         """
         with TemporaryDirectory(prefix=f"{COMMAND}-") as folder:
             here = [real(folder) / name for _, name, _ in self.files]
@@ -70,7 +73,7 @@ def _names(files: Iterable[Path]) -> list[str]:
     try:
         common = os.path.commonpath([path.parent for path in paths])
         return [path.relative_to(common).as_posix() for path in paths]
-    except ValueError:  # there are none, or on several drives
+    except ValueError:  # no files, or several drives
         return [path.as_posix().replace(":", "").lstrip("/") for path in paths]
 
 

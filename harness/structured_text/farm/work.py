@@ -1,4 +1,4 @@
-"""What is to be done, and what became of it, whoever does it."""
+"""The work of a farm, and the outcome of an item, for all kinds of workers."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ class Prepared(Protocol[ItemIn, ResultOut]):
     """Work with a set-up that each worker makes once, before its first item."""
 
     def prepare(self) -> Callable[[ItemIn], ResultOut]:
-        """Set up (say, compile the program); what then does one item."""
+        """Set up (for example, compile the program) and return the function of one item."""
 
 
 Work = Callable[[ItemIn], ResultOut] | Prepared[ItemIn, ResultOut]
-"""A function of the top level of a module, or an object to be prepared; either can be pickled."""
+"""A function at the top level of a module, or an object to be prepared; either is picklable."""
 
 
 class LostError(InputError):
-    """Something that none of the workers gets through: their processes end with it."""
+    """The error for an item that ended the process of each worker that tried it."""
 
     exit_code = 1
 
 
 class RemoteError(Exception):
-    """The cause of an error that came from a worker: its traceback there."""
+    """The cause of an error that came from a worker, with the traceback there."""
 
     def __str__(self) -> str:
         return f"in a worker:\n{self.args[0]}"
@@ -55,16 +55,16 @@ class RemoteError(Exception):
 
 @dataclass(frozen=True)
 class Lost(Generic[Item]):
-    """An item whose workers have ended by themselves, each time."""
+    """An item whose workers have all ended."""
 
     item: Item
     times: int
-    """How many workers have ended with it."""
+    """Number of workers that have ended with it."""
     why: str
-    """How the last one ended, for people."""
+    """The end of the last worker, in words for users."""
 
     def error(self) -> LostError:
-        """The same as an error."""
+        """Return the same as an error."""
         return LostError(
             f"{self.times} workers have ended with {self.item!r}, {self.why}",
             hint="is there memory enough for all of them",
@@ -73,20 +73,20 @@ class Lost(Generic[Item]):
 
 @dataclass(frozen=True)
 class Done:
-    """A result, or the error that came instead."""
+    """A result, or an error in its place."""
 
     result: Any = None
     error: Exception | None = None
     where: str = ""
-    """The traceback of an error that is nobody's input."""
+    """The traceback of an error that is not an InputError."""
     is_lost: bool = False
-    """It says that there is none: another time there may be one."""
+    """No worker returned a result; another call may get one, so it is not saved."""
 
     def get(self) -> Any:
-        """The result.
+        """Return the result.
 
         Raises:
-            Exception: the error, as it was raised.
+            Exception: The error, as it was raised in the worker.
         """
         if self.error is None:
             return self.result
@@ -95,11 +95,11 @@ class Done:
 
 @dataclass(frozen=True)
 class Died:
-    """No answer: the worker has ended.
+    """The outcome of an item whose worker has ended.
 
     Attributes:
-        why: How it has ended, for people.
-        workers: So many have, one after the other.
+        why: The end of the worker, in words for users.
+        workers: Number of workers that have ended, one after the other.
     """
 
     why: str
@@ -108,25 +108,25 @@ class Died:
 
 @dataclass(frozen=True)
 class NotBegun:
-    """No answer, and not by this item: the worker has ended with another one."""
+    """The outcome of an item that was not begun, because its worker ended with another item."""
 
 
 Ended = Done | Died | NotBegun
 
 
 def doer(work: Work[Any, Any]) -> Callable[[Any], Any]:
-    """Set up in this process; what does one item."""
+    """Set up the work in this process and return the function of one item."""
     prepare = getattr(work, "prepare", None)
     return work if prepare is None else prepare()  # type: ignore[return-value]
 
 
 def attempt(do: Callable[[], Any]) -> bytes:
-    """Do something; a pickled `Done`, whatever comes of it."""
+    """Execute a function and return a pickled `Done` with its result or its error."""
     try:
         return pickle.dumps(Done(do()))
     except KeyboardInterrupt:
         raise
-    except BaseException as one:  # also SystemExit, which would end the worker, or this process
+    except BaseException as one:  # SystemExit, too, which would end the worker, or this process
         error = one if isinstance(one, Exception) else RuntimeError(repr(one))
         if isinstance(error, InputError):
             return pickle.dumps(Done(error=error))
@@ -134,6 +134,6 @@ def attempt(do: Callable[[], Any]) -> bytes:
     try:
         kept = pickle.dumps(Done(error=error, where=where))
         pickle.loads(kept)
-    except Exception:  # an error that cannot travel
+    except Exception:  # the error cannot be pickled
         return pickle.dumps(Done(error=RemoteError(where)))
     return kept

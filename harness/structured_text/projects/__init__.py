@@ -1,4 +1,5 @@
-"""Projects of PLC tools: their Structured Text, with the lines that it stands in.
+"""Projects of PLC tools: their Structured Text, with the line numbers of the project file.
 
-`formats` knows them by their names; `open` reads them, and is loaded where there is one.
+`formats` recognizes project files by their names. `open` reads them; it is imported only if the
+user names one.
 """

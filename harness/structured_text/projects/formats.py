@@ -1,4 +1,4 @@
-"""Which files are projects of PLC tools, by their names."""
+"""The names of files that are projects of PLC tools."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from structured_text.errors import InputError
 
 __all__ = ["OBJECTS", "PLCPROJ", "SCL", "TASKS", "in_folder", "is_project"]
 
-#: PLCopen, Rockwell.
+#: PLCopen and Rockwell.
 _XML, _L5X = ".xml", ".l5x"
-#: TwinCAT: a project, and the tasks of one.
+#: TwinCAT: a project, and a task of a project.
 PLCPROJ, TASKS = ".plcproj", ".tctto"
 #: TwinCAT's objects: blocks, types, lists of variables, interfaces.
 OBJECTS = (".tcpou", ".tcdut", ".tcgvl", ".tcio")
 #: TIA Portal's external sources: blocks, types, data blocks.
 SCL = (".scl", ".udt", ".db")
-#: Files of tools that hold programs, but cannot be read, and what to give instead.
+#: Files of PLC tools that contain programs but cannot be read, with the alternative for each.
 _CLOSED = {
     ".project": "in CODESYS: Project > Export PLCopenXML",
     ".library": "in CODESYS: Project > Export PLCopenXML",
@@ -37,10 +37,10 @@ _CLOSED = {
 
 
 def is_project(file: Path) -> bool:
-    """Is this file read as a project, and not as Structured Text?
+    """Return whether a file is read as a project, and not as Structured Text.
 
     Raises:
-        InputError: a closed format, with what to do.
+        InputError: The format is closed; the error names an alternative.
     """
     suffix = file.suffix.lower()
     hint = _CLOSED.get(re.sub(r"\d+$", "", suffix), "")
@@ -50,7 +50,10 @@ def is_project(file: Path) -> bool:
 
 
 def in_folder(files: Iterable[Path]) -> list[Path]:
-    """Of the files of a folder those that belong to a TwinCAT project: .plcproj, or objects."""
+    """Return the TwinCAT files among the files of a folder.
+
+    These are the .plcproj files, or if there are none, the objects and tasks.
+    """
     suffixes: dict[str, list[Path]] = {}
     for file in files:
         suffixes.setdefault(file.suffix.lower(), []).append(file)

@@ -1,4 +1,7 @@
-"""What a project file holds: its Structured Text in pieces, with the lines that they stand in."""
+"""The contents of a project file: its Structured Text in pieces, with line numbers.
+
+The readers of all formats produce these classes. `open` makes sources from them.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ __all__ = [
 
 Lines = tuple[Line, ...]
 
-#: Languages of the standard and of the tools, as they are named in messages.
+#: Languages of the standard and of PLC tools, with their names in messages.
 LANGUAGES = {
     "LD": "Ladder Diagram (LD)",
     "RLL": "Ladder Diagram (RLL)",
@@ -46,9 +49,9 @@ class Foreign:
     """A body that is not read.
 
     Attributes:
-        language: That it is in; ST where something in it is not supported.
-        at: Its line, or that of what is not supported.
-        why: What that is.
+        language: Its language; ST if it contains something that is not supported.
+        at: Its line, or the line of the unsupported part.
+        why: The unsupported part.
     """
 
     language: str
@@ -57,7 +60,7 @@ class Foreign:
 
     @property
     def says(self) -> str:
-        """Why it is not read, as messages say it behind its name."""
+        """Return the reason why it is not read, as the predicate of a message."""
         if self.why:
             return f"is not read: {self.why}"
         return f"is in {LANGUAGES.get(self.language, self.language)} and is not read"
@@ -65,14 +68,14 @@ class Foreign:
 
 @dataclass(frozen=True)
 class Piece:
-    """A POU, or a method, a property or an action of one.
+    """A POU, or a method, a property or an action of a POU.
 
     Attributes:
-        name: As it is called; of a part of a POU `Block.Method`.
-        head: From the first word to the end of the variables.
+        name: Its name; for a part of a POU `Block.Method`.
+        head: The lines from the first word to the end of the variables.
         body: The statements.
         end: The last word.
-        parts: What is inside it besides.
+        parts: The pieces inside it.
     """
 
     name: str
@@ -82,14 +85,14 @@ class Piece:
     parts: tuple[Piece, ...] = ()
 
     def foreign(self) -> Iterator[tuple[str, Foreign]]:
-        """The bodies that are no Structured Text, and whose they are."""
+        """Yield the bodies that are not in Structured Text, with the names of their pieces."""
         if isinstance(self.body, Foreign):
             yield self.name, self.body
         for part in self.parts:
             yield from part.foreign()
 
     def lines(self) -> Lines:
-        """All of it, actions behind the body; bodies in other languages are left out."""
+        """Return all lines, with actions behind the body; bodies in other languages are omitted."""
         body = () if isinstance(self.body, Foreign) else self.body
         before = [part.lines() for part in self.parts if not part.is_action]
         behind = [part.lines() for part in self.parts if part.is_action]
@@ -97,7 +100,7 @@ class Piece:
 
     @property
     def is_action(self) -> bool:
-        """Is it an action of a block or program?"""
+        """Return whether it is an action of a block or program."""
         return bool(self.head) and self.head[0].text.startswith("ACTION ")
 
 
@@ -106,9 +109,9 @@ class Unit:
     """A declaration of a project.
 
     Attributes:
-        kind: Its first word; TYPE, FUNCTION_BLOCK, VAR_GLOBAL, CONFIGURATION ...
-        piece: What it is called and says.
-        file: Where it is.
+        kind: Its first word: TYPE, FUNCTION_BLOCK, VAR_GLOBAL, CONFIGURATION ...
+        piece: Its name and lines.
+        file: Its file.
     """
 
     kind: str
@@ -117,34 +120,34 @@ class Unit:
 
     @property
     def name(self) -> str:
-        """As it is called."""
+        """Return the name of its piece."""
         return self.piece.name
 
 
 @dataclass(frozen=True)
 class Project:
-    """What was read of a project.
+    """The contents of one or more project files.
 
     Attributes:
-        units: In the order in which they stand there.
-        notes: What is not read and might be missed, a line each.
+        units: The declarations in the order of the files.
+        notes: One line for each unread part that a user could miss.
     """
 
     units: tuple[Unit, ...] = ()
     notes: tuple[str, ...] = ()
 
     def plus(self, other: Project) -> Project:
-        """Both."""
+        """Return the contents of both."""
         return Project((*self.units, *other.units), (*self.notes, *other.notes))
 
 
 def made(at: int, *texts: str) -> Lines:
-    """Lines that stand for one of the file."""
+    """Return generated lines that refer to a line of the file."""
     return tuple(Line(text, at) for text in texts)
 
 
 def trimmed(lines: Iterable[Line]) -> Lines:
-    """Without the empty lines at both ends."""
+    """Return the lines without the empty ones at both ends."""
     found = list(lines)
     while found and not found[-1].text.strip():
         found.pop()
@@ -153,11 +156,11 @@ def trimmed(lines: Iterable[Line]) -> Lines:
 
 
 def without_comments(text: str) -> str:
-    """The text with comments and pragmas blanked, its lines as they were."""
+    """Return the text with comments and pragmas blanked; its lines keep their numbers."""
     return _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
 
 
 def declared_kind(lines: Iterable[Line]) -> str:
-    """The first word of a declaration, in upper case."""
+    """Return the first word of a declaration, in upper case."""
     found = _KIND.match(without_comments("\n".join(line.text for line in lines)))
     return found[1].upper() if found else ""

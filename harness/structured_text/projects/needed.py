@@ -1,4 +1,8 @@
-"""Which files of a library a program needs."""
+"""The selection of the library files that a program needs.
+
+A file is needed if it declares a name that the program, or another needed file, mentions. The names
+are found with regular expressions; the files are not compiled.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ from structured_text.language.words import ACCESS_WORDS
 
 __all__ = ["declared_names", "needed"]
 
-#: Comments and texts: what they mention is not needed.
+#: Comments and string literals: names in them are not mentioned.
 _SAID = re.compile(r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'", re.DOTALL)
 _NAME = re.compile(r"[A-Z_]\w*")
 _TYPES = re.compile(r"\bTYPE\b(.*?)(?:\bEND_TYPE\b|\Z)", re.DOTALL)
@@ -26,25 +30,25 @@ _OTHERS = {"CONFIGURATION", "VAR_GLOBAL"}
 
 
 def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
-    """The files of a library whose names a program mentions, and those that these mention.
+    """Return the files of a library that a program mentions, directly or through other files.
 
     Args:
-        program: The program's own files; one that cannot be read mentions nothing.
+        program: The program's own files; an unreadable file mentions nothing.
         library: Files of the library.
 
     Returns:
-        Part of `library`, in its order: those that declare a name which is needed, and those that
-        declare nothing that could be named, or a configuration.
+        Part of `library`, in its order: the files that declare a needed name. Files that declare
+        no name, or global variables or a configuration, are always included.
     """
     own = list(program)
     files = [*own, *library]
     key = cache.sources_key(files)
-    key = key and f"{key}-{len(own)}"  # where the library begins
+    key = key and f"{key}-{len(own)}"  # the same files may be divided differently
     return cache.made_of("needed", key, files, lambda: _needed(own, library))
 
 
 def _needed(program: list[Path], library: Sequence[Path]) -> list[Path]:
-    """See `needed`."""
+    """Compute the result of `needed` without the cache."""
     declaring: dict[str, list[Path]] = {}
     found = set()
     for file in library:
@@ -62,15 +66,15 @@ def _needed(program: list[Path], library: Sequence[Path]) -> list[Path]:
 
 
 def declared_names(file: Path) -> frozenset[str]:
-    """The names that a file declares, in upper case."""
+    """Return the names that a file declares, in upper case."""
     return _look(file).declared
 
 
 @dataclass(frozen=True)
 class _File:
-    """The names in a file, in upper case, without those in comments and texts.
+    """The names in a file, in upper case, without those in comments and string literals.
 
-    `declared` is empty where nothing is, or where a configuration is among it.
+    `declared` is empty if the file declares nothing, or also global variables or a configuration.
     """
 
     mentioned: frozenset[str] = frozenset()
@@ -86,7 +90,7 @@ def _look(file: Path) -> _File:
 
 @lru_cache(maxsize=1024)
 def _read(file: Path, stamp: int) -> _File:
-    """The names in a file as it was at `stamp`."""
+    """Return the names in a file; `stamp`, its time of change, makes the cache read it again."""
     code = _SAID.sub(" ", source_text(file)).upper()
     words = _NAME.findall(code)
     mentioned = frozenset(words)

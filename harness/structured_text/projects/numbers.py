@@ -1,6 +1,7 @@
-"""Numbers in project files: whole numbers and times, and nothing that only looks like one.
+"""Numbers in project files: strict readers of whole numbers and times.
 
-Python also reads `inf`, `nan`, `1_000` and digits of other scripts, and refuses very long ones.
+Python's own conversions also accept `inf`, `nan`, `1_000` and digits of other scripts, and refuse
+very long numbers.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ __all__ = ["interval_text", "interval_us", "milliseconds_us", "priority_of", "wh
 
 _DIGITS = re.compile(r"[0-9]{1,18}")
 _DECIMAL = re.compile(r"[0-9]{1,18}(?:\.[0-9]{1,18})?")
-#: As the standard numbers priorities, and more than any tool has.
+#: The standard's numbering of priorities; no tool has more.
 _LOWEST_PRIORITY = 65_535
 _SHOWN = 40
 
@@ -25,15 +26,15 @@ def whole(text: str, what: str, low: int, high: int, file: Path, line: int) -> i
     """Read a whole number.
 
     Args:
-        text: As it is written.
-        what: What it is, for the message: `the priority of the task T`.
-        low: The smallest that is possible.
-        high: The largest.
-        file: Where it is.
-        line: Where in the file.
+        text: The number in the file.
+        what: Its meaning, for the message: `the priority of the task T`.
+        low: The smallest allowed value.
+        high: The largest allowed value.
+        file: The file.
+        line: The line in the file.
 
     Raises:
-        InputError: it is not a whole number, or outside these limits.
+        InputError: It is not a whole number, or outside these limits.
     """
     plain = text.strip()
     number = int(plain) if _DIGITS.fullmatch(plain) else None
@@ -44,20 +45,20 @@ def whole(text: str, what: str, low: int, high: int, file: Path, line: int) -> i
 
 
 def priority_of(text: str, task: str, file: Path, line: int) -> int | None:
-    """Read the priority of a task; None where the tool says nothing.
+    """Read the priority of a task; None if the file has none.
 
     Raises:
-        InputError: it is not a whole number from 0 to 65535.
+        InputError: It is not a whole number from 0 to 65535.
     """
     what = f"the priority of the task {task}"
     return whole(text, what, 0, _LOWEST_PRIORITY, file, line) if text.strip() else None
 
 
 def milliseconds_us(text: str, task: str, file: Path, line: int) -> int:
-    """Read the interval of a task in milliseconds, as whole microseconds.
+    """Read the interval of a task in milliseconds and return it in whole microseconds [µs].
 
     Raises:
-        InputError: it is not a number, is 0, or longer than a year.
+        InputError: It is not a number, is 0, or longer than a year.
     """
     plain = text.strip()
     exact = Fraction(plain) if _DECIMAL.fullmatch(plain) else Fraction(0)
@@ -65,17 +66,17 @@ def milliseconds_us(text: str, task: str, file: Path, line: int) -> int:
 
 
 def interval_us(exact: Fraction, text: str, task: str, file: Path, line: int) -> int:
-    """Check the interval of a task; whole microseconds, the nearest.
+    """Check the interval of a task and return the nearest whole number of microseconds [µs].
 
     Args:
-        exact: Microseconds.
-        text: As it is written.
-        task: Its name.
-        file: Where it is.
-        line: Where in the file.
+        exact: The interval [µs].
+        text: The interval in the file.
+        task: Name of the task.
+        file: The file.
+        line: The line in the file.
 
     Raises:
-        InputError: it is 0, or longer than a year.
+        InputError: It is 0, or longer than a year.
     """
     try:
         found = parse_us(round(exact))

@@ -1,4 +1,4 @@
-"""What of project files becomes a source."""
+"""The sources that are made from project files, including the user's replacements."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ _WORD = re.compile(r"[^\W\d]\w*")
 
 @dataclass(frozen=True)
 class Sources:
-    """What becomes of project files.
+    """The sources that were made from project files.
 
     Attributes:
-        paths: The sources, in order: an `Extract` of each declaration, and files that replace.
+        paths: The sources in order: an `Extract` of each declaration, and replacing files.
         declared: The names of all POUs, types and lists of variables, in upper case.
-        notes: What is not read, a line each.
+        notes: One line for each part that is not read.
     """
 
     paths: tuple[Path, ...] = ()
@@ -49,7 +49,7 @@ def read_project(files: Sequence[Path]) -> Project:
     """Read project files.
 
     Raises:
-        InputError: one cannot be read, or is not as its format wants it.
+        InputError: A file cannot be read, or violates its format.
     """
     found = Project()
     tasks = [file for file in files if file.suffix.lower() == TASKS]
@@ -80,16 +80,16 @@ def _read(file: Path) -> Project:
 
 
 def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sources:
-    """Make sources of project files.
+    """Make sources from project files.
 
     Args:
         files: The project files.
         replaced: Files with Structured Text for POUs, by the POU's name (`Block.Method` for a
-            part of one): a body, or the whole declaration.
+            part of a POU): a body, or the whole declaration.
 
     Raises:
-        InputError: as `read_project`; a body in another language that the rest needs and nothing
-            replaces; a replacement for what is not there.
+        InputError: As `read_project`. Also if a body in another language is needed and not
+            replaced, or if a replacement names an unknown POU.
     """
     project = read_project(files)
     units, extra = _replaced(project.units, replaced)
@@ -116,9 +116,11 @@ def project_sources(files: Sequence[Path], replaced: Mapping[str, Path]) -> Sour
 def _foreign(
     units: Sequence[Unit], files: Mapping[str, Path]
 ) -> tuple[list[tuple[Unit, str, Foreign]], list[str]]:
-    """Bodies in other languages that the rest mentions, and a line for each of the others.
+    """Return the bodies in other languages that are needed, and a note for each of the others.
 
-    `files` says where each unit stands in the project; a replaced one is in the user's file.
+    A body is needed if another part of the project mentions its name, or if it is a program and
+    there is no configuration. `files` has the project file of each unit; a replaced unit is in the
+    user's file.
     """
     found = [(unit, name, body) for unit in units for name, body in unit.piece.foreign()]
     if not found:
@@ -139,7 +141,7 @@ def _foreign(
 
 
 def _readable(piece: Piece) -> Lines:
-    """What of a POU could mention another; not the head of a part that is not read."""
+    """Return the lines of a POU that can mention others, without the heads of unread parts."""
     parts = tuple(part for part in piece.parts if not isinstance(part.body, Foreign))
     lines = tuple(line for part in parts for line in _readable(part))
     return (*piece.head, *lines, *(() if isinstance(piece.body, Foreign) else piece.body))
@@ -165,7 +167,7 @@ def _refusal(needed: Sequence[tuple[Unit, str, Foreign]], files: Mapping[str, Pa
 
 
 def _replaced(units: Sequence[Unit], replaced: Mapping[str, Path]) -> tuple[list[Unit], list[Path]]:
-    """The units with the bodies of the user's, and whole files of the user's."""
+    """Return the units with replaced bodies, and the files that replace whole units."""
     found, whole = list(units), []
     for name, file in replaced.items():
         number = next((k for k, unit in enumerate(found) if _has(unit.piece, name)), None)
@@ -197,7 +199,7 @@ def _has(piece: Piece, name: str) -> bool:
 
 
 def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
-    """The piece with a body of another file; all else of it counts as line 1 of that file."""
+    """Return the piece with a body from another file; its other lines get the line number 1."""
     own = piece.name.upper() == name.upper()
     body = tuple(Line(line, at) for at, line in enumerate(text, 1)) if own else piece.body
     if not isinstance(body, Foreign) and not own:

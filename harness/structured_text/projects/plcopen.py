@@ -1,8 +1,8 @@
 """PLCopen TC6 XML (2.00 and 2.01): of Beremiz, CODESYS, OpenPLC Editor and others.
 
-CODESYS adds what the format has no element for: methods, properties, interfaces, lists of global
-variables with a name, and each declaration as plain text, which says more than the elements and
-is taken where it is there.
+CODESYS adds elements for features that the format lacks: methods, properties, interfaces and named
+lists of global variables. It also adds each declaration as plain text. The text contains more than
+the elements and is preferred to them.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def read_plcopen(root: Element, file: Path) -> Project:
         file: Its file, for messages.
 
     Raises:
-        InputError: something is not as the format wants it.
+        InputError: The file violates the format.
     """
     reader = _Reader(file)
     units: list[Unit] = []
@@ -133,7 +133,7 @@ class _Reader:
         return Unit("INTERFACE", Piece(name, head, (), end, parts), self._file)
 
     def _head(self, element: Element, title: str) -> Iterator[Line]:
-        """The first line of a POU or a method, and its variables."""
+        """Yield the first line of a POU or method, and its variables."""
         interfaces = element.all("interface")
         for interface in interfaces:
             for result in interface.all("returnType")[:1]:
@@ -147,7 +147,7 @@ class _Reader:
                     raise self._error("access paths (VAR_ACCESS) are not supported", one)
 
     def _parts(self, element: Element, owner: str) -> Iterator[Piece]:
-        """Methods, properties and actions, also those in what CODESYS adds."""
+        """Yield methods, properties and actions, including those in the elements of CODESYS."""
         for one in element.children:
             if one.name in ("addData", "data", "actions", "Methods", "Properties"):
                 yield from self._parts(one, owner)
@@ -236,7 +236,7 @@ class _Reader:
         yield from made(base.end, f"  ){own}{initial};")
 
     def _type(self, element: Element) -> str:
-        """A type as it is written in a declaration."""
+        """Return a type as it is written in a declaration."""
         name = element.name
         if name == "derived":
             return self._name(element)
@@ -292,7 +292,7 @@ class _Reader:
     # --- configurations -------------------------------------------------------------------
 
     def _configuration(self, element: Element) -> Iterator[Unit]:
-        """A configuration; lists of variables with a name, and what a tool adds, come before it."""
+        """Yield a configuration, after its named lists of variables and the additions of a tool."""
         resources = element.all("resource")
         for one in element.below("pou", "dataType", "Interface", "globalVars"):
             if one.name != "globalVars" or one.get("name"):
@@ -329,7 +329,7 @@ class _Reader:
         return made(element.at, f"    PROGRAM {name}{task} : {program};{_note(element)}")
 
     def tasks(self, root: Element) -> list[Task]:
-        """Tasks outside of a configuration, as CODESYS has them."""
+        """Return the tasks outside of a configuration, as CODESYS writes them."""
         found = []
         for element in root.below("task"):
             programs = [
@@ -353,19 +353,23 @@ class _Reader:
 
 
 def _unnamed(element: Element) -> list[Element]:
-    """The global variables of a configuration or resource; lists have a name."""
+    """Return the global variables of a configuration or resource, without named lists."""
     return [one for one in element.all("globalVars") if not one.get("name")]
 
 
 def _open_array(variable: Element) -> str:
-    """The type of an array of open length: CODESYS calls it a pointer, and adds what it is."""
+    """Return the type of an open array; CODESYS writes a pointer and adds the type."""
     found = variable.all("addData", "data", "Attributes", "Attribute")
     kinds = [one.get("Value") for one in found if one.get("Name") == "variable_length_array"]
     return kinds[0] if kinds else ""
 
 
 def _only(element: Element, file: Path) -> Element:
-    """The one element inside of another."""
+    """Return the single element inside another.
+
+    Raises:
+        InputError: The element is empty.
+    """
     found = [one for one in element.children if one.name not in ("documentation", "addData")]
     found = found or [data for one in element.all("addData", "data") for data in one.children]
     if not found:
@@ -374,7 +378,7 @@ def _only(element: Element, file: Path) -> Element:
 
 
 def _plain(element: Element) -> Lines:
-    """The declaration as plain text, if a tool has added it to this very element."""
+    """Return the declaration as plain text; empty if no tool has added it to this element."""
     waiting = list(element.children)
     while waiting:
         one = waiting.pop(0)
@@ -386,13 +390,13 @@ def _plain(element: Element) -> Lines:
 
 
 def _text(element: Element) -> Lines:
-    """The text of an element, which stands in one or more elements of XHTML."""
+    """Return the text of an element, which is inside one or more elements of XHTML."""
     parts = element.children or [element]
     return trimmed(line for part in parts for line in part.lines())
 
 
 def _extends(element: Element) -> str:
-    """What CODESYS says of it besides: which block it extends, which interfaces it implements."""
+    """Return EXTENDS and IMPLEMENTS with the names in the elements of CODESYS."""
     text = ""
     for one in element.below("Inheritance", "pouInheritance"):
         bases = [base.text() or base.get("name") for base in one.below("Extends")]
@@ -403,7 +407,7 @@ def _extends(element: Element) -> str:
 
 
 def _comment(element: Element) -> Lines:
-    """An element's documentation as a comment before it."""
+    """Return an element's documentation as a comment for the lines before it."""
     said = [line for one in element.all("documentation") for line in trimmed(one.lines())]
     if len(said) < 2:
         return tuple(Line(f"(* {_said(line.text)} *)", line.at) for line in said)
@@ -412,7 +416,7 @@ def _comment(element: Element) -> Lines:
 
 
 def _note(element: Element) -> str:
-    """An element's documentation as a comment behind it, in its line."""
+    """Return an element's documentation as a comment at the end of its line."""
     said = " ".join(" ".join(one.text().split()) for one in element.all("documentation"))
     return f" (* {_said(said)} *)" if said else ""
 
@@ -422,11 +426,11 @@ def _said(text: str) -> str:
 
 
 def _body(element: Element) -> Lines | Foreign:
-    """The statements; of a body of several sheets those of all."""
+    """Return the statements; a body with several sheets gives the statements of all."""
     lines: list[Line] = []
     for body in element.all("body"):
         found = [one for one in body.children if one.name in _LANGUAGES]
-        if not found:  # CODESYS keeps CFC and others in what it adds
+        if not found:  # CODESYS puts CFC and others into its own elements
             found = list(body.below(*_LANGUAGES))
             if not found and any(body.below("data")):
                 found = [Element(next(body.below("data")).get("name"), {}, body.at)]
@@ -442,12 +446,12 @@ _TIME = re.compile(
     r"(?:T|TIME)#(?:(\d+)h)?(?:(\d+)m(?!s))?(?:(\d+(?:\.\d+)?)s)?(?:(\d+(?:\.\d+)?)ms)?",
     re.IGNORECASE | re.ASCII,
 )
-#: Characters of an interval.
+#: Largest number of characters in an interval.
 _LONGEST = 60
 
 
 def _microseconds(task: Element, file: Path) -> int:
-    """The interval of a task: `T#10ms`, `PT0.01S` or milliseconds."""
+    """Return the interval of a task [µs]: `T#10ms`, `PT0.01S` or milliseconds."""
     text, name = task.get("interval").strip(), task.get("name")
     found = None
     if len(text) <= _LONGEST:
@@ -460,7 +464,7 @@ def _microseconds(task: Element, file: Path) -> int:
 
 
 def _interval(task: Element, file: Path) -> str:
-    """The interval as it is written, where it is of the standard's form."""
+    """Return the interval as in the file if it is a literal of the standard, else as a literal."""
     microseconds = _microseconds(task, file)
     text = task.get("interval").strip()
     return text if "#" in text else interval_text(microseconds)

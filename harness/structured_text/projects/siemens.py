@@ -1,8 +1,9 @@
 """Siemens SCL: external sources of TIA Portal and STEP 7 (.scl, .udt, .db), as Structured Text.
 
-Token by token, and each token in its line: what SCL writes otherwise (`#x`, `"Name"`, headers,
-DATA_BLOCK, ORGANIZATION_BLOCK, REGION, `+=`) becomes what the standard has for it. What it has
-nothing for stays, and is refused by the engine, by its name and in its line.
+The source is translated token by token, and each token remains in its line. Syntax that differs
+(`#x`, `"Name"`, headers, DATA_BLOCK, ORGANIZATION_BLOCK, REGION, `+=`) becomes that of the
+standard.
+A construct without an equivalent is not changed, and the engine refuses it with its name and line.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ _UNITS = {
     "TYPE": "TYPE",
     "DATA_BLOCK": "VAR_GLOBAL",
 }
-#: Lines of a header: their word says nothing here, nor does what follows it in the line.
+#: First words of header lines; such lines are ignored.
 _HEADER = (
     *("TITLE", "VERSION", "AUTHOR", "FAMILY", "NAME", "KNOW_HOW_PROTECT", "CODE_VERSION1"),
     *("RETAIN", "NON_RETAIN", "UNLINKED", "READ_ONLY", "STANDARD", "S7_OPTIMIZED_ACCESS"),
@@ -53,13 +54,13 @@ _HEADER = (
 _SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP")
 _TITLE = re.compile(r"^([ \t]*TITLE[ \t]*=)[^\n]*", re.IGNORECASE | re.MULTILINE)
 _REGION = re.compile(r"\s*[^\n]*")
-#: Blocks and types that are called otherwise.
+#: Blocks and types with another name in the standard.
 _TYPES = {
     **{f"{name}_TIME": name for name in ("TON", "TOF", "TP")},
     **{f"{name}_LTIME": name for name in ("TON", "TOF", "TP")},
     **{f"{name}_INT": name for name in ("CTU", "CTD", "CTUD")},
 }
-#: What may be called on data of these types, as `Timer.TON(...)`.
+#: Blocks that can be called on data of these types, as `Timer.TON(...)`.
 _GENERIC = {"IEC_TIMER": ("TON", "TOF", "TP"), "IEC_COUNTER": ("CTU", "CTD", "CTUD")}
 _CALLED = tuple(name for names in _GENERIC.values() for name in names)
 _PREFIXES = {"B": "BYTE", "W": "WORD", "DW": "DWORD", "LW": "LWORD", "L": "DINT"}
@@ -74,12 +75,12 @@ class _Token:
 
     @property
     def word(self) -> str:
-        """Upper case; of a quoted name nothing."""
+        """Return the text in upper case; empty for a quoted name."""
         return self.text.upper() if self.kind in ("word", "sign") else ""
 
 
 def plain_name(name: str) -> str:
-    """A name in quotes as one of the standard: the same for the same name, in every file."""
+    """Return a quoted name as a name of the standard; the result is the same in every file."""
     plain = re.sub(r"_+", "_", re.sub(r"\W", "_", name)).strip("_") or "Unnamed"
     if plain[0].isdigit():
         plain = f"N{plain}"
@@ -87,10 +88,12 @@ def plain_name(name: str) -> str:
 
 
 def called(files: Iterable[Path]) -> dict[str, str]:
-    """What is called on data blocks, as in `"Timer".TON(...)`, by their names in upper case.
+    """Return the blocks that are called on data blocks, as in `"Timer".TON(...)`.
+
+    The keys are the names of the data blocks in upper case.
 
     Raises:
-        InputError: a file cannot be read.
+        InputError: A file cannot be read.
     """
     readers = [_Reader(_text(file), file) for file in files]
     return {name: word for one in readers for name, word in one.generic_calls(only_global=True)}
@@ -101,10 +104,10 @@ def read_scl(file: Path, calls: Mapping[str, str] | None = None) -> Project:
 
     Args:
         file: The source.
-        calls: What other files call on data blocks (see `called`).
+        calls: Blocks that other files call on data blocks (see `called`).
 
     Raises:
-        InputError: the file cannot be read, or a block does not end.
+        InputError: The file cannot be read, or a block does not end.
     """
     reader = _Reader(_text(file), file, calls)
     return Project(tuple(reader.units()), tuple(reader.notes))
@@ -115,7 +118,7 @@ def _text(file: Path) -> str:
 
 
 def _decoded(content: bytes) -> str:
-    """TIA Portal writes UTF-8, or UTF-16 with a mark; STEP 7 the encoding of Windows."""
+    """Decode a source: TIA Portal writes UTF-8, or UTF-16 with a mark; STEP 7 writes cp1252."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = content.decode("utf-16", errors="replace")
     else:
@@ -127,7 +130,10 @@ def _decoded(content: bytes) -> str:
 
 
 def started(units: Sequence[Unit]) -> Project:
-    """Which of several organization blocks runs: the source does not say what starts them."""
+    """Return a configuration that runs the main one of several organization blocks.
+
+    A source does not contain the events that start its blocks. The other blocks get a note.
+    """
     blocks = [unit for unit in units if unit.kind == "PROGRAM" and unit.file.suffix.lower() in SCL]
     main = [unit for unit in blocks if re.fullmatch(r"MAIN|OB_?1|CYCLE\w*", unit.name.upper())]
     if len(blocks) < 2 or len(main) != 1:
@@ -146,7 +152,7 @@ def started(units: Sequence[Unit]) -> Project:
 
 @dataclass
 class _Data:
-    """Initial values of a data block by the steps of their paths."""
+    """Initial values of a data block, nested by the steps of their paths."""
 
     values: dict[str, _Data | str] = field(default_factory=dict)
 
@@ -161,7 +167,7 @@ class _Data:
             inner.put(rest, value)
 
     def text(self) -> str:
-        """As an initial value of a structure."""
+        """Return the values as the initial value of a structure."""
         parts = (
             f"{name} := {value.text() if isinstance(value, _Data) else value}"
             for name, value in self.values.items()
@@ -177,7 +183,7 @@ class _Reader:
             for found in _TOKEN.finditer(text)
         ]
         self._starts = [0, *(found.end() for found in re.finditer("\n", text))]
-        #: Places of the tokens that are no comments.
+        #: Indices of the tokens that are not comments.
         self._code = [k for k, one in enumerate(self._tokens) if one.kind != "comment"]
         self.notes: list[str] = []
 
@@ -185,7 +191,7 @@ class _Reader:
         return bisect_right(self._starts, token.start)
 
     def units(self) -> Iterator[Unit]:
-        """The blocks, one after the other."""
+        """Yield the blocks in order."""
         self._calls.update(self.generic_calls())
         place = 0
         while place < len(self._code):
@@ -221,7 +227,7 @@ class _Reader:
         return self._tokens[self._code[place]]
 
     def generic_calls(self, *, only_global: bool = False) -> Iterator[tuple[str, str]]:
-        """Of `Timer.TON(...)`: the name of the variable, and what is called."""
+        """Yield the variable and the called block of each `Timer.TON(...)`."""
         for place in range(len(self._code) - 3):
             name, dot, call, left = (self._at(place + k) for k in range(4))
             if dot.text == "." and left.text == "(" and call.word in _CALLED:
@@ -252,7 +258,7 @@ class _Reader:
         return Unit(kind, Piece(name, lines), self._file)
 
     def _header(self, place: int, end: int, word: str) -> int:
-        """Blank what stands between a name and the variables; where these begin."""
+        """Blank the header between a name and the variables; return the place of the variables."""
         if word == "FUNCTION" and self._at(place).text == ":":
             result = self._at(place + 1)
             if result.word == "VOID":
@@ -281,12 +287,15 @@ class _Reader:
                 break
 
     def _type(self, start: int, place: int, end: int) -> None:
-        """`TYPE Name STRUCT` has no colon."""
+        """Add the colon that `TYPE Name STRUCT` lacks."""
         if place < end and self._at(place).text != ":":
             self._at(start + 1).new = f"{self._at(start + 1).new} :"
 
     def _data_block(self, start: int, place: int, end: int, name: str) -> None:
-        """A global variable: a structure, or of a type or block, with its initial values."""
+        """Translate a data block to a global variable with its initial values.
+
+        The variable is a structure, or has a named type or block as its type.
+        """
         self._at(start).new = "VAR_GLOBAL"
         self._at(end).new = "END_VAR"
         begin = next((k for k in range(place, end) if self._at(k).word == "BEGIN"), end)
@@ -321,7 +330,10 @@ class _Reader:
             ends[-1].new = f"{_now(ends[-1])}{value};"
 
     def _initial_values(self, place: int, end: int) -> _Data:
-        """`a.b := 5;` of a data block; an element of an array is named, and left out."""
+        """Return the values of statements such as `a.b := 5;` in a data block.
+
+        Values of array elements are omitted, with a note.
+        """
         found = _Data()
         statement: list[_Token] = []
         for k in range(place, end):
@@ -380,14 +392,14 @@ class _Reader:
             self._generic_type(token, self._declared(place))
 
     def _generic_type(self, token: _Token, name: str) -> None:
-        """A block or type that is called otherwise, or after what is called on the variable."""
+        """Rename a block or type, or choose it by the block that is called on the variable."""
         if token.word in _TYPES:
             token.new = _TYPES[token.word]
         elif token.word in _GENERIC:
             token.new = self._calls.get(name.upper(), _GENERIC[token.word][0])
 
     def _declared(self, place: int) -> str:
-        """The variable whose type stands there."""
+        """Return the variable that is declared with the type at this place."""
         while place > 0 and self._at(place).text != ":":
             place -= 1
         while place > 0 and self._at(place - 1).kind == "attribute":
@@ -395,7 +407,7 @@ class _Reader:
         return _named(self._at(place - 1))
 
     def _region(self, token: _Token, place: int, end: int) -> None:
-        """Its title is free text, up to the end of the line."""
+        """Blank a region's title, which is free text up to the end of the line."""
         token.new = ""
         line = self._line(token)
         for k in range(place + 1, end):
@@ -405,7 +417,7 @@ class _Reader:
             other.new = ""
 
     def _compound(self, place: int, end: int) -> None:
-        """`a += b;` is `a := a + (b);`."""
+        """Translate `a += b;` to `a := a + (b);`."""
         token = self._at(place)
         first = place
         while (
@@ -422,7 +434,7 @@ class _Reader:
             self._at(last).new = ");"
 
     def _lines(self, first: int, last: int) -> tuple[Line, ...]:
-        """The text of some tokens, each in its line."""
+        """Return the translated text of some tokens, each in its original line."""
         start = self._tokens[first].start
         parts = []
         behind = start
@@ -436,7 +448,7 @@ class _Reader:
 
 
 def _named(token: _Token) -> str:
-    """The name that a token is, without its marks."""
+    """Return the name that a token contains, without its marks."""
     text = token.text.removeprefix("#")
     return plain_name(text.strip('"')) if text.startswith('"') else text
 

@@ -1,4 +1,8 @@
-"""The sources of a program: the user's files, and those of the library that they need."""
+"""The sources of a program: the user's files, and the library files that they need.
+
+Files can change between two calls in the same process. Therefore each call lists the folders and
+checks times of change. The lists and the selection of library files are cached by these times.
+"""
 
 from __future__ import annotations
 
@@ -21,34 +25,33 @@ from structured_text.projects.needed import declared_names, needed
 __all__ = ["INSTEAD", "Files", "SourceFiles", "check_library", "named_files", "not_declared"]
 __all__ += ["source_files", "st_files"]
 
-#: One file or folder, or several.
+#: A file or folder, or several of them.
 Files = str | Path | Sequence[str | Path]
-#: Files that are read instead of others, which are resolved: copies with a mistake in them
-#: (`mutants`).
+#: Replacements of files, with resolved paths as keys: copies with an inserted error (`mutants`).
 INSTEAD: dict[Path, Path] = {}
 
-#: Folders of other tools, besides hidden ones: the ST files in them are not the user's.
+#: Folders of other tools, besides hidden ones; ST files in them do not belong to the user.
 _FOREIGN = ("__pycache__", "site-packages")
 
-#: Folders that were looked into: which it was and when changed, the files in it and the folders.
+#: Listed folders: identity and times of each folder, and the files and folders in it.
 _NAMES: dict[str, tuple[tuple[int, ...], tuple[list[str], list[str]]]] = {}
-#: The coarsest clock of a file system, that of FAT [ns].
+#: Resolution of the coarsest file system clock, that of FAT [ns].
 _SETTLED_NS = 2_000_000_000
 
-#: A file, its time of change [ns] and its size.
+#: A file, its time of change [ns] and its size [bytes].
 _Stamp = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
 class SourceFiles:
-    """The sources of a program: the user's own and those of the library.
+    """The sources of a program: the user's own files and those of the library.
 
     Attributes:
-        own: ST files, and what was taken out of project files.
-        lib: Those files of the library that they need.
-        folder: Of the library; None: there is none.
-        notes: What of a project is not read, a line each.
-        declared: Names that projects declare, in upper case: not taken from the library.
+        own: ST files, and extracts of project files.
+        lib: The files of the library that they need.
+        folder: The folder of the library; None if there is none.
+        notes: One line for each part of a project that is not read.
+        declared: Names that projects declare, in upper case; not taken from the library.
     """
 
     own: tuple[Path, ...]
@@ -59,12 +62,12 @@ class SourceFiles:
 
     @property
     def all(self) -> list[Path]:
-        """The user's first, so that of several errors one of theirs is told."""
+        """Return all files, the user's first, so that their errors are reported first."""
         return [*self.own, *self.lib]
 
     @property
     def users(self) -> tuple[list[Path], list[Path]]:
-        """The user's files, and those of the library, also where they are named one by one."""
+        """Return the user's files and those of the library, also library files named directly."""
         folder = real(self.folder) if self.folder is not None else None
         named = {file for file in self.own if folder in real(file).parents}
         return [file for file in self.own if file not in named], [*named, *self.lib]
@@ -75,18 +78,18 @@ def source_files(
     library: Path | None,
     replace: Mapping[str, str | Path] | None = None,
 ) -> SourceFiles:
-    """Find the files of a program, and those of the library that it needs.
+    """Find the files of a program, and the library files that it needs.
 
     Args:
-        program: Files, also of projects, or folders whose `.st` files are
-            taken, see `st_files`, or where there are none, whose TwinCAT project.
-        library: Its folder, searched with its subfolders; None: there is none. What a project
-            declares itself is not taken from it.
+        program: ST files, project files or folders. A folder gives its `.st` files, see
+            `st_files`; a folder without any gives its TwinCAT project.
+        library: The library's folder, searched with its subfolders; None if there is none.
+            Names that a project declares are not taken from it.
         replace: Files with Structured Text for POUs of a project, by name.
 
     Raises:
-        InputError: a file or folder that is missing, a folder without sources, or a project that
-            cannot be read.
+        InputError: A file or folder is missing, a folder has no sources, or a project cannot
+            be read.
     """
     named = named_files(program)
     projects = [file for file in named if is_project(file)]
@@ -118,7 +121,7 @@ def source_files(
 
 
 def check_library(folder: Path) -> None:
-    """Raise InputError if the folder of a library is no folder."""
+    """Raise InputError if the path of a library is not a folder."""
     if not folder.is_dir():
         raise InputError(
             f"--lib {folder} is no folder",
@@ -134,17 +137,17 @@ def _needed(
     taken: frozenset[Path],
     declared: frozenset[str],
 ) -> tuple[Path, ...]:
-    """Files of a library that `own` need; looked at again where one of all has changed."""
+    """Return the library files that `own` needs; the stamps in the cache key detect changes."""
     del seen
     found = [file for file, place in library.files() if place not in taken]
     return tuple(needed(own, not_declared(found, declared)))
 
 
 def named_files(program: Files) -> list[Path]:
-    """The files that are named, and those of the folders that are.
+    """Return the named files, and the source files of the named folders.
 
     Raises:
-        InputError: a file or folder that is missing, or a folder without sources.
+        InputError: A file or folder is missing, or a folder has no sources.
     """
     given = [program] if isinstance(program, (str, Path)) else list(program)
     if not given:
@@ -153,23 +156,27 @@ def named_files(program: Files) -> list[Path]:
 
 
 def not_declared(library: Sequence[Path], declared: frozenset[str]) -> list[Path]:
-    """Files of the library without those whose names a project declares itself."""
+    """Return the library files without those that declare a name of the project."""
     if not declared:
         return list(library)
     return [file for file in library if not declared_names(file) & declared]
 
 
 def st_files(folder: Path) -> list[Path]:
-    """The ST files of a folder and of those below it, sorted.
+    """Return the ST files of a folder and its subfolders, sorted.
 
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
-    left out; the folder itself may be in one. So is what an export has written.
+    omitted; the folder itself may be inside such a folder. Files that an export has written are
+    omitted, too.
     """
     return [file for file, _ in _Folder.of(folder).files()]
 
 
 class _Folder(NamedTuple):
-    """A folder as it is now: `place` tells one working directory from another."""
+    """The present content of a folder, as a cache key.
+
+    The resolved `place` is part of it, because relative paths depend on the working directory.
+    """
 
     place: str
     stamps: tuple[_Stamp, ...]
@@ -181,24 +188,24 @@ class _Folder(NamedTuple):
         return cls(os.fspath(place), (*above, *_listed(os.fspath(folder))))
 
     def files(self) -> tuple[tuple[Path, Path], ...]:
-        """The user's ST files, each with its resolved path."""
+        """Return the user's ST files, each with its resolved path."""
         return _looked_at(self)
 
 
 @lru_cache(maxsize=64)
 def _looked_at(folder: _Folder) -> tuple[tuple[Path, Path], ...]:
-    """See `_Folder.files`; looked at again where a file has changed."""
+    """Return the files of `_Folder.files`; the stamps in the cache key detect changes."""
     every = [Path(path) for path, _, _ in folder.stamps if not path.endswith(RECORD)]
-    every.sort(key=lambda file: file.parts)  # as on Linux also where case is nothing
+    every.sort(key=lambda file: file.parts)  # case-sensitive on all systems, as on Linux
     places = resolved(every)
     written = own_output(places)
     return tuple((file, place) for file, place in places.items() if file not in written)
 
 
 def _listed(folder: str) -> list[_Stamp]:
-    """What is to be looked at in a folder and those below it: ST files, and what exports record.
+    """Return the stamps of ST files and export records in a folder and its subfolders.
 
-    A file that cannot be looked at has the time 0.
+    A file without access has the time 0.
     """
     found: list[_Stamp] = []
     with suppress(PermissionError):
@@ -216,10 +223,10 @@ def _listed(folder: str) -> list[_Stamp]:
 
 
 def _names(folder: str) -> tuple[list[str], list[str]]:
-    """Paths of the files in a folder that `_listed` looks at, and of the folders.
+    """Return the paths of files in a folder that `_listed` needs, and of its subfolders.
 
-    They are known from before while it is the same folder with the times that it had then, and
-    had had for long enough that whatever comes later gives it others.
+    They are cached as long as the folder and its times are unchanged. A recently changed folder is
+    not cached: because of the clock's resolution, a further change might not change its times.
     """
     seen = os.stat(folder)
     times = seen.st_mtime_ns, seen.st_ctime_ns
@@ -243,14 +250,14 @@ def _names(folder: str) -> tuple[list[str], list[str]]:
 
 
 def _stamped(path: str) -> Iterator[_Stamp]:
-    """A file that is there, with its time and size."""
+    """Yield the stamp of a file; nothing if it does not exist."""
     with suppress(OSError):
         seen = os.stat(path)
         yield path, seen.st_mtime_ns, seen.st_size
 
 
 def _is_users(file: Path, folder: Path) -> bool:
-    """Is this file below the folder one of the user's, and not of another tool?"""
+    """Return whether a file below the folder belongs to the user, and not to another tool."""
     parts = file.relative_to(folder).parts
     return not any(part.startswith(".") or part in _FOREIGN for part in parts)
 
@@ -274,7 +281,10 @@ def _expand(path: Path) -> list[Path]:
 
 
 def _project_in(folder: Path) -> list[Path]:
-    """A TwinCAT project in a folder; one that an export has written only in its own folder."""
+    """Return the files of a TwinCAT project in a folder.
+
+    Files that an export has written are included only if the folder is that of the export.
+    """
     found = in_folder(file for file in folder.rglob("*") if _is_users(file, folder))
     written = own_output(resolved(found))
     whole = (folder / RECORD).is_file()

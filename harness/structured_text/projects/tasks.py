@@ -1,4 +1,4 @@
-"""Tasks of a project, as the CONFIGURATION that says the same."""
+"""The tasks of a project, translated to a CONFIGURATION."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from structured_text.projects.numbers import interval_text
 
 __all__ = ["NAME", "Task", "configuration"]
 
-#: What the CONFIGURATION of a project is called that has tasks, but none.
+#: Name of the CONFIGURATION for a project that has tasks, but no configuration.
 NAME = "Tasks"
 
 
@@ -20,12 +20,12 @@ class Task:
     """A task, and the programs that it calls.
 
     Attributes:
-        name: As the tool calls it; empty for programs that run in every scan.
-        interval_us: How often.
-        priority: The lowest number goes first; None where the tool says nothing.
+        name: Its name in the tool; empty for programs that run in every scan.
+        interval_us: Its interval [µs].
+        priority: Its priority, the lowest number first; None if the file has none.
         programs: Names of instances and of their programs.
-        file: Where it stands.
-        at: Line in that file.
+        file: Its file.
+        at: Its line in that file.
     """
 
     name: str
@@ -37,7 +37,10 @@ class Task:
 
 
 def configuration(tasks: Sequence[Task]) -> Project:
-    """Of several files the first stands for all."""
+    """Return a CONFIGURATION with the tasks; it belongs to the file of the first task.
+
+    Tasks without programs get a note.
+    """
     notes = tuple(
         f"{task.file}:{task.at}: the task {task.name} calls no program"
         for task in tasks

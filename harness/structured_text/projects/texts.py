@@ -1,4 +1,4 @@
-"""A project as files of Structured Text, for who wants to go on with them."""
+"""A project as files of Structured Text, for users who continue without the PLC tool."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _NAME = re.compile(r"\w{1,200}")
 
 
 def st_texts(project: Project) -> dict[str, str]:
-    """A text for each declaration, by the name of its file.
+    """Return the text of each declaration, by the name of its file.
 
-    Bodies in other languages are comments that say so.
+    Bodies in other languages become comments that say so.
 
     Raises:
-        InputError: two declarations of one name, or a name that no file can have.
+        InputError: Two declarations have the same name, or a name cannot be a file name.
     """
     texts: dict[str, str] = {}
     units: dict[str, Unit] = {}

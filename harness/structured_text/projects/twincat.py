@@ -24,9 +24,9 @@ from structured_text.projects.xml import Element, read_xml
 
 __all__ = ["read_object", "read_plcproj", "read_tasks"]
 
-#: A day: no task of TwinCAT runs as rarely.
+#: One day [µs]; no task of TwinCAT has a longer interval.
 _LONGEST_US = 86_400_000_000
-#: Libraries whose blocks and types are of the standard, or are built in.
+#: Libraries with blocks and types of the standard, or with built-in ones.
 _KNOWN = ("TC2_STANDARD", "TC2_SYSTEM", "TC3_MODULE")
 
 
@@ -34,7 +34,7 @@ def read_object(file: Path) -> Project:
     """Read a POU, a type, a list of global variables or an interface.
 
     Raises:
-        InputError: the file cannot be read, is no such object, or has no declaration.
+        InputError: The file cannot be read, is not such an object, or has no declaration.
     """
     root = read_xml(file)
     if root.name != "TcPlcObject":
@@ -79,7 +79,7 @@ def _declaration(element: Element, file: Path) -> Lines:
 
 
 def _body(element: Element) -> Lines | Foreign:
-    """The statements of a POU, a method, an action or an accessor."""
+    """Return the statements of a POU, a method, an action or an accessor."""
     for implementation in element.all("Implementation"):
         for body in implementation.children:
             if body.name == "ST":
@@ -118,8 +118,8 @@ def read_plcproj(file: Path) -> Project:
     """Read a PLC project: the objects that it names, and its tasks.
 
     Raises:
-        InputError: the file cannot be read or is no such project, one of its objects is missing
-            or wrong.
+        InputError: The file cannot be read or is not such a project, or one of its objects is
+            missing or invalid.
     """
     root = read_xml(file)
     if root.name != "Project":
@@ -161,7 +161,7 @@ def _libraries(root: Element, file: Path) -> Iterator[str]:
 
 
 def _below(folder: Path, named: PureWindowsPath) -> Path | None:
-    """The file in a folder, whether or not its letters are written as the project writes them."""
+    """Return the file in a folder, whatever the case of its letters in the project; else None."""
     place = folder
     for part in named.parts:
         step = place / part
@@ -181,7 +181,7 @@ def read_tasks(files: list[Path]) -> Project:
     """Read the tasks (.TcTTO) of a project, as a CONFIGURATION.
 
     Raises:
-        InputError: a file cannot be read, or its task has no cycle time.
+        InputError: A file cannot be read, or its task has no cycle time.
     """
     tasks = []
     for file in files:

@@ -1,4 +1,4 @@
-"""XML of PLC tools: elements that know their lines, and nothing that a file could harm with."""
+"""The XML reader for projects of PLC tools: elements have line numbers, unsafe XML is refused."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from structured_text.output.reading import file_bytes
 
 __all__ = ["Element", "read_xml"]
 
-#: Elements inside each other; projects have some 30.
+#: Largest nesting of elements; projects have about 30 levels.
 _DEEPEST = 200
 #: The declaration of an encoding, in the first bytes.
 _DECLARED = re.compile(
     rb"(?:\xef\xbb\xbf)?<\?xml\s[^>]*?encoding\s*=\s*[\"']([A-Za-z][\w.\-]*)[\"']"
 )
 _PROLOG = 400
-#: Encodings of several bytes, as Python calls them. Windows writes wider ones under these names.
+#: Multi-byte encodings with their names in Python. Windows uses these names for larger encodings.
 _CODECS = {
     **dict.fromkeys(("shiftjis", "sjis", "xsjis", "mskanji", "windows31j", "cp932"), "cp932"),
     **dict.fromkeys(("eucjp", "xeucjp"), "euc_jp"),
@@ -33,7 +33,7 @@ _CODECS = {
     **dict.fromkeys(("euckr", "ksc56011987", "cp949"), "cp949"),
     "utf8": "utf-8",
 }
-#: Those of one byte.
+#: Names of single-byte encodings.
 _NARROW = re.compile(r"(us)?ascii|(iso8859|latin|windows|cp|koi8|mac)\w+")
 
 
@@ -42,8 +42,12 @@ class Element:
     r"""An element; names are without their name spaces.
 
     Attributes:
-        content: Its elements, and pieces of text as lines that go on where the one before ended,
-            but for the empty line `"\n"`, which ends one.
+        name: Its name.
+        attributes: Its attributes by name.
+        at: The line of its start tag.
+        content: Its elements and pieces of text. A piece continues the line of the piece before
+            it; the piece `"\n"` ends a line.
+        end: The line of its end tag.
     """
 
     name: str
@@ -53,28 +57,28 @@ class Element:
     end: int = 0
 
     def get(self, name: str, default: str = "") -> str:
-        """An attribute."""
+        """Return an attribute."""
         return self.attributes.get(name, default)
 
     @property
     def children(self) -> list[Element]:
-        """Its elements."""
+        """Return its elements, without text."""
         return [one for one in self.content if isinstance(one, Element)]
 
     def all(self, *path: str) -> list[Element]:
-        """The elements on a path of names."""
+        """Return the elements on a path of names."""
         found = [self]
         for name in path:
             found = [child for one in found for child in one.children if child.name == name]
         return found
 
     def first(self, *path: str) -> Element | None:
-        """The first element on a path of names."""
+        """Return the first element on a path of names, or None."""
         found = self.all(*path)
         return found[0] if found else None
 
     def below(self, *names: str) -> Iterator[Element]:
-        """All elements of these names below this one, in their order; none inside another."""
+        """Yield all elements with these names below this one, in order; none inside another."""
         for child in self.children:
             if child.name in names:
                 yield child
@@ -82,7 +86,7 @@ class Element:
                 yield from child.below(*names)
 
     def lines(self) -> list[Line]:
-        """Its text and that of all below it, by lines."""
+        """Return its text and that of all elements below it, by lines."""
         found: list[Line] = []
         line: list[Line] = []
         for piece in self.pieces():
@@ -94,11 +98,11 @@ class Element:
         return [*found, _joined(line)] if line else found
 
     def text(self) -> str:
-        """Its text and that of all below it, without white space around."""
+        """Return its text and that of all elements below it, without white space at the ends."""
         return "\n".join(line.text for line in self.lines()).strip()
 
     def pieces(self) -> Iterator[Line]:
-        """Its text and that of all below it, piece by piece."""
+        """Yield its text and that of all elements below it, piece by piece."""
         for one in self.content:
             if isinstance(one, Line):
                 yield one
@@ -107,7 +111,7 @@ class Element:
 
 
 def _joined(pieces: list[Line]) -> Line:
-    """Pieces of one line as one."""
+    """Return the pieces of a line as a single piece."""
     first = pieces[0]
     if len(pieces) == 1:
         return first
@@ -118,7 +122,7 @@ def read_xml(file: Path) -> Element:
     """Read a file.
 
     Raises:
-        InputError: it cannot be read, is not well-formed, or has a document type.
+        InputError: The file cannot be read, is not well-formed, or has a document type.
     """
     content = file_bytes(file, PROJECT)
     declared = _DECLARED.match(content[:_PROLOG])
@@ -131,14 +135,14 @@ def read_xml(file: Path) -> Element:
 
 
 def _as_utf8(content: bytes, name: str, file: Path) -> bytes:
-    """The same in UTF-8: expat itself reads the encodings of a byte for each character only.
+    """Return the content in UTF-8: expat itself reads only single-byte encodings and Unicode.
 
     Raises:
-        InputError: the encoding is not known, or the content is not of it.
+        InputError: The encoding is unknown, or the content is not in this encoding.
     """
     key = re.sub(r"[-_ ]", "", name.lower())
     if key.startswith("utf16"):
-        return content  # a file that says so in bytes of eight bits is none: it is UTF-8
+        return content  # 8-bit characters cannot be UTF-16; this is UTF-8
     hint = "export it again as UTF-8, or write in its first line which encoding it is of"
     codec = _CODECS.get(key) or (name if _NARROW.fullmatch(key) else "unknown")
     try:
@@ -181,7 +185,7 @@ class _Reader:
         return InputError(message, file=self._file, line=self._parser.CurrentLineNumber)
 
     def _doctype(self, *_: object) -> None:
-        # Entities that name entities grow without end, and others read further files.
+        # Nested entities can grow without limit, and external entities read other files.
         raise self._error("a document type (DOCTYPE) is not read: no PLC tool writes one")
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:

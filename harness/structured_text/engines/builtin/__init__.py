@@ -1,4 +1,4 @@
-"""The built-in engine: compiles checked Structured Text to Python and runs it."""
+"""The built-in engine: it compiles checked Structured Text to Python and runs it."""
 
 from structured_text.engines.builtin.program import BuiltinProgram
 

@@ -1,7 +1,8 @@
 """The standard function blocks, as the generated code calls them.
 
-Each class holds one instance: its pins in upper-case slots and its memory in lower-case ones, all
-of them scalars. `clock` is where the timers find the PLC time in nanoseconds, as `now`.
+Each class represents an instance of a block. Its pins are slots in upper case, its memory is in
+slots in lower case, and all of them are scalars. The timers read the PLC time [ns] from
+`clock.now`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ __all__ = ["BODIES", "CLASSES"]
 
 
 def _class(name: str, memory: tuple[str, ...]) -> type[Any]:
-    """A class with the pins of a standard block, FALSE or 0 at first, and its memory."""
+    """Return a class with the pins of a standard block, initially FALSE or 0, and its memory."""
     pins = {
         pin.name: False if getattr(pin.type, "name", "") == "BOOL" else 0
         for pin in BLOCKS[name].variables
@@ -37,7 +38,7 @@ def _r_trig(s: Any) -> None:
 
 
 def _f_trig(s: Any) -> None:
-    # As in the standard, the first call with CLK FALSE counts as a falling edge.
+    # The standard says: the first call with CLK FALSE counts as a falling edge.
     clk = s.CLK
     s.Q = not clk and not s.seen
     s.seen = not clk
@@ -51,8 +52,8 @@ def _rs(s: Any) -> None:
     s.Q1 = not s.R1 and (s.S or s.Q1)
 
 
-# The timers have three phases: 0 at rest, 1 running, 2 expired. In the call that starts one, it
-# does not look at the time yet, so that PT = 0 expires one call later.
+# The timers have three phases: 0 idle, 1 running, 2 expired. The call that starts a timer does not
+# compare the time yet. Therefore PT = 0 expires one call later.
 
 
 def _ton(s: Any) -> None:
@@ -159,12 +160,12 @@ _KINDS: dict[str, tuple[Callable[[Any], None], tuple[str, ...]]] = {
     "CTD": (_ctd, ("down",)),
     "CTUD": (_ctud, ("up", "down")),
 }
-# The counters exist for each integer type; they never pass PV or 0, so that none can overflow. The
+# The counters exist for each integer type; they never pass PV or 0, so none can overflow. The
 # timers exist for both types of durations.
 _NAMES = {name: name.removeprefix("L").partition("_")[0] for name in BLOCKS}
 _NAMES.update({name: name for name in ("R_TRIG", "F_TRIG")})
 
-#: What runs a block, by its name.
+#: The function that executes a block, by the block's name.
 BODIES = {name: _KINDS[kind][0] for name, kind in _NAMES.items()}
-#: What holds an instance, by the block's name.
+#: The class of a block's instances, by the block's name.
 CLASSES = {name: _class(name, _KINDS[kind][1]) for name, kind in _NAMES.items()}

@@ -1,4 +1,4 @@
-"""What the built-in engine makes of a project, as it is kept (`language.cache`)."""
+"""The result of the built-in engine's compilation, in the form that `language.cache` saves."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ __all__ = ["Code"]
 
 @dataclass(frozen=True)
 class Code:
-    """The Python of a project.
+    """The generated Python code of a project.
 
     Attributes:
         file: Name under which it is compiled.
-        first: Lines before those of the POUs.
+        first: Number of lines in front of those of the POUs.
         origins: File and line of the source for each line of the POUs.
         body: The compiled code, as `marshal` writes it.
     """

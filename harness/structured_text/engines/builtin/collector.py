@@ -1,7 +1,7 @@
-"""Counting which Structured Text is executed; off unless it is asked for.
+"""Coverage counters for executed Structured Text; used only if a user asks for coverage.
 
-Inside `with counting(collector)` every program that the built-in engine compiles counts. All
-programs that have been compiled from one file share its counters.
+Inside `with counting(collector)`, every program that the built-in engine compiles counts. All
+programs that are compiled from the same file share its counters.
 """
 
 from __future__ import annotations
@@ -37,37 +37,38 @@ class Seen(dict[int, bool]):
 
 
 class LazySeen(Seen):
-    """The same of a decision that may skip conditions, which tell their values one by one.
+    """The vectors of a decision that may skip conditions.
 
-    Those that it skipped are bits, too, above those of all values.
+    Each evaluated condition calls `see`. A vector has n bits for the values of the n conditions,
+    and above them n bits that mark the skipped conditions.
     """
 
     def __init__(self, decision: Decision) -> None:
         super().__init__(decision)
         self._size = len(decision.conditions)
-        # A method that is called in a condition may come to the same decision again.
+        # A stack: a method that a condition calls may evaluate the same decision again.
         self._open: list[int] = []
 
     def begin(self) -> None:
-        """It is evaluated now."""
+        """Start an evaluation, with all conditions marked as skipped."""
         self._open.append((1 << self._size) - 1 << self._size)
 
     def see(self, number: int, value: bool) -> bool:
-        """The value of a condition."""
+        """Record the value of a condition and return it."""
         self._open[-1] = self._open[-1] & ~(1 << number + self._size) | value << number
         return value
 
     def end(self, outcome: bool) -> bool:
-        """What it has come to."""
+        """Record the outcome of the decision and return it."""
         self[self._open.pop()] = bool(outcome)
         return outcome
 
 
 class Counts:
-    """What has been counted in one POU.
+    """The counters of one POU.
 
     Attributes:
-        counters: How often each run of statements and each empty branch was executed.
+        counters: Number of executions of each run of statements and of each empty branch.
         seen: The vectors of each decision.
     """
 
@@ -77,11 +78,15 @@ class Counts:
 
 
 class Counted(NamedTuple):
-    """A POU of which something is counted.
+    """A POU with counters.
 
     Attributes:
-        file: Its file, and the hash of what was in it.
-        sources: The texts of the program that were taken from this file.
+        file: The path of its file.
+        hash: A hash of the file's content.
+        pou: The POU.
+        plan: The numbers of its counters and decisions.
+        counts: The counters.
+        sources: The sources of the program that were taken from this file.
     """
 
     file: str
@@ -96,11 +101,11 @@ class Collector:
     """The counts of all sources below a folder.
 
     Args:
-        folder: The sources; None for all.
+        folder: The folder of the sources; None for all sources.
         library: Whether libraries count, too.
 
     Attributes:
-        elsewhere: Engines that cannot count and have run programs meanwhile.
+        elsewhere: Engines without counters that have run programs in the meantime.
     """
 
     def __init__(self, folder: Path | None = None, *, library: bool = True) -> None:
@@ -111,18 +116,18 @@ class Collector:
         self._counted: dict[tuple[str, str, str, tuple[int, ...]], Counted] = {}
 
     def leave_out(self, library: Path) -> None:
-        """The folder of a library: nothing in it counts, if libraries do not."""
+        """Exclude the folder of a library, unless libraries count."""
         if not self._library:
             self._apart.add(real(library))
 
     def counts(self, pou: Pou, plan: Plan, project: Project) -> Counts | None:
-        """Where a POU counts; None if its source is none of those counted."""
+        """Return the counters of a POU; None if its source is not counted."""
         file = _resolved(os.path.abspath(pou.file))
         if self._folder is not None and self._folder not in file.parents:
             return None
         if not self._apart.isdisjoint(file.parents) or not file.is_file():
             return None
-        # Constants of other files may make another plan of the same text.
+        # Constants of other files may lead to another plan for the same text.
         shape = plan.size, *(len(one.conditions) for one in plan.decisions)
         text = _hash(file, file.stat().st_mtime_ns)
         key = str(file), text, pou.name.upper(), shape
@@ -133,7 +138,7 @@ class Collector:
 
     @property
     def counted(self) -> list[Counted]:
-        """Each POU that counts."""
+        """Return all POUs with counters."""
         return list(self._counted.values())
 
 
@@ -144,7 +149,7 @@ def _resolved(file: str) -> Path:
 
 @lru_cache(maxsize=1024)
 def _hash(file: Path, stamp: int) -> str:
-    """A hash of the file as it was at `stamp`."""
+    """Return a hash of the file; `stamp`, its time of change, makes the cache read it again."""
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
@@ -153,7 +158,7 @@ _collecting: list[Collector] = []
 
 @contextmanager
 def counting(collector: Collector) -> Iterator[Collector]:
-    """Let every program that is compiled inside count."""
+    """Count in every program that is compiled inside this context."""
     _collecting.append(collector)
     try:
         yield collector
@@ -162,5 +167,5 @@ def counting(collector: Collector) -> Iterator[Collector]:
 
 
 def collecting() -> Collector | None:
-    """The collector of the innermost `counting`."""
+    """Return the collector of the innermost `counting`, or None."""
     return _collecting[-1] if _collecting else None

@@ -1,4 +1,10 @@
-"""Compiles a project to Python."""
+"""Compilation of a checked project to Python.
+
+Each POU becomes a Python function (`statements`), each expression a Python expression
+(`expressions`), and each block or structure a class (`storage`). The line of the source is recorded
+for each line of a function, so that errors at run time name the user's file and line. The compiled
+code is cached as `marshal` writes it.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +30,11 @@ def compiled(project: Project, collector: Collector | None, names: dict[str, Any
 
     Args:
         project: The project.
-        collector: Where its sources count what is executed; None: nowhere.
-        names: What the code finds; the counters are added.
+        collector: The collector of executed statements; None to count nothing.
+        names: Names that the generated code can use; the counters are added to it.
 
     Raises:
-        InputError: statements or expressions lie too deep inside each other.
+        InputError: Statements or expressions are nested too deeply.
     """
     try:
         return deeply(lambda: _written(project, collector, names))

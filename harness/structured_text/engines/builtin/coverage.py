@@ -1,4 +1,9 @@
-"""What of a POU is counted, and the code that counts it; see `collector`."""
+"""The plan of the coverage counters of a POU, and the code that counts; see `collector`.
+
+A run is a sequence of statements that are always executed together; it has one counter. A decision
+is a Boolean expression. Its conditions are numbered, and a vector has one bit per condition. Each
+vector that occurs is recorded, so that branch coverage and MC/DC can be computed afterwards.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +19,7 @@ from structured_text.language.walk import parts
 
 __all__ = ["CountingWriter", "Decision", "Plan", "Postfix", "outcome"]
 
-#: A Boolean expression: the numbers of its conditions, constants, and behind them operators.
+#: A Boolean expression in postfix notation: numbers of its conditions, constants and operators.
 Postfix = Sequence[int | bool | str]
 
 _LAZY = ("AND_THEN", "OR_ELSE")
@@ -23,15 +28,15 @@ _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 
 
 def outcome(code: Postfix, vector: int, skipped: int = 0) -> bool | None:
-    """What an expression gives where the condition k has the value of bit k.
+    """Return the value of an expression in which condition k has the value of bit k.
 
     Args:
         code: The expression.
         vector: The values.
-        skipped: Conditions, by their bits, whose values are not known.
+        skipped: Bits of the conditions whose values are unknown.
 
     Returns:
-        None where that depends on those that are not known.
+        The value; None if it depends on unknown conditions.
     """
     stack: list[bool | None] = []
     for one in code:
@@ -62,11 +67,11 @@ class Decision:
 
     Attributes:
         root: The whole expression.
-        conditions: Its operands that are no constants.
-        line: Where the statement begins that it belongs to.
-        code: How the conditions are joined.
-        lazy: Whether conditions may be skipped: by AND_THEN, OR_ELSE, or since it could stop the
-            program to look at one whose value decides nothing.
+        conditions: Its operands that are not constants.
+        line: First line of the statement that contains it.
+        code: The operators and the conditions that they join.
+        lazy: Whether conditions may be skipped. AND_THEN and OR_ELSE skip them. They are also
+            skipped if the evaluation of a condition without influence could stop the program.
     """
 
     root: t.Expression
@@ -76,21 +81,21 @@ class Decision:
     lazy: bool = False
 
     def outcome(self, vector: int) -> bool:
-        """What the expression gives where the condition k has the value of bit k."""
+        """Return the value of the expression in which condition k has the value of bit k."""
         return bool(outcome(self.code, vector))
 
 
 @dataclass
 class Plan:
-    """The numbers of one POU.
+    """The numbers of counters and decisions in one POU.
 
     Attributes:
-        size: How many counters there are.
-        run: Counter of the run that a statement is in, by `id` of the statement.
-        first: The same, of the first statement of each run only.
-        empty: Counter of the way past the body of an IF, CASE, WHILE or FOR, by its `id`.
+        size: Number of counters.
+        run: Counter of a statement's run, by `id` of the statement.
+        first: The same, but only for the first statement of each run.
+        empty: Counter of the path that skips the body of an IF, CASE, WHILE or FOR, by its `id`.
         blank: Counters of bodies without statements, in order, by `id` of the IF, CASE or loop.
-        decisions: In their order.
+        decisions: The decisions in source order.
         number: Number of a decision, by `id` of its root.
     """
 
@@ -104,7 +109,7 @@ class Plan:
 
     @classmethod
     def of(cls, pou: t.Pou) -> Plan:
-        """Number the body of a POU; the same source gives the same numbers."""
+        """Return the plan of a POU's body; equal sources get equal numbers."""
         plan = cls()
         plan._statements(pou.body)
         return plan
@@ -114,7 +119,13 @@ class Plan:
         return self.size - 1
 
     def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
-        """Counter of a body: `place` is its number among those of its node without statements."""
+        """Return the counter of a body.
+
+        Args:
+            node: The IF, CASE or loop.
+            body: The statements.
+            place: For a body without statements: its index among such bodies of the node.
+        """
         return self.run[id(body[0])] if body else self.blank[id(node)][place]
 
     def _body(self, node: t.Statement, body: tuple[t.Statement, ...]) -> None:
@@ -170,7 +181,7 @@ class Plan:
             self.empty[id(node)] = self._count()
 
     def _expression(self, node: t.Expression, line: int) -> None:
-        """Find the decisions in an expression that decides nothing itself."""
+        """Find the decisions in an expression that is not a decision itself."""
         if _is_operator(node):
             self._decision(node, line)
             return
@@ -189,7 +200,7 @@ class Plan:
 
 
 def _is_operator(node: t.Expression) -> bool:
-    """Whether it is a BOOL expression with an operator of its own."""
+    """Return whether a node is a BOOL expression with an operator at its root."""
     if isinstance(node, t.Binary):
         return node.op in _COMPARISONS or _is_logic(node)
     return isinstance(node, t.Same) or _is_logic(node)
@@ -212,7 +223,7 @@ def _conditions(node: t.Expression) -> Iterator[t.Expression]:
 
 
 def _postfix(node: t.Expression) -> Postfix:
-    """How the conditions of a decision are joined, numbered from left to right."""
+    """Return a decision in postfix notation; its conditions are numbered from left to right."""
     code: list[int | bool | str] = []
     numbers = 0
     waiting: list[t.Expression | str] = [node]
@@ -241,7 +252,7 @@ def _is_lazy(node: t.Expression) -> bool:
 
 
 def _may_fault(node: t.Expression) -> bool:
-    """Can it stop the program, by an index, a division or a root?"""
+    """Return whether an expression can stop the program, by an index, a division or a root."""
     waiting = [node]
     while waiting:
         one = waiting.pop()
@@ -255,7 +266,7 @@ def _may_fault(node: t.Expression) -> bool:
     return False
 
 
-#: Standard functions that give something for every argument.
+#: Standard functions that are defined for every argument.
 _SAFE = frozenset(
     (
         *("GT", "GE", "EQ", "LE", "LT", "ADD", "MUL", "AND", "OR", "XOR", "MOVE", "SEL", "ABS"),
@@ -263,22 +274,27 @@ _SAFE = frozenset(
     )
 )
 
-#: Conditions of a decision that are put together by an operator each.
+#: Largest number of conditions that are joined by one operator each.
 _FEW = 50
 
 
 class _CountingExpressions(Expressions):
-    """Expressions whose decisions are looked up by the vector of their conditions."""
+    """The writer of expressions that records the vector of conditions of each decision.
+
+    For a decision without skipped conditions, the code computes all conditions, joins them to a
+    vector and looks up the outcome in a dict. For a lazy decision, each evaluated condition reports
+    its value through `see`, and Python's own operators decide what is skipped.
+    """
 
     def __init__(self, project: Project, pou: t.Pou, plan: Plan) -> None:
         super().__init__(project, pou)
         self._pou_name = slot_name(pou.name)
         self._plan = plan
-        # Of decisions that may skip conditions: where a condition tells its value.
+        # Conditions of lazy decisions: the code that reports their values.
         self._tells: dict[int, str] = {}
 
     def value(self, node: t.Expression) -> Value:
-        """Code of an expression; all conditions of a decision are evaluated, if none is skipped."""
+        """Return code of an expression; it evaluates all conditions of a non-lazy decision."""
         tells = self._tells.pop(id(node), "")
         if tells:
             return Value(f"{tells}, {self.value(node).code})")
@@ -295,19 +311,20 @@ class _CountingExpressions(Expressions):
             f"{super(_CountingExpressions, self).value(condition).code} << {k}"
             for k, condition in enumerate(decision.conditions)
         ]
-        # A long chain of operators would be too deep for Python; the bits are different ones.
+        # Python cannot nest a long chain of operators. A sum is equivalent, because no two
+        # conditions share a bit.
         vector = " | ".join(bits) if len(bits) < _FEW else f"sum(({', '.join(bits)}))"
         return Value(f"q_{self._pou_name}[{number}][{vector}]")
 
 
 class CountingWriter(Writer):
-    """Writes a POU that counts.
+    """The writer of a POU with coverage counters.
 
     Args:
         project: The project.
         pou: The POU to write.
-        storage: For copies of structures and arrays.
-        plan: Its numbers.
+        storage: Writer of copies of structures and arrays.
+        plan: The numbers of the POU's counters and decisions.
     """
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage, plan: Plan) -> None:
@@ -342,7 +359,7 @@ class CountingWriter(Writer):
             self._emit(f"else: {self._counted(empty)}")
 
     def _leave(self, condition: str, node: t.While | t.For) -> None:
-        # The Python variable of the loop is 0 where its end comes before the first round.
+        # The Python loop variable is 0 if the loop ends before its first round.
         self._emit(f"if {condition}:")
         self._emit(f"    if not _: {self._counted(self._plan.empty[id(node)])}")
         self._emit("    break")

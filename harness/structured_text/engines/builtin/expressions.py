@@ -1,9 +1,9 @@
 """Python code for checked expressions.
 
-Integer arithmetic is left unwrapped as long as only sums, differences and products follow, and
-wrapped once where the exact value matters; the range of each result is known, so that what
-cannot overflow is not wrapped. Untyped real literals keep double precision in REAL arithmetic,
-as in matiec's C, until the result is stored or passed.
+Integer arithmetic is not wrapped after each sum, difference or product. It is wrapped once, at the
+place where the exact value matters. The range of each result is known, so a result that cannot
+overflow is not wrapped. Untyped real literals keep double precision in REAL arithmetic, as in
+matiec's C, until the result is stored or passed.
 """
 
 from __future__ import annotations
@@ -50,17 +50,17 @@ __all__ = [
 
 
 _COMPARISONS = {"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
-#: Python takes 200 pairs of brackets inside each other, some versions fewer in deep expressions.
+#: Python accepts 200 nested pairs of brackets; some versions accept fewer in deep expressions.
 _BRACKETS = 60
 _LOCAL = ("VAR_IN_OUT", "VAR_TEMP", "RESULT")
 
 
 class Expressions:
-    """Writes the expressions of one POU.
+    """The writer of the expressions of one POU.
 
     Args:
-        project: For the functions and global variables it uses.
-        pou: The POU; a function keeps all its variables in Python locals.
+        project: The project, for the functions and global variables that the POU uses.
+        pou: The POU; all variables of a function are Python locals.
     """
 
     def __init__(self, project: Project, pou: t.Pou) -> None:
@@ -73,12 +73,12 @@ class Expressions:
         self._parts = 0
         self._results = 0
         self.parts: list[tuple[str, str]] = []
-        """Name and code of each part that is to be a function of its own."""
+        """Name and code of each part that becomes a local function."""
 
     # --- variables ---
 
     def symbol(self, symbol: t.Symbol) -> str:
-        """Code that reads a variable, and to which it can be assigned."""
+        """Return code of a variable, to read or to assign."""
         name = slot_name(symbol.name)
         if symbol.section == "VAR_EXTERNAL":
             name = symbol.source or name
@@ -92,7 +92,7 @@ class Expressions:
         return f"s.{name}{cell}" if symbol.shared else f"s.{name}"
 
     def is_local(self, symbol: t.Symbol) -> bool:
-        """Whether a variable lasts for one call only, as a local of Python."""
+        """Return whether a variable lasts for one call only, as a Python local."""
         if symbol.section == "VAR_EXTERNAL" or symbol.address is not None:
             return False
         of_block = self._method and symbol.shared and id(symbol) not in self._own
@@ -101,7 +101,7 @@ class Expressions:
         return id(symbol) in self._own and "." not in symbol.name
 
     def variable(self, node: t.Variable) -> str:
-        """Code of a variable, member or element."""
+        """Return code of a variable, member or element."""
         if isinstance(node, t.Use):
             return self.symbol(node.symbol)
         if isinstance(node, t.CallFunction):
@@ -113,7 +113,7 @@ class Expressions:
         return self.pointing.variable(node)
 
     def _member(self, node: t.Member) -> str:
-        """Code of a member; a located variable of a program is where all programs find it."""
+        """Return code of a member; a located variable of a program is found in the globals."""
         of, key = node.base.type, node.name.upper()
         if isinstance(of, BlockType) and of.name.upper() in self._project.pous:
             symbol = self._project.pous[of.name.upper()].symbols.get(key)
@@ -122,7 +122,7 @@ class Expressions:
         return f"{self.variable(node.base)}.{key}"
 
     def is_shared(self, name: str) -> bool:
-        """Does a function reach what all share: globals, the time, or another such function?"""
+        """Return whether a function uses globals, the time, or another function that does."""
         if name not in self._shared:
             pou = self._project.pous[name]
             self._shared[name] = (
@@ -134,12 +134,15 @@ class Expressions:
 
     @staticmethod
     def cut(code: str, kind: Type) -> str:
-        """A text cut to the length of a STRING."""
+        """Return code that cuts a text to the length of a STRING."""
         assert isinstance(kind, ElementaryType)
         return f"{code}[:{string_length(kind)}]"
 
     def adapted(self, code: str, kind: Type, to: Type) -> str:
-        """Code of an output for a target of another type: a text is cut, a number converted."""
+        """Return code of an output for a target of another type.
+
+        A text is cut, a number is converted.
+        """
         have, want = type_name(kind), type_name(to)
         if have != want:
             node = t.Standard(f"{have}_TO_{want}", (t.Constant(0, kind),), to)
@@ -147,20 +150,20 @@ class Expressions:
         return self.cut(code, to) if have in ANY_STRING else code
 
     def elements(self, node: t.Index) -> str:
-        """Code of the list that an element is in."""
+        """Return code of the list that contains an element."""
         base = self.variable(node.base)
         kind = node.base.type
         return f"{base}.held" if isinstance(kind, ArrayType) and kind.open else base
 
     def given(self, variable: t.Variable, pin: Type) -> str:
-        """Code of what a VAR_IN_OUT is given; an array of open length comes with its bounds."""
+        """Return code of the argument for a VAR_IN_OUT; an open array gets its bounds with it."""
         code, kind = self.variable(variable), variable.type
         if isinstance(pin, ArrayType) and pin.open and isinstance(kind, ArrayType):
             return code if kind.open else f"Open({code}, {kind.bounds!r})"
         return code
 
     def position(self, node: t.Index) -> str:
-        """Code of the row-major position of an element, with the bounds checked."""
+        """Return code of the row-major position of an element, with the bounds checked."""
         kind = node.base.type
         assert isinstance(kind, ArrayType)
         if kind.open:
@@ -190,7 +193,8 @@ class Expressions:
         code = value.code
         if isinstance(index, t.Use):
             return f"({code} if {low} <= {code} <= {high} else inside({code}, {low}, {high}))"
-        # What lies within the bounds needs no wrapping; the rest is wrapped, and looked at anew.
+        # An index within the bounds needs no wrapping. Any other index is wrapped and checked
+        # again.
         wrapped = settle(Value("i_", value.limits), index.type)
         low, high = max(low, least), min(high, most)
         return f"(i_ if {low} <= (i_ := {code}) <= {high} else inside({wrapped}, {low}, {high}))"
@@ -198,20 +202,20 @@ class Expressions:
     # --- values ---
 
     def exact(self, node: t.Expression) -> str:
-        """Code of an expression with a value of its type."""
+        """Return code of an expression with a value of its type."""
         if isinstance(node, t.Constant) and type_name(node.type) == "REAL":
             return repr(c_float(float(node.value)).value)
         return settle(self.value(node), node.type)
 
     def value(self, node: t.Expression) -> Value:
-        """Code of an expression, possibly not wrapped or rounded yet."""
+        """Return code of an expression; the value may still need wrapping or rounding."""
         return self._short(self._value(node), node.type)
 
     def _short(self, value: Value, kind: Type) -> Value:
-        """The value itself; where its code has more brackets than Python takes, a call of it.
+        """Return the value, or a call of a local function if its code has too many brackets.
 
-        It is a function inside that of the POU, so that it sees the same variables and is
-        evaluated when the whole is.
+        The local function is nested in that of the POU. It sees the same variables and is evaluated
+        at the same time as the whole expression.
         """
         if len(value.code) < _BRACKETS or _brackets(value.code) < _BRACKETS:
             return value
@@ -237,12 +241,15 @@ class Expressions:
         return self._standard(node, [self.exact(item) for item in node.arguments])
 
     def _read(self, code: str, kind: Type) -> str:
-        """Code of what a variable holds; of a text up to the 0 that a pointer may have put in."""
+        """Return code that reads a variable.
+
+        A text ends at its first 0 in projects whose pointers can write into texts.
+        """
         return f"ended({code})" if self._views and type_name(kind) in ANY_STRING else code
 
     def _standard(self, node: t.Standard, arguments: list[str]) -> Value:
         if node.name in ("ADD", "MUL") and type_name(node.type) in ANY_REAL:
-            # Rounded after each operation, from the left, so that each has brackets of its own.
+            # Each operation is rounded, from the left, so each one needs brackets of its own.
             while len(arguments) > 2:
                 first = self._short(standard_call(node, arguments[:2]), node.type)
                 arguments = [first.code, *arguments[2:]]
@@ -255,7 +262,7 @@ class Expressions:
         if name in ANY_REAL:
             return Value(_real(float(node.value)), wide=name == "REAL")
         code = repr(node.value)
-        if isinstance(node.value, int):  # also a BOOL, of which nobody looks at the limits
+        if isinstance(node.value, int):  # also a BOOL; its limits are not used
             return Value(f"({code})" if node.value < 0 else code, (node.value, node.value))
         return Value(code)
 
@@ -286,12 +293,12 @@ class Expressions:
         return of_type(f"({parts})[-1]", node.type)
 
     def _backs(self, pou: t.Pou) -> list[tuple[str, Type]]:
-        """What a function hands back besides its result, in order."""
+        """Return name and type of the values that a function returns after its result, in order."""
         backs = [one for one in pou.section("VAR_IN_OUT") if is_scalar(one.type)]
         return [(one.name, one.type) for one in (*backs, *pou.section("VAR_OUTPUT"))]
 
     def _stored(self, target: t.Variable, kind: Type, value: str) -> str:
-        """An expression that gives a variable a value."""
+        """Return an expression that assigns a value to a variable."""
         code = self.variable(target)
         if not is_scalar(kind):
             return f"filled({code}, {value})"
@@ -384,12 +391,12 @@ class Expressions:
             return Value(code, (low, high))
         if low == 0:
             return Value(f"({left} // {right})", (low, high))
-        # The least value divided by -1 is one more than the type holds.
+        # The least value divided by -1 exceeds the range of the type by one.
         return Value(f"div({left}, {right})", (low, high + (0 if positive else 1)))
 
 
 def has_call(node: t.Expression) -> bool:
-    """Does it call a function of the sources?"""
+    """Return whether an expression calls a function of the sources, or has another effect."""
     if isinstance(node, t.CallFunction) or has_effect(node):
         return True
     if isinstance(node, t.Binary):
@@ -400,7 +407,7 @@ def has_call(node: t.Expression) -> bool:
 
 
 def _brackets(code: str) -> int:
-    """How many there are; no more than that are inside each other."""
+    """Return the number of opening brackets, an upper limit of their nesting."""
     return code.count("(") + code.count("[")
 
 

@@ -1,4 +1,4 @@
-"""Code for the layouts of types: how their values lie in memory (`memory`)."""
+"""Code for the layouts of types: the order and size of values in memory (see `memory`)."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ __all__ = ["layout_of"]
 
 _CODES = {8: "B", 16: "H", 32: "I", 64: "Q"}
 _REALS = {"REAL": "<f", "LREAL": "<d"}
-#: What a moment is counted in, in memory [ns]: milliseconds, or seconds where it has a date.
+#: Unit of a time or date in memory [ns]: milliseconds, or seconds if it has a date.
 _UNITS = {"TIME": 1_000_000, "TOD": 1_000_000, "DATE": 1_000_000_000, "DT": 1_000_000_000}
 
 
 def layout_of(kind: Type) -> str:
-    """Code that makes the layout of a type that has a size (`size_of`)."""
+    """Return code that makes the layout of a type; the type must have a size (`size_of`)."""
     if isinstance(kind, EnumType):
         return layout_of(ElementaryType(kind.base))
     if isinstance(kind, ElementaryType):

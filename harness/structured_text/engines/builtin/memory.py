@@ -1,8 +1,8 @@
-"""Memory looked at as bytes: unions, and pointers to memory of another type.
+"""Memory viewed as bytes: unions, and pointers to memory of another type.
 
-A layout says how a value of a type lies in memory: little endian, each field at a multiple of
-its own alignment, as `language.sizes` counts it. Variables stay Python values; only what is
-looked at as another type is made of bytes, and those bytes are taken back into the variable.
+A layout describes a value of a type in memory: little endian, with each field at a multiple of its
+own alignment, as `language.sizes` computes it. Variables remain Python values. Only if a variable
+is accessed as another type, it is packed to bytes. Changed bytes are unpacked into the variable.
 """
 
 from __future__ import annotations
@@ -35,37 +35,37 @@ __all__ = [
 
 
 class Memory(Protocol):
-    """Bytes that are read and written."""
+    """A range of bytes that can be read and written."""
 
     def read(self, at: int, size: int) -> bytes:
-        """Some bytes from a place on."""
+        """Return `size` bytes from position `at`."""
 
     def write(self, at: int, data: bytes) -> None:
-        """Put bytes at a place."""
+        """Write bytes at position `at`."""
 
 
-# --- how values lie in memory -----------------------------------------------------------------
+# --- layouts: values in memory ----------------------------------------------------------------
 
 
 class _Scalar:
-    """What scalars have in common: they are packed and unpacked as a whole."""
+    """The common base of scalar layouts, which pack and unpack a value as a whole."""
 
     size: int
 
     def pack(self, value: Any) -> bytes:
-        """The bytes of a value."""
+        """Return the bytes of a value."""
         raise NotImplementedError
 
     def unpack(self, data: bytes) -> Any:
-        """The value of bytes."""
+        """Return the value that the bytes represent."""
         raise NotImplementedError
 
     def read(self, value: Any, at: int, size: int) -> bytes:
-        """Some bytes of a value."""
+        """Return `size` bytes of a value, from position `at`."""
         return self.pack(value)[at : at + size]
 
     def write(self, value: Any, at: int, data: bytes) -> Any:
-        """The value with some bytes changed."""
+        """Return the value with some of its bytes changed."""
         if at == 0 and len(data) == self.size:
             return self.unpack(data)
         held = bytearray(self.pack(value))
@@ -73,75 +73,75 @@ class _Scalar:
         return self.unpack(bytes(held))
 
     def look(self, memory: Memory, at: int) -> Any:
-        """The value that lies in some memory."""
+        """Return the value at a position in memory."""
         return self.unpack(memory.read(at, self.size))
 
     def store(self, memory: Memory, at: int, value: Any) -> None:
-        """Put a value into some memory."""
+        """Write a value to a position in memory."""
         memory.write(at, self.pack(value))
 
 
 @dataclass(frozen=True)
 class Number(_Scalar):
-    """A number or bit string; `code` is that of `struct`."""
+    """The layout of a number or bit string; `code` is its format for `struct`."""
 
     code: str
     size: int
 
     def pack(self, value: Any) -> bytes:
-        """See `_Scalar`."""
+        """Pack a number; see `_Scalar`."""
         return struct.pack(self.code, value)
 
     def unpack(self, data: bytes) -> Any:
-        """See `_Scalar`."""
+        """Unpack a number; see `_Scalar`."""
         return struct.unpack(self.code, data)[0]
 
 
 @dataclass(frozen=True)
 class Truth(_Scalar):
-    """A BOOL: a byte that is not 0."""
+    """The layout of a BOOL: a byte; any value but 0 is TRUE."""
 
     size: int = 1
 
     def pack(self, value: Any) -> bytes:
-        """See `_Scalar`."""
+        """Pack a BOOL; see `_Scalar`."""
         return b"\1" if value else b"\0"
 
     def unpack(self, data: bytes) -> Any:
-        """See `_Scalar`."""
+        """Unpack a BOOL; see `_Scalar`."""
         return data[0] != 0
 
 
 @dataclass(frozen=True)
 class Moment(_Scalar):
-    """A duration or date, held in nanoseconds, counted in units in memory."""
+    """The layout of a duration or date: a Python int [ns], in memory a count of `unit` [ns]."""
 
     unit: int
     size: int
     signed: bool = False
 
     def pack(self, value: Any) -> bytes:
-        """See `_Scalar`."""
+        """Pack a duration or date; see `_Scalar`."""
         count: int = value // self.unit
         return (count & (1 << 8 * self.size) - 1).to_bytes(self.size, "little")
 
     def unpack(self, data: bytes) -> Any:
-        """See `_Scalar`."""
+        """Unpack a duration or date; see `_Scalar`."""
         return int.from_bytes(data, "little", signed=self.signed) * self.unit
 
 
 @dataclass(frozen=True)
 class Text(_Scalar):
-    """A text and the 0 behind it; `width` is 1 or 2 bytes for a character.
+    """The layout of a text and the 0 behind it; `width` is 1 or 2 bytes per character.
 
-    What lies behind the first 0 stays part of the value, until the whole is assigned.
+    Characters behind the first 0 remain part of the value, until the text is assigned as a whole.
     """
 
     size: int
     width: int
 
     def pack(self, value: Any) -> bytes:
-        """See `_Scalar`."""
+        """Pack a text; see `_Scalar`."""
         if self.width == 1:
             data: bytes = value.encode("latin-1")
         else:
@@ -149,7 +149,7 @@ class Text(_Scalar):
         return data.ljust(self.size, b"\0")
 
     def unpack(self, data: bytes) -> Any:
-        """See `_Scalar`."""
+        """Unpack a text; see `_Scalar`."""
         held = data[: self.size - self.width]
         if self.width == 1:
             return held.rstrip(b"\0").decode("latin-1")
@@ -159,36 +159,36 @@ class Text(_Scalar):
 
 @dataclass(frozen=True)
 class Character(_Scalar):
-    """A CHAR or WCHAR."""
+    """The layout of a CHAR or WCHAR."""
 
     size: int
 
     def pack(self, value: Any) -> bytes:
-        """See `_Scalar`."""
+        """Pack a character; see `_Scalar`."""
         return ord(value).to_bytes(self.size, "little")
 
     def unpack(self, data: bytes) -> Any:
-        """See `_Scalar`."""
+        """Unpack a character; see `_Scalar`."""
         return chr(int.from_bytes(data, "little"))
 
 
 @dataclass(frozen=True)
 class Pointer(_Scalar):
-    """A pointer: it takes room, but has no bytes that could be looked at."""
+    """The layout of a pointer: it takes 4 bytes, but they cannot be read or written."""
 
     size: int = 4
 
     def pack(self, value: Any) -> bytes:
-        """See `_Scalar`."""
+        """Raise ProgramError: a pointer has no readable bytes."""
         raise ProgramError("a pointer cannot be looked at as bytes")
 
     def unpack(self, data: bytes) -> Any:
-        """See `_Scalar`."""
+        """Raise ProgramError: bytes cannot become a pointer."""
         raise ProgramError("bytes cannot be looked at as a pointer")
 
 
 class _Composite:
-    """What structures, unions and arrays have in common: they are looked at in place."""
+    """The common base of structure, union and array layouts, which are viewed in place."""
 
     size: int
 
@@ -199,24 +199,24 @@ class _Composite:
         raise NotImplementedError
 
     def store(self, memory: Memory, at: int, value: Any) -> None:
-        """Put a value into some memory."""
+        """Write a value to a position in memory."""
         memory.write(at, self.read(value, 0, self.size))
 
 
 @dataclass(frozen=True)
 class Row(_Composite):
-    """An array: `count` elements of one layout."""
+    """The layout of an array: `count` elements of the same layout."""
 
     element: Layout
     count: int
 
     @property
     def size(self) -> int:  # type: ignore[override]
-        """Bytes of all elements."""
+        """Return the size of all elements [bytes]."""
         return self.element.size * self.count
 
     def read(self, value: Any, at: int, size: int) -> bytes:
-        """Some bytes of a list, or of what is looked at as one."""
+        """Return `size` bytes, from position `at`, of a list or of an `Elements` view."""
         step = self.element.size
         first, end = at // step, -(-(at + size) // step)
         data = b"".join(self.element.read(value[k], 0, step) for k in range(first, end))
@@ -232,20 +232,23 @@ class Row(_Composite):
         return value
 
     def look(self, memory: Memory, at: int) -> Elements:
-        """The array that lies in some memory."""
+        """Return a view of the array at a position in memory."""
         return Elements(memory, at, self)
 
 
 @dataclass(frozen=True)
 class Record(_Composite):
-    """A structure: slot, place and layout of each field; in a union all places are 0."""
+    """The layout of a structure: slot, position and layout of each field.
+
+    In a union, all positions are 0.
+    """
 
     fields: tuple[tuple[str, int, Layout], ...]
     size: int
     union: bool = False
 
     def read(self, value: Any, at: int, size: int) -> bytes:
-        """Some bytes of a structure, or of what is looked at as one."""
+        """Return `size` bytes, from position `at`, of a structure or of a `Fields` view."""
         if self.union:
             found: bytes = _memory(value).read(_at(value) + at, size)
             return found
@@ -258,7 +261,7 @@ class Record(_Composite):
         return bytes(data)
 
     def write(self, value: Any, at: int, data: bytes) -> Any:
-        """Change some bytes of a structure; what lies between its fields takes none."""
+        """Change some bytes of a structure; bytes between its fields are ignored."""
         if self.union:
             _memory(value).write(_at(value) + at, data)
             return value
@@ -272,22 +275,22 @@ class Record(_Composite):
         return value
 
     def look(self, memory: Memory, at: int) -> Fields:
-        """The structure that lies in some memory."""
+        """Return a view of the structure at a position in memory."""
         return Fields(memory, at, self)
 
 
-#: The names that generated code finds, besides `Union`.
+#: The names that generated code can use, besides `Union`.
 NAMES: dict[str, Any] = {
     one.__name__: one for one in (Number, Truth, Moment, Text, Character, Pointer, Row, Record)
 }
 Layout: TypeAlias = Number | Truth | Moment | Text | Character | Pointer | Row | Record
 
 
-# --- what is looked at ------------------------------------------------------------------------
+# --- views ------------------------------------------------------------------------------------
 
 
 class Elements:
-    """Bytes looked at as an array: what a list of the elements does."""
+    """A view of bytes as an array, with the interface of a list of the elements."""
 
     __slots__ = ("at", "memory", "row")
 
@@ -295,7 +298,7 @@ class Elements:
         self.memory, self.at, self.row = memory, at, row
 
     def place(self, position: int) -> int:
-        """Where an element lies."""
+        """Return the position of an element in memory."""
         return self.at + position * self.row.element.size
 
     def __len__(self) -> int:
@@ -318,7 +321,7 @@ class Elements:
 
 
 class Fields:
-    """Bytes looked at as a structure: its fields are attributes, in upper case."""
+    """A view of bytes as a structure; its fields are attributes, in upper case."""
 
     __slots__ = ("at", "memory", "places", "record")
 
@@ -341,7 +344,7 @@ class Fields:
 
 
 class Union(Fields):
-    """A variable that is a union, with the bytes that all its fields lie in."""
+    """A variable of a union type, with the bytes that all its fields share."""
 
     __slots__ = ("held",)
 
@@ -350,18 +353,18 @@ class Union(Fields):
         object.__setattr__(self, "held", bytearray(record.size))
 
     def read(self, at: int, size: int) -> bytes:
-        """See `Memory`."""
+        """Return some of the shared bytes; see `Memory`."""
         _check(at, size, len(self.held))
         return bytes(self.held[at : at + size])
 
     def write(self, at: int, data: bytes) -> None:
-        """See `Memory`."""
+        """Write some of the shared bytes; see `Memory`."""
         _check(at, len(data), len(self.held))
         self.held[at : at + len(data)] = data
 
 
 class Held:
-    """The bytes of a variable that a pointer leads to."""
+    """The memory of a variable that a pointer refers to; each access packs or unpacks its value."""
 
     __slots__ = ("layout", "pointer")
 
@@ -369,12 +372,12 @@ class Held:
         self.pointer, self.layout = pointer, layout
 
     def read(self, at: int, size: int) -> bytes:
-        """See `Memory`."""
+        """Return some bytes of the variable; see `Memory`."""
         _check(at, size, self.layout.size)
         return self.layout.read(self.pointer.V, at, size)
 
     def write(self, at: int, data: bytes) -> None:
-        """See `Memory`."""
+        """Write some bytes of the variable; see `Memory`."""
         _check(at, len(data), self.layout.size)
         old = self.pointer.V
         new = self.layout.write(old, at, data)
@@ -386,7 +389,7 @@ NAMES["Union"] = Union
 
 
 class View:
-    """A pointer to memory that is looked at as a type; it may lead outside until it is used."""
+    """A pointer to memory of another type; its position is checked on access, not before."""
 
     __slots__ = ("at_", "layout", "memory")
 
@@ -395,7 +398,7 @@ class View:
 
     @property
     def V(self) -> Any:  # noqa: N802 (as other pointers have it)
-        """What it leads to."""
+        """Return the value that it points to."""
         return self.layout.look(self.memory, self.at_)
 
     @V.setter
@@ -403,11 +406,11 @@ class View:
         self.layout.store(self.memory, self.at_, value)
 
     def at(self, offset: int) -> View:
-        """The pointer some elements further."""
+        """Return the pointer moved by some elements."""
         return View(self.memory, self.at_ + offset * self.layout.size, self.layout)
 
     def moved(self, offset: int, size: int) -> View:
-        """The pointer some bytes further."""
+        """Return the pointer moved by some bytes."""
         del size
         return View(self.memory, self.at_ + offset, self.layout)
 

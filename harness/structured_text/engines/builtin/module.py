@@ -1,4 +1,4 @@
-"""The code of a project, which every instance of its program shares."""
+"""The code of a project, shared by all instances of its program."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ __all__ = ["Module", "module_of"]
 
 
 class Module:
-    """The code of a project.
+    """The executed code of a project; used by `BuiltinProgram`.
 
     Args:
-        project: What to compile.
-        collector: Where its sources count what is executed; None: nowhere.
+        project: The project to compile.
+        collector: The collector of executed statements; None to count nothing.
 
     Attributes:
-        project: What it was compiled from.
-        names: Everything the module defines: classes, `f_POU`, `save_T` and so on.
-        resolved: What paths of variables lead to; the same for each instance of the program.
+        project: The project from which it was compiled.
+        names: All names of the module: classes, `f_POU`, `save_T` and so on.
+        resolved: Resolved paths of variables, which are the same for each instance.
     """
 
     def __init__(self, project: Project, collector: Collector | None = None) -> None:
@@ -43,12 +43,12 @@ class Module:
         self.names.update({f"b_{name}": found for name, found in CLASSES.items()})
         self.names.update({f"body_{name}": found for name, found in BODIES.items()})
         self._noted: set[str] = set()
-        # Bounded, since instances that nobody watches are noted, too.
+        # The length is bounded, because calls of instances that nobody observes are recorded, too.
         self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
 
         def made() -> Code:
             from structured_text.engines.builtin.compile import (
-                compiled,  # only where nothing is kept
+                compiled,  # only if the cache has no code
             )
 
             return compiled(project, collector, self.names)
@@ -57,7 +57,11 @@ class Module:
         exec(marshal.loads(self._code.body), self.names)
 
     def note_calls(self, blocks: Mapping[str, int | None]) -> deque[tuple[int, int]]:
-        """Let the calls of these blocks be noted, by the identity of instance and variable."""
+        """Replace the functions of these blocks by ones that record each call.
+
+        Returns:
+            The calls, each as the identity of the instance and that of the variable or 0.
+        """
         for name, place in blocks.items():
             if name not in self._noted and f"f_{name}" in self.names:
                 self._noted.add(name)
@@ -65,7 +69,11 @@ class Module:
         return self._calls
 
     def origin(self, trace: TracebackType | None) -> tuple[str, int] | None:
-        """File and line of the Structured Text that an exception was raised from."""
+        """Return file and line of the Structured Text statement that raised an exception.
+
+        The innermost frame of the generated code decides. Its line number is an index into the
+        origins of the lines.
+        """
         found = None
         while trace is not None:
             if trace.tb_frame.f_code.co_filename == self._code.file:
@@ -78,7 +86,7 @@ class Module:
 def _noting(
     body: Callable[..., Any], place: int | None, calls: deque[tuple[int, int]]
 ) -> Callable[..., Any]:
-    """The function of a block that notes its calls."""
+    """Return a function that records a call and then runs the body of the block."""
 
     def noted(instance: Any, *in_outs: Any) -> Any:
         calls.append((id(instance), 0 if place is None else id(in_outs[place])))
@@ -88,7 +96,7 @@ def _noting(
 
 
 def module_of(project: Project) -> Module:
-    """The code of a project, compiled once, and once more where what is executed is counted."""
+    """Return the code of a project, compiled once without and once with coverage counters."""
     return _module_of(project, collecting())
 
 

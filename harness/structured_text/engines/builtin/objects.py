@@ -1,4 +1,4 @@
-"""Code around the methods of blocks: how they are found, and what runs when a program starts."""
+"""Code for the methods of blocks: their lookup, and the actions at the start of a program."""
 
 from __future__ import annotations
 
@@ -21,18 +21,21 @@ __all__ = ["attribute", "handed_back", "holds_pointers", "is_dynamic", "linking"
 
 
 def attribute(name: str) -> str:
-    """The attribute of a block's class that is a method; `P.GET` that of a property."""
+    """Return the attribute of a block's class for a method; a property's is named `P.GET`."""
     return f"m_{slot_name(name)}"
 
 
 def handed_back(method: Pou) -> list[Symbol]:
-    """What a method returns besides its result: its outputs, then its scalar VAR_IN_OUT."""
+    """Return what a method returns after its result: its outputs, then its scalar VAR_IN_OUT."""
     in_outs = [symbol for symbol in method.section("VAR_IN_OUT") if is_scalar(symbol.type)]
     return [*method.section("VAR_OUTPUT"), *in_outs]
 
 
 def is_dynamic(objects: Objects, block: BlockType, project: Project) -> bool:
-    """Whether a call of a block may mean the body of one that extends it."""
+    """Return whether a call of a block may run the body of a derived block.
+
+    That holds if derived blocks exist and all have the same VAR_IN_OUT.
+    """
     own = _in_outs(block)
     blocks = [project.blocks[key] for key in objects.derived(block.name.upper())]
     return bool(blocks) and all(_in_outs(one) == own for one in blocks)
@@ -43,9 +46,9 @@ def _in_outs(block: BlockType) -> list[str]:
 
 
 def linking(project: Project) -> list[str]:
-    """Lines behind the functions: each class finds its methods, and `start` sets what is to be.
+    """Return the lines behind the functions: methods become class attributes, `start` is defined.
 
-    Nothing for a program that has no methods and nothing to start.
+    A program without methods and without start actions gives no lines.
     """
     objects, lines = project.objects, []
     for key in objects.blocks:
@@ -59,7 +62,13 @@ def linking(project: Project) -> list[str]:
 
 
 class _Starts:
-    """Writes `start_X(s)` for each block that has something to start, and `start`."""
+    """The writer of `start`, and of `start_X(s)` for each block that has start actions.
+
+    `start` begins with the blocks among the globals and continues with the program instances. For
+    each block, the instances inside it start first. Then its own start methods run, those of a base
+    block before those of a derived block. Last are its `INIT` methods, unless `INIT` needs
+    arguments from a declaration.
+    """
 
     def __init__(self, project: Project) -> None:
         self._project = project
@@ -82,7 +91,7 @@ class _Starts:
         return result
 
     def _is_shared(self, block: BlockType) -> bool:
-        """Is it a program that others call by its name, and so one of the globals?"""
+        """Return whether a program is called by name by others, and so belongs to the globals."""
         symbol = self._project.global_symbols.get(block.name.upper())
         return symbol is not None and symbol.type is block
 
@@ -136,7 +145,7 @@ class _Starts:
 
 
 def holds_pointers(project: Project) -> bool:
-    """Whether any variable that lasts is a pointer, a reference or of an interface."""
+    """Return whether any stored variable is a pointer, a reference or of an interface type."""
     symbols = [*project.global_symbols.values()]
     for pou in project.pous.values():
         symbols += stored(pou.symbols.values()) if pou.block is not None else []

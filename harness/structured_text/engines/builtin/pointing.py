@@ -1,4 +1,10 @@
-"""Python code for methods, THIS^, pointers and references in expressions."""
+"""Python code for methods, THIS^, pointers and references in expressions.
+
+A pointer is an object with the value `V` (see `references`): `Slot` for a scalar attribute, `Item`
+for an element of a list, `Whole` for a structure, block or array. A Python function cannot assign
+to a variable of its caller. Outputs and scalar VAR_IN_OUT therefore return in a tuple, and the code
+of the call stores them in their targets.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +19,7 @@ from structured_text.language.walk import nodes
 
 __all__ = ["POINTING", "Pointing", "has_effect"]
 
-#: The expressions this module writes.
+#: The expressions that this module writes.
 POINTING = (
     t.This,
     t.CallMethod,
@@ -28,39 +34,39 @@ POINTING = (
 
 
 class _Code(Protocol):
-    """What is asked of `expressions.Expressions`."""
+    """The part of `expressions.Expressions` that `Pointing` uses."""
 
     def is_local(self, symbol: t.Symbol) -> bool:
-        """Does it last for one call only?"""
+        """Return whether a variable lasts for one call only."""
 
     def variable(self, node: t.Variable) -> str:
-        """Code of a variable, member or element."""
+        """Return code of a variable, member or element."""
 
     def position(self, node: t.Index) -> str:
-        """Code of the position of an element."""
+        """Return code of the position of an element."""
 
     def elements(self, node: t.Index) -> str:
-        """Code of the list that an element is in."""
+        """Return code of the list that contains an element."""
 
     def adapted(self, code: str, kind: Type, to: Type) -> str:
-        """Code of an output for a target of another type."""
+        """Return code of an output for a target of another type."""
 
     def given(self, variable: t.Variable, pin: Type) -> str:
-        """Code of what a VAR_IN_OUT is given."""
+        """Return code of the argument for a VAR_IN_OUT."""
 
     def exact(self, node: t.Expression) -> str:
-        """Code of an expression with a value of its type."""
+        """Return code of an expression with a value of its type."""
 
 
 class Pointing:
-    """Writes these expressions of one POU.
+    """The writer of these expressions in one POU.
 
     Args:
-        code: What writes the other ones.
-        views: Whether pointers of the project look at memory as another type.
+        code: The writer of all other expressions.
+        views: Whether pointers of the project access memory as another type.
 
     Attributes:
-        storage: For copies of structures and arrays; set by what writes the statements.
+        storage: Writer of copies of structures and arrays; set by the writer of statements.
     """
 
     def __init__(self, code: _Code, *, views: bool = False) -> None:
@@ -70,7 +76,7 @@ class Pointing:
         self.storage = Storage()
 
     def variable(self, node: t.Variable) -> str:
-        """Code of what is read, and to which it can be assigned where it is a place."""
+        """Return code of a variable; if it is a place, the code can be assigned to."""
         if isinstance(node, t.This):
             return "s"
         if isinstance(node, t.Deref):
@@ -79,7 +85,10 @@ class Pointing:
         return self.call(node)
 
     def fixed(self, node: t.Variable, temporary: Callable[[str], str]) -> str:
-        """The same of a pointer that is evaluated here, once for both ways of a copy."""
+        """Return code of a variable and evaluate its pointer once, in a temporary.
+
+        A VAR_IN_OUT is read before the call and written after it; both must use the same pointer.
+        """
         if isinstance(node, t.Deref):
             return f"{temporary(self._pointer(node))}.V"
         return self.variable(node)
@@ -89,7 +98,7 @@ class Pointing:
         return base if node.offset is None else f"{base}.at({self._code.exact(node.offset)})"
 
     def value(self, node: t.Expression) -> str:
-        """Code of one of these expressions."""
+        """Return code of one of these expressions."""
         if isinstance(node, (t.This, t.CallMethod, t.Deref)):
             return self.variable(node)
         if isinstance(node, t.Address):
@@ -117,13 +126,13 @@ class Pointing:
         return f"({'' if node.op == '=' else 'not '}same({left}, {right}))"
 
     def _layout(self, kind: Type) -> str:
-        """How what a pointer leads to lies in memory; None of what has no bytes."""
+        """Return the layout of a pointer's target; "None" if the target has no bytes."""
         assert isinstance(kind, ReferenceType)
         assert kind.target is not None
         return self.storage.layout(kind.target)
 
     def address(self, node: t.Variable) -> str:
-        """Code of a pointer to a variable."""
+        """Return code of a pointer to a variable."""
         if isinstance(node, t.Deref):
             return self._pointer(node)
         if isinstance(node, t.Index):
@@ -138,7 +147,7 @@ class Pointing:
     # --- calls ---
 
     def call(self, node: t.CallMethod) -> str:
-        """Code of a call; one that hands something back is a tuple that ends with the result."""
+        """Return code of a method call; if it has outputs, a tuple that ends with the result."""
         method = node.method
         instance = self._code.exact(node.instance)
         before: list[str] = []
@@ -176,9 +185,10 @@ class Pointing:
         return f"m{self._names}"
 
     def _place(self, node: t.Variable, before: list[str]) -> tuple[str, str]:
-        """Code of the holder of a variable and of its name or position, each evaluated once.
+        """Return code of the holder of a variable and of its name or position.
 
-        The holder is empty for a Python local.
+        Each part is evaluated once; code for that is appended to `before`. The holder is empty for
+        a Python local.
         """
         code = self._code
         if isinstance(node, t.Index):
@@ -218,5 +228,5 @@ def _read(place: tuple[str, str]) -> str:
 
 
 def has_effect(node: t.Expression) -> bool:
-    """Whether an operand must be evaluated: it calls a method, or follows a pointer."""
+    """Return whether an operand must be evaluated: it calls a method, or follows a pointer."""
     return any(isinstance(one, (t.CallMethod, t.Deref)) for one in nodes(node))

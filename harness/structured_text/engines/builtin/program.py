@@ -1,4 +1,4 @@
-"""The built-in engine: runs Structured Text as Python, with no compiler and on any system."""
+"""The built-in engine's program: Structured Text as Python, without a compiler, on any system."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _AS_HELD = ("BOOL", "BYTE", "WORD", "DWORD", "SINT", "INT", "DINT", "USINT", "UI
 
 
 class _Place(NamedTuple):
-    """Where a variable is: slot `key` of an object, or element `key` of a list."""
+    """The location of a variable: slot `key` of an object, or element `key` of a list."""
 
     holder: Any
     key: Any
@@ -55,7 +55,10 @@ class _Snapshot(NamedTuple):
 
 
 class _CallLog:
-    """See `engines.base.CallLog`; an object is known by its identity, for it lives on."""
+    """The built-in engine's `engines.base.CallLog`.
+
+    The key of an instance is its Python identity, because instances live as long as the program.
+    """
 
     def __init__(self, program: BuiltinProgram, calls: deque[tuple[int, int]]) -> None:
         self._program, self._calls = program, calls
@@ -71,7 +74,7 @@ class _CallLog:
 
 
 class BuiltinProgram:
-    """One running instance of the program that `module` is; see `engines.base.Program`."""
+    """One running instance of a compiled module; see `engines.base.Program`."""
 
     engine = "builtin"
 
@@ -90,7 +93,7 @@ class BuiltinProgram:
             )
             for run in project.schedule
         ]
-        # The globals, then each program instance: (object, save, load).
+        # Globals first, then each program instance, as (object, save function, load function).
         self._parts = [(self._globals, names["save_globals"], names["load_globals"])]
         for name, block in project.instances.items():
             key = block.name.upper()
@@ -105,7 +108,7 @@ class BuiltinProgram:
         self._byte_lists: dict[str, tuple[Any, int]] = {}
 
     def _made(self, block: BlockType) -> Any:
-        """An instance of a program: a new one, or the one that others call by its name."""
+        """Return the instance of a program: a new one, or the one that others call by name."""
         key = block.name.upper()
         shared = self.module.project.global_symbols.get(key)
         if shared is not None and shared.type is block:
@@ -118,20 +121,21 @@ class BuiltinProgram:
 
         Args:
             project: The project.
-            collector: Where it counts what is executed; None to go by `collector.counting`.
+            collector: The collector that counts executed statements; None to use the one that is
+                active (`collector.collecting`).
         """
         return cls(module_of(project) if collector is None else Module(project, collector))
 
     def instance(self) -> BuiltinProgram:
-        """Another instance of the same program, in its initial state; nothing is recompiled."""
+        """Return another instance of the same program in its initial state, without recompiling."""
         return BuiltinProgram(self.module)
 
     def scan(self, now_us: int) -> None:
-        """Run one base tick at PLC time `now_us`.
+        """Run one base tick at PLC time `now_us` [µs].
 
         Raises:
-            InputError: the program divides by zero, leaves an array or does not end a loop;
-                with the file and line of the statement.
+            InputError: The program divides by zero, leaves an array or does not end a loop. The
+                error has the file and line of the statement.
         """
         self._globals.now = now_us * 1000
         scans = self._scans
@@ -148,7 +152,7 @@ class BuiltinProgram:
         return InputError(_fault(error), file=file, line=line)
 
     def _run(self, start: Callable[[], None]) -> None:
-        """What is to be before the first scan."""
+        """Run the code that must precede the first scan."""
         self._globals.now = 0
         try:
             start()
@@ -187,7 +191,7 @@ class BuiltinProgram:
         return _Place(holder, key, found.type, found.path)
 
     def read(self, path: str) -> Value:
-        """Value at `path`; see `engines.base.Program.read`."""
+        """Return the value at `path`; see `engines.base.Program.read`."""
         look = self._looks.get(path)
         if look is None:
             look = self._looks[path] = self._look(path)
@@ -200,7 +204,7 @@ class BuiltinProgram:
         return lambda: self._to_python(place.type, _get(place.holder, place.key))
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
-        """A function that reads these variables; see `engines.base.Program.reader`."""
+        """Return a function that reads these variables; see `engines.base.Program.reader`."""
         read = self._readers.get(tuple(paths))
         if read is None:
             read = self._readers[tuple(paths)] = self._reader(paths)
@@ -265,15 +269,15 @@ class BuiltinProgram:
                     self._assign(_Place(*self._slot(held, pin), pin.type, path), value[pin.name])
 
     def holder(self, path: str) -> Any:
-        """The object that holds a structure or block, its variables as slots in upper case.
+        """Return the object of a structure or block; its variables are slots in upper case.
 
-        It lives as long as the program: state exploration reads and sets it directly.
+        The object lives as long as the program: state exploration reads and sets it directly.
         """
         place = self._place(path)
         return _get(place.holder, place.key)
 
     def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:
-        """An array of BYTE or WORD (little endian) as bytes; see `engines.base.Program`."""
+        """Return an array of BYTE or WORD as bytes (little endian); see `engines.base.Program`."""
         held, width = self._bytes_of(path)
         end = len(held) if size is None else (start + size) // width
         items = held[start // width : end]
@@ -290,7 +294,7 @@ class BuiltinProgram:
         held[start // width : end // width] = items
 
     def _bytes_of(self, path: str) -> tuple[Any, int]:
-        """The list behind an array of BYTE or WORD, and the bytes of an element."""
+        """Return the list behind an array of BYTE or WORD, and the size of an element [bytes]."""
         found = self._byte_lists.get(path)
         if found is None:
             place = self._place(path)
@@ -298,42 +302,42 @@ class BuiltinProgram:
             found = self._byte_lists[path] = (_get(place.holder, place.key), width)
         return found
 
-    # --- what there is ---
+    # --- variables, their types and addresses ---
 
     def type_of(self, path: str) -> Type:
-        """Type of the variable at `path`."""
+        """Return the type of the variable at `path`."""
         return self._place(path).type
 
     def instances(self) -> Mapping[str, Type]:
-        """The program instances by name, each with its BlockType."""
+        """Return the program instances by name, each with its BlockType."""
         return dict(self.module.project.instances)
 
     def walk(self) -> Iterator[tuple[str, Type]]:
-        """Every variable of the program instances and every global one, parents first."""
+        """Yield every variable of the program instances and every global one, parents first."""
         return walk(self.module.project)
 
     def located(self) -> list[Located]:
-        """Directly represented variables in order of declaration."""
+        """Return the directly represented variables in order of declaration."""
         return list(self.module.project.located)
 
     def note_calls(self, blocks: Mapping[str, int | None]) -> CallLog:
-        """Note the calls of some types of blocks from now on; see `engines.base.Program`."""
+        """Record the calls of some block types from now on; see `engines.base.Program`."""
         return _CallLog(self, self.module.note_calls(blocks))
 
     # --- state ---
 
     def snapshot(self) -> object:
-        """The whole state, as a value that `restore` takes back."""
+        """Return the whole state, as a value that `restore` accepts."""
         data = tuple(save(part) for part, save, _ in self._parts)
         if self._has_pointers:
             data = self._holders.saved(data)
         return _Snapshot(self.module, self._scans, data)
 
     def restore(self, snapshot: object) -> None:
-        """Go back to a state that `snapshot` gave, of this or another instance of the program.
+        """Return to a state that `snapshot` gave, of this or another instance of the program.
 
         Raises:
-            InputError: the snapshot is of another program.
+            InputError: The snapshot belongs to another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
             raise InputError("this snapshot is of another program")
@@ -343,11 +347,14 @@ class BuiltinProgram:
             load(part, saved)
 
     def close(self) -> None:
-        """Nothing to free."""
+        """Do nothing: Python objects need no release."""
 
 
 def _plain_reader(places: Sequence[_Place]) -> Callable[[], tuple[Value, ...]]:
-    """All of them in one expression: Python itself is the fastest at attributes."""
+    """Return a reader that gets all attributes in one generated expression.
+
+    Attribute access in one expression is the fastest way in Python.
+    """
     names: dict[int, str] = {}
     looks = [f"{names.setdefault(id(one.holder), f'h{len(names)}')}.{one.key}," for one in places]
     holders = {id(one.holder): one.holder for one in places}
@@ -356,7 +363,7 @@ def _plain_reader(places: Sequence[_Place]) -> Callable[[], tuple[Value, ...]]:
 
 
 def _is_plain(place: _Place) -> bool:
-    """Is it an attribute that holds the very value that `read` gives?"""
+    """Return whether a variable is an attribute that holds the value that `read` returns."""
     kind = place.type
     held = isinstance(place.key, str) and not isinstance(place.holder, dict)
     return held and isinstance(kind, ElementaryType) and kind.name in _AS_HELD
@@ -371,7 +378,11 @@ def _get(holder: Any, key: Any) -> Any:
 
 
 def _element(place: _Place) -> str:
-    """BYTE or WORD, the element type of a process image."""
+    """Return BYTE or WORD, the element type of a process image.
+
+    Raises:
+        InputError: The variable is not an array of BYTE or WORD.
+    """
     kind = place.type
     element = kind.element if isinstance(kind, ArrayType) else None
     if isinstance(element, ElementaryType) and element.name in ("BYTE", "WORD"):

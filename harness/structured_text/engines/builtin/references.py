@@ -1,8 +1,9 @@
-"""Pointers and references as the generated code holds them, and where they lead in a snapshot.
+"""Pointers and references of generated code, and their form in a snapshot.
 
-A pointer is an object whose `V` is what it points to, to be read and written. What it leads to
-lives as long as its program instance, so it needs no address; in a snapshot, which another
-instance may take back, it is the place it leads to.
+A pointer is an object with an attribute `V`, through which its target is read and written. The
+target lives as long as its program instance, so a pointer needs no address. A snapshot may be
+restored by another instance. There each pointer is replaced by the way from a program instance to
+its target: the names of slots and the positions in lists.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class Slot:
         self.holder, self.key = holder, key
 
     @property
-    def V(self) -> Any:  # noqa: N802 (no name of Structured Text has lower case here)
+    def V(self) -> Any:  # noqa: N802 (all names of Structured Text are in upper case)
         return getattr(self.holder, self.key)
 
     @V.setter
@@ -45,18 +46,18 @@ class Slot:
         setattr(self.holder, self.key, value)
 
     def at(self, offset: int) -> Slot:
-        """The pointer some elements further."""
+        """Return the pointer moved by some elements."""
         if offset:
             raise ProgramError(f"a pointer to {self.key} leads {offset} elements beyond it")
         return self
 
     def moved(self, offset: int, size: int) -> Slot:
-        """The pointer some bytes further."""
+        """Return the pointer moved by some bytes."""
         return self.at(_elements(offset, size))
 
 
 class Item:
-    """A pointer to an element of an array; it may lead outside until it is used."""
+    """A pointer to an element of an array; its position is checked on access, not before."""
 
     __slots__ = ("holder", "key")
 
@@ -79,11 +80,11 @@ class Item:
         self.holder[self._inside()] = value
 
     def at(self, offset: int) -> Item:
-        """The pointer some elements further."""
+        """Return the pointer moved by some elements."""
         return Item(self.holder, self.key + offset)
 
     def moved(self, offset: int, size: int) -> Item:
-        """The pointer some bytes further."""
+        """Return the pointer moved by some bytes."""
         return self.at(_elements(offset, size))
 
 
@@ -96,18 +97,18 @@ class Whole:
         self.V = value
 
     def at(self, offset: int) -> Whole:
-        """The pointer some elements further."""
+        """Return the pointer moved by some elements."""
         if offset:
             raise ProgramError(f"a pointer leads {offset} elements beyond its variable")
         return self
 
     def moved(self, offset: int, size: int) -> Whole:
-        """The pointer some bytes further."""
+        """Return the pointer moved by some bytes."""
         return self.at(_elements(offset, size))
 
 
 class _Null:
-    """The pointer to nothing; there is one of it."""
+    """The null pointer; a single object."""
 
     __slots__ = ()
 
@@ -122,7 +123,7 @@ class _Null:
 
 
 class _NoBlock:
-    """What a variable of an interface holds before it is given a block; there is one of it."""
+    """The value of an interface variable before a block is assigned; a single object."""
 
     __slots__ = ()
 
@@ -148,7 +149,7 @@ def _elements(offset: int, size: int) -> int:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Whether two pointers lead to the same place."""
+    """Return whether two pointers have the same target."""
     if one is other:
         return True
     if one is _NULL or other is _NULL:
@@ -168,7 +169,7 @@ def _place(pointer: Any) -> tuple[Any, Any]:
 
 
 def _viewed(pointer: Any, layout: Layout) -> View:
-    """A pointer as the memory it leads into and the byte there."""
+    """Return a pointer as a view: the memory of its target and the position there [bytes]."""
     if isinstance(pointer, View):
         return pointer
     held: Any
@@ -189,7 +190,7 @@ def _viewed(pointer: Any, layout: Layout) -> View:
 
 
 def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
-    """A pointer to the same memory, which is looked at as another type."""
+    """Return a pointer to the same memory, with another type."""
     if pointer is _NULL:
         return pointer
     view = _viewed(pointer, own)
@@ -197,14 +198,18 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
     if isinstance(memory, Held):
         whole, rest = memory.layout, view.at_ % other.size
         if isinstance(whole, Row) and whole.element == other and not rest:
-            return Item(memory.pointer.V, view.at_ // other.size)  # back to what it is
+            return Item(memory.pointer.V, view.at_ // other.size)  # the original type again
         if whole == other and not view.at_:
             return memory.pointer
     return View(memory, view.at_, other)
 
 
 def _order(one: Any, other: Any, layout: Layout) -> int:
-    """How many bytes one pointer leads beyond another; 0 (NULL) comes before all."""
+    """Return the distance between two pointers [bytes]; 0 (NULL) precedes all others.
+
+    Raises:
+        ProgramError: The pointers refer to different variables.
+    """
     if one is _NULL or other is _NULL:
         return (one is not _NULL) - (other is not _NULL)
     first, second = _viewed(one, layout), _viewed(other, layout)
@@ -214,14 +219,14 @@ def _order(one: Any, other: Any, layout: Layout) -> int:
 
 
 class _ElsewhereError(ProgramError):
-    """Two pointers into different variables, of which none comes first."""
+    """The error for a comparison of pointers into different variables, which have no order."""
 
     def __init__(self) -> None:
         super().__init__("pointers to different variables: which of them comes first is not known")
 
 
 def _unlike(one: Any, other: Any, layout: Layout) -> bool:
-    """Whether two pointers lead to different places."""
+    """Return whether two pointers have different targets."""
     try:
         return _order(one, other, layout) != 0
     except _ElsewhereError:
@@ -229,7 +234,7 @@ def _unlike(one: Any, other: Any, layout: Layout) -> bool:
 
 
 def _base(memory: Any) -> tuple[int, Any]:
-    """What tells one memory from another."""
+    """Return a key that identifies a memory."""
     if not isinstance(memory, Held):
         return id(memory), None
     pointer = memory.pointer
@@ -238,7 +243,7 @@ def _base(memory: Any) -> tuple[int, Any]:
     return id(pointer.holder), pointer.key
 
 
-#: The names that generated code finds.
+#: The names that generated code can use.
 NAMES: dict[str, Any] = {
     "recast": _recast,
     "order": _order,
@@ -256,7 +261,7 @@ NAMES: dict[str, Any] = {
 
 
 class _Held(NamedTuple):
-    """A pointer in a snapshot: its class, the way to what it leads to, and the slot or element."""
+    """A pointer in a snapshot: its class, the way to its holder, and the slot or position."""
 
     kind: str
     way: tuple[Any, ...] | None
@@ -264,7 +269,7 @@ class _Held(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """An object or list: the way to it, its path as users write it, and its type."""
+    """An object or list: the way to it, its path in user notation, and its type."""
 
     way: tuple[str | int, ...]
     path: str
@@ -272,10 +277,12 @@ class _Found(NamedTuple):
 
 
 class Holders:
-    """Every object and list of a program instance: the way to it from the roots, and back.
+    """All objects and lists of a program instance, by identity, with the ways to them.
+
+    `BuiltinProgram` uses it to save and load pointers in snapshots.
 
     Args:
-        project: For the variables of blocks.
+        project: The project, for the variables of blocks.
         shared: The object of the global variables.
         roots: The program instances by name.
     """
@@ -286,7 +293,7 @@ class Holders:
         self._found: dict[int, _Found] = {}
 
     def find(self, held: Any) -> _Found | None:
-        """What is known of an object; None of one that belongs to a call that has ended."""
+        """Return the entry of an object; None if it belonged to a call that has ended."""
         if not self._found:
             for symbol in self._project.global_symbols.values():
                 if symbol.address is None:
@@ -324,14 +331,14 @@ class Holders:
         return held
 
     def saved(self, value: Any) -> Any:
-        """A value of a snapshot with places instead of pointers."""
+        """Return a value of a snapshot with all pointers replaced by ways."""
         if isinstance(value, (tuple, list)):
             return type(value)(self.saved(part) for part in value)
         if isinstance(value, (bool, int, float, str, bytes, _Null, _NoBlock)):
             return value
         held = getattr(value, "holder", None)
         if isinstance(held, (Elements, Fields)) and self.find(held) is None:
-            # It was only made to look at memory.
+            # The holder is a temporary view, so its memory is saved in its place.
             whole = held.row if isinstance(held, Elements) else held.record
             view = self.saved(View(held.memory, held.at, whole))
             return _Held(type(value).__name__, ("", view), value.key)
@@ -344,7 +351,10 @@ class Holders:
         return _Held("Whole" if isinstance(value, Whole) else "", found and found.way, None)
 
     def loaded(self, value: Any) -> Any:
-        """The opposite; what led to a variable of a call that has ended leads to nothing."""
+        """Return a saved value with pointers into this program instance.
+
+        A pointer to a variable of a call that has ended becomes NULL.
+        """
         if isinstance(value, _Held):
             if value.way is None:
                 return _NULL if value.kind else _NO_BLOCK
@@ -367,7 +377,7 @@ class Holders:
         return value
 
     def _saved_memory(self, memory: Any) -> Any:
-        """What a view looks into: a union, or a variable with its layout."""
+        """Return the saved form of a view's memory: a union, or a variable with its layout."""
         if isinstance(memory, Held):
             return self.saved(memory.pointer), memory.layout
         found = self.find(memory)
@@ -382,7 +392,7 @@ class Holders:
         return self._at(saved)
 
     def path(self, pointer: Any) -> str:
-        """The path of what a pointer leads to; empty for none, `?` for what is no variable."""
+        """Return the path of a pointer's target; empty for NULL, `?` if it is not a variable."""
         if isinstance(pointer, (_Null, _NoBlock)):
             return ""
         if isinstance(pointer, View):
@@ -409,7 +419,7 @@ class Holders:
         return found.path if found is not None else "?"
 
     def _declared(self, kind: Type, slot: str) -> str:
-        """The name of a member as it is declared."""
+        """Return the name of a member in its declared spelling."""
         if isinstance(kind, BlockType) and kind.name == "globals":
             symbol = self._project.global_symbols.get(slot)
             return symbol.name if symbol is not None else slot
@@ -419,7 +429,7 @@ class Holders:
 
 
 def _indices(kind: ArrayType, position: int) -> str:
-    """The indices of an element, as they stand in brackets."""
+    """Return the indices of an element as they are written in brackets."""
     indices = []
     for low, high in reversed(kind.bounds):
         position, index = divmod(position, high - low + 1)

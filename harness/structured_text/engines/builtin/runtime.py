@@ -1,4 +1,4 @@
-"""What the generated code calls: arithmetic as in a PLC, conversions, shifts and strings."""
+"""The functions that generated code calls: PLC arithmetic, conversions, shifts and strings."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ from structured_text.language.scalars import (
 
 __all__ = ["FUSE", "NAMES", "ProgramError"]
 
-#: Rounds after which a loop counts as endless; a scan with so many would not fit any PLC.
+#: Number of rounds after which a loop counts as endless; so many do not fit into the scan of any
+#: PLC.
 FUSE = range(1_000_000)
 
 _SECOND = 1_000_000_000
 
 
 class ProgramError(Exception):
-    """A mistake of the program that shows only while it runs."""
+    """An error of the user's program that occurs at run time."""
 
 
 def _endless() -> NoReturn:
@@ -38,13 +39,16 @@ def _inside(index: int, low: int, high: int) -> int:
 
 
 def _div(a: int, b: int) -> int:
-    """Division that cuts towards zero."""
+    """Divide two integers and truncate towards zero."""
     quotient = abs(a) // abs(b)
     return quotient if (a < 0) == (b < 0) else -quotient
 
 
 def _mod(a: int, b: int) -> int:
-    """Remainder with the sign of the dividend; 0 for a divisor of 0, as the standard says."""
+    """Return the remainder with the sign of the dividend.
+
+    The remainder is 0 for a divisor of 0, as the standard says.
+    """
     if b == 0:
         return 0
     rest = abs(a) % abs(b)
@@ -52,14 +56,14 @@ def _mod(a: int, b: int) -> int:
 
 
 def _started(block: Any, values: tuple[tuple[str, Any], ...]) -> Any:
-    """A new block with other initial values."""
+    """Set some variables of a new block to other initial values, and return it."""
     for slot, value in values:
         setattr(block, slot, value)
     return block
 
 
 class _Uncalled:
-    """What a method finds of a VAR_IN_OUT of its block before the block is called."""
+    """The value of a block's VAR_IN_OUT before the first call; any use raises ProgramError."""
 
     __slots__ = ()
 
@@ -88,12 +92,12 @@ class _Open:
 
 
 def _ended(text: str) -> str:
-    """A text up to its first 0."""
+    """Return a text up to its first character 0."""
     return text.partition("\0")[0] if "\0" in text else text
 
 
 def _filled(target: Any, value: Any) -> None:
-    """Give a structure or array the value of another one; what it is made of stays."""
+    """Copy the value of a structure or array into another, without replacing any inner object."""
     if isinstance(target, list):
         for place, item in enumerate(value):
             if isinstance(item, list) or hasattr(item, "__slots__"):
@@ -114,7 +118,7 @@ def _f32(value: float) -> float:
 
 
 def _to_unsigned(value: float) -> int:
-    """Nearest whole number of a real, 0 for a negative one."""
+    """Return the nearest whole number of a real; 0 for a negative real."""
     return round(value) if value >= 0 else 0
 
 
@@ -144,7 +148,7 @@ def _rol(value: int, count: int, bits: int) -> int:
 
 
 def _limit(low: Any, value: Any, high: Any) -> Any:
-    """MIN(MAX(value, low), high), as the standard defines it also where low is above high."""
+    """Return MIN(MAX(value, low), high), which the standard also defines for low above high."""
     least = value if value > low else low
     return least if least < high else high
 
@@ -155,7 +159,7 @@ def _mux(index: int, *values: Any) -> Any:
     return values[index]
 
 
-# --- strings: positions count from 1 ---
+# --- strings: the first position is 1 ---
 
 
 def _length(count: int) -> int:
@@ -212,7 +216,7 @@ _DECIMAL = re.compile(r"\s*[-+]?[0-9]*\.[0-9]*(?:[eE][-+]?[0-9]+)?")
 
 
 def _string_to_int(text: str) -> int:
-    """The number a text begins with, in decimal or as 16#..; 0 if it begins with none."""
+    """Return the number at the start of a text, in decimal or as 16#..; 0 without a number."""
     based = _BASED.match(text)
     if based is not None:
         try:
@@ -240,7 +244,7 @@ def _string_to_bool(text: str) -> bool:
 
 
 def _string_to_moment(text: str, name: str) -> int:
-    """The duration or date that a text is the literal of; 0 for any other text."""
+    """Return the duration or date that a text represents as a literal; 0 for any other text."""
     short = name.removeprefix("L")
     try:
         kind, value = typed_literal(text if "#" in text else f"{name}#{text}")
@@ -250,7 +254,7 @@ def _string_to_moment(text: str, name: str) -> int:
 
 
 def _narrow(text: str) -> str:
-    """Wide characters as a STRING has them, `?` for those it has not."""
+    """Return a wide text as a STRING, with `?` for each character that a STRING cannot hold."""
     return text.encode("latin-1", "replace").decode("latin-1")
 
 
@@ -297,7 +301,7 @@ def _concat_dt(
 
 
 def _day_of_week(moment: int) -> int:
-    """0 for Sunday; 1970-01-01 was a Thursday."""
+    """Return the day of the week, 0 for Sunday; 1970-01-01 was a Thursday."""
     return (moment // NANOSECONDS_PER_DAY + 4) % 7
 
 
@@ -310,17 +314,17 @@ def _real_to_string(value: float) -> str:
 
 
 def _day_of(moment: int) -> int:
-    """Midnight of a DT, as a DATE."""
+    """Return midnight of a DT, as a DATE."""
     return moment - moment % NANOSECONDS_PER_DAY
 
 
 def _time_of(moment: int) -> int:
-    """Time of day of a DT, as a TOD."""
+    """Return the time of day of a DT, as a TOD."""
     return moment % NANOSECONDS_PER_DAY
 
 
 def _time_text(time: int) -> str:
-    """A duration as `T#1d2h3m4s5.6ms`, down to the last part that is not zero."""
+    """Return a duration as `T#1d2h3m4s5.6ms`; it ends at the last part that is not zero."""
     sign, rest = ("-", -time) if time < 0 else ("", time)
     parts = []
     for size, unit in ((86_400, "d"), (3_600, "h"), (60, "m"), (1, "s")):
@@ -332,18 +336,18 @@ def _time_text(time: int) -> str:
 
 
 def _date_text(moment: int) -> str:
-    """`D#2024-12-31`."""
+    """Return a date as `D#2024-12-31`."""
     day = datetime(1970, 1, 1) + timedelta(days=moment // NANOSECONDS_PER_DAY)
     return f"D#{day:%Y-%m-%d}"
 
 
 def _tod_text(moment: int) -> str:
-    """`TOD#13:30:00`, with six decimals where the seconds are not whole."""
+    """Return a time of day as `TOD#13:30:00`, with six decimals if the seconds are not whole."""
     return f"TOD#{_clock(moment)}"
 
 
 def _dt_text(moment: int) -> str:
-    """`DT#2024-12-31-13:30:00`, with six decimals where the seconds are not whole."""
+    """Return a moment as `DT#2024-12-31-13:30:00`, with six decimals for parts of seconds."""
     return f"DT#{_date_text(moment)[2:]}-{_clock(moment)}"
 
 
@@ -356,7 +360,7 @@ def _clock(moment: int) -> str:
 
 
 def _ltime_text(time: int) -> str:
-    """As of a TIME, to the nanosecond."""
+    """Return an LTIME as `_time_text` does a TIME, to the nanosecond."""
     whole = f"L{_time_text(time)}"
     rest = abs(time) % _SECOND
     if not rest:
@@ -378,7 +382,7 @@ def _ldt_text(moment: int) -> str:
     return f"L{_dt_text(moment)}"
 
 
-#: The names that generated code finds.
+#: The names that generated code can use.
 NAMES: dict[str, Any] = {
     "FUSE": FUSE,
     "endless": _endless,

@@ -1,4 +1,4 @@
-"""Python code for standard functions and conversions, and what code of a value is."""
+"""Python code for standard functions and conversions, and `Value`, the code of an expression."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ __all__ = ["JOINS", "Value", "of_type", "settle", "standard_call", "type_name"]
 
 @dataclass(frozen=True)
 class Value:
-    """Code of an expression.
+    """The Python code of an expression, with facts about its value.
 
     Attributes:
-        code: Python, in parentheses where it needs them.
+        code: Python code, in parentheses if it needs them.
         limits: Least and greatest value of an integer before it is wrapped; (0, 0) for others.
-        wide: A REAL in double precision, not rounded yet.
+        wide: Whether a REAL is in double precision and not rounded yet.
     """
 
     code: str
@@ -39,17 +39,17 @@ class Value:
 
 
 def type_name(kind: Type) -> str:
-    """Name of an elementary type; empty for others."""
+    """Return the name of an elementary type; empty for other types."""
     return kind.name if isinstance(kind, ElementaryType) else ""
 
 
 def of_type(code: str, kind: Type) -> Value:
-    """Code whose value is one of the type."""
+    """Return a `Value` for code that stays within the range of its type."""
     return Value(code, INT_RANGE.get(type_name(kind), (0, 0)))
 
 
 def settle(value: Value, kind: Type) -> str:
-    """Code for the value brought into its type: wrapped, or rounded to single precision."""
+    """Return code that brings a value into its type: wrapped, or rounded to single precision."""
     name = type_name(kind)
     if value.wide and name == "REAL":
         return f"f32({value.code})"
@@ -84,18 +84,18 @@ _TEXTS = {
     "LTOD": "ltod_text",
     "LDT": "ldt_text",
 }
-#: Of the third edition: what the generated code calls is named alike.
+#: Functions of the third edition; the generated code calls functions of the same names.
 _CALENDAR = (
     *("CONCAT_DATE", "CONCAT_TOD", "CONCAT_LTOD", "CONCAT_DT", "CONCAT_LDT", "DAY_OF_WEEK"),
 )
 
 
 def standard_call(node: t.Standard, arguments: list[str]) -> Value:
-    """Code of a standard function.
+    """Return the code of a standard function.
 
     Args:
         node: The call.
-        arguments: Code of each argument, of its type exactly.
+        arguments: Code of each argument, already converted to the argument's type.
     """
     name, kind = node.name, node.type
     if name == "NOW":
@@ -140,13 +140,13 @@ def standard_call(node: t.Standard, arguments: list[str]) -> Value:
         return of_type(f"({yes} if {select} else {no})", kind)
     assert name in (*_STRINGS, "MAX", "MIN", "LIMIT", "MUX"), name
     if name in _JOINING and isinstance(kind, ElementaryType) and kind.length is not None:
-        # The engine's functions cut at what a plain STRING holds, unless they are told another.
+        # The engine's functions cut at the length of a plain STRING by default.
         arguments = [*arguments, f"most={kind.length}"]
     return of_type(f"{name.lower()}({', '.join(arguments)})", kind)
 
 
 def _longest(node: t.Standard) -> int:
-    """What a text among the arguments can hold; a power of two, as of a plain one."""
+    """Return the length that bounds a text among the arguments; 128 for plain strings."""
     lengths = [
         string_length(one.type) for one in node.arguments if isinstance(one.type, ElementaryType)
     ]
@@ -162,7 +162,7 @@ def _bcd(node: t.Standard, argument: str) -> Value:
 
 
 def _unbounded(code: str) -> Value:
-    """An integer that may be anything, to be wrapped."""
+    """Return a `Value` for an integer without known limits, which must be wrapped."""
     return Value(code, (-(1 << 70), 1 << 70))
 
 
@@ -217,7 +217,7 @@ def _conversion(node: t.Standard, argument: str) -> Value:
 
 
 def _characters(node: t.Standard, source: str, target: str, argument: str) -> Value:
-    """Conversions from and to texts and characters."""
+    """Return the code of a conversion from or to texts and characters."""
     if target in ANY_STRING:
         code = _text(source, argument)
         if source.startswith("W") and target == "STRING":
@@ -247,7 +247,10 @@ def _characters(node: t.Standard, source: str, target: str, argument: str) -> Va
 
 
 def _unit(moment: str) -> int:
-    """Nanoseconds of what a moment is as a number: seconds, as in matiec; L types in ns."""
+    """Return the unit of a moment that is converted to a number [ns].
+
+    The unit is 1 s as in matiec, and 1 ns for L types.
+    """
     return 1 if moment.startswith("L") else 1_000_000_000
 
 

@@ -22,30 +22,30 @@ from structured_text.language.walk import bodies
 
 __all__ = ["Branches", "Writer"]
 
-#: Condition and statements.
+#: Pairs of condition and statements.
 Branches = list[tuple[str, tuple[t.Statement, ...]]]
-#: Branches of one Python `if`.
+#: Largest number of branches in one Python `if`.
 _BRANCHES = 50
-#: The variables of a POU that an expression writes; what else it sets is lower case.
+#: Matches variables of a POU that an expression assigns; generated names are lower case.
 _WRITTEN = re.compile(r"[( ]([A-Z]\w*) := ")
 
 
 class Writer:
-    """Writes the function of a POU.
+    """The writer of the Python function of a POU.
 
-    A block's function takes its instance `s` and its VAR_IN_OUT variables; structures and
-    arrays among these are passed as they are, scalars are handed back at the end. A call is
-    refused where the same variable comes in under two names, so that this cannot be told from
-    copying in and out.
+    A block's function has the parameters `s`, its instance, and the VAR_IN_OUT variables.
+    Structures and arrays are passed by reference, scalars are returned at the end. A call that
+    passes the same variable twice is refused. Therefore a program cannot observe the difference
+    from copying in and out.
 
     Args:
         project: The project.
         pou: The POU to write.
-        storage: For copies of structures and arrays.
+        storage: Writer of copies of structures and arrays.
 
     Attributes:
         lines: The code.
-        origins: Source line of each of them, 0 where there is none.
+        origins: Source line of each line of code, 0 if it has none.
     """
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage) -> None:
@@ -103,13 +103,13 @@ class Writer:
         self._emit(self._return())
 
     def _share(self) -> None:
-        """Leave what the methods of the block need of its VAR_IN_OUT in the instance."""
+        """Store the VAR_IN_OUT that methods of the block use in the instance."""
         for symbol in self._pou.section("VAR_IN_OUT") if self._pou.block is not None else ():
             if symbol.shared:
                 self._emit(f"s.{symbol.name.upper()} = {symbol.name.upper()}")
 
     def _has_globals(self) -> bool:
-        """Whether the code of a body or method names `g`."""
+        """Return whether the code of a body or method uses `g`."""
         pou = self._pou
         if pou.block is not None:
             return (
@@ -129,7 +129,7 @@ class Writer:
         )
 
     def _input(self, symbol: t.Symbol) -> None:
-        """The input of a method: its default where it is None, and a copy of its own."""
+        """Write the start of a method for an input: its default for None, and a copy of its own."""
         name = symbol.name.upper()
         created = self._storage.create(symbol.type, symbol.initial)
         if is_scalar(symbol.type):
@@ -176,7 +176,7 @@ class Writer:
         self._depth -= 1
 
     def _nothing(self) -> None:
-        """A body of an IF or CASE that has no statements."""
+        """Write an empty body of an IF, CASE or loop."""
         self._emit("pass")
 
     def _statements(self, statements: tuple[t.Statement, ...]) -> None:
@@ -216,9 +216,10 @@ class Writer:
         self._branches(branches, node)
 
     def _branches(self, branches: Branches, node: t.If | t.Case) -> None:
-        """One `if`; of many branches several, each entered where none before it was right.
+        """Write one `if`, or several if there are many branches.
 
-        In Python each branch lies inside the one before it.
+        Python nests each `elif` in the branch before it, so a long chain would be too deep. Each
+        further `if` is entered only if no branch before it was taken.
         """
         if len(branches) <= _BRANCHES:
             self._chain(branches)
@@ -256,8 +257,8 @@ class Writer:
             branches.append((" or ".join(tests), body))
         self._branches(branches, node)
 
-    # A loop is a Python `for` over the rounds it may take: leaving it by `break` skips the
-    # `else`, which says that it does not end.
+    # A loop is a Python `for` over the allowed number of rounds. Each end of the loop is a `break`,
+    # which skips the `else`. If the rounds are used up, the `else` reports an endless loop.
 
     def _loop(self, line: int) -> None:
         self._depth -= 1
@@ -272,14 +273,15 @@ class Writer:
         self._loop(node.at.line)
 
     def _leave(self, condition: str, node: t.While | t.For) -> None:
-        """The end of a loop that comes before a round."""
+        """Write the exit of a loop before a round."""
         self._emit(f"if {condition}: break")
 
     def _repeat(self, node: t.Repeat) -> None:
         self._emit("for _ in FUSE:")
         self._depth += 1
         if _continues(node.body):
-            # CONTINUE goes on with the condition, which so has to come first.
+            # CONTINUE proceeds with the condition, so the condition is checked before the next
+            # round.
             self._emit(f"if _ and {self._code.exact(node.condition)}: break")
             self._statements(node.body)
             self._loop(node.at.line)
@@ -298,7 +300,7 @@ class Writer:
         self._depth += 1
         continues = _continues(node.body)
         if continues:
-            # CONTINUE goes on with the next value, which so has to come first.
+            # CONTINUE proceeds with the next value, so the step is made before the next round.
             self._emit("if _:")
             self._depth += 1
             self._step(node, counter)
@@ -316,7 +318,7 @@ class Writer:
         self._loop(node.at.line)
 
     def _step(self, node: t.For, counter: str) -> None:
-        """The counter's next value; the loop ends where its type does not hold that."""
+        """Write the step of a FOR; the loop ends if its type cannot hold the next value."""
         next_value = t.Binary("+", node.counter, node.step, node.counter.type)
         code = self._code.exact(next_value)
         if _may_wrap(node):
@@ -368,7 +370,10 @@ class Writer:
         self._share()
 
     def _fixed(self, node: t.Variable) -> str:
-        """Code of a variable whose indices are evaluated here, once for both ways of the copy."""
+        """Return code of a variable with its indices evaluated once, in temporaries.
+
+        A VAR_IN_OUT is read before the call and written after it; both must use the same element.
+        """
         if isinstance(node, t.Use):
             return self._code.variable(node)
         if isinstance(node, t.Member):
@@ -385,7 +390,7 @@ class Writer:
 
 
 def _continues(body: tuple[t.Statement, ...]) -> bool:
-    """Is there a CONTINUE that belongs to the loop of this body?"""
+    """Return whether the body contains a CONTINUE of its own loop."""
     for one in body:
         if isinstance(one, t.Continue):
             return True
@@ -395,7 +400,7 @@ def _continues(body: tuple[t.Statement, ...]) -> bool:
 
 
 def _may_wrap(node: t.For) -> bool:
-    """Can the counter come to the end of its type? Not where its bounds are far from that."""
+    """Return whether the counter can leave its type; constant bounds and steps can exclude it."""
     low, high = INT_RANGE[type_name(node.counter.type)]
     if not isinstance(node.end, t.Constant) or not isinstance(node.step, t.Constant):
         return True
@@ -403,5 +408,5 @@ def _may_wrap(node: t.For) -> bool:
 
 
 def _parameters(method: t.Pou) -> list[t.Symbol]:
-    """The parameters of a method: its inputs, then its VAR_IN_OUT."""
+    """Return the parameters of a method: its inputs, then its VAR_IN_OUT."""
     return [*method.section("VAR_INPUT"), *method.section("VAR_IN_OUT")]

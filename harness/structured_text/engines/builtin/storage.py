@@ -1,8 +1,8 @@
-"""Code for the data of a program: a class per structure and block, and how to copy and save it.
+"""Code for the data of a program: a class per structure and block, with copy, save and load.
 
-Scalars are slots, arrays flat lists in row-major order, structures and blocks objects. An object
-or list lives as long as its program instance: assignment and `restore` fill it, so that
-references to it stay good.
+Scalars are slots, arrays are flat lists in row-major order, structures and blocks are objects. An
+object or list lives as long as its program instance. Assignment and `restore` fill it and never
+replace it, so references to it remain valid.
 """
 
 from __future__ import annotations
@@ -37,44 +37,50 @@ __all__ = [
 
 
 def is_scalar(kind: Type) -> bool:
-    """Whether a value of the type is one Python number, bool or str, or a pointer."""
+    """Return whether a value of the type is a single Python number, bool or str, or a pointer."""
     return isinstance(kind, (ElementaryType, EnumType, ReferenceType, InterfaceType))
 
 
 def in_cell(symbol: Symbol) -> bool:
-    """Whether a local variable is in a list of one, for a pointer leads to it."""
+    """Return whether a local variable is held in a list of length 1.
+
+    A pointer to a local scalar needs an object to refer to; the list is that object.
+    """
     return symbol.addressed and is_scalar(symbol.type)
 
 
 def slot_name(name: str) -> str:
-    """A variable or POU as the generated code names it; `Block.Method` is one name there."""
+    """Return the name of a variable or POU in the generated code.
+
+    A method `Block.Method` becomes a single name without a dot.
+    """
     return name.upper().replace(".", "_m_")
 
 
 def stored(symbols: Iterable[Symbol]) -> list[Symbol]:
-    """The variables that an instance of their block keeps itself."""
+    """Return the variables that are stored in an instance of their block."""
     kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
     return [item for item in symbols if item.section in kept and item.address is None]
 
 
 def needs_globals(pou: Pou) -> bool:
-    """Whether a body reads the time, or reads or writes global or located variables."""
+    """Return whether a body reads the time, or uses global or located variables."""
     return pou.clock or any(
         item.section == "VAR_EXTERNAL" or item.address is not None for item in pou.symbols.values()
     )
 
 
 def address_slot(address: str) -> str:
-    """Slot of the globals that holds what is located at `%QX0.1`."""
+    """Return the slot of the globals for a located variable such as `%QX0.1`."""
     return "at_" + address[1:].replace(".", "_")
 
 
 class Storage:
-    """Writes the data half of the generated module.
+    """The writer of the data part of the generated module.
 
-    For each type T that is no scalar and no list of scalars, the module has `copy_T(to, by)`,
-    `save_T(of)` and `load_T(to, saved)`; for structures and blocks also the class, `s_T` or
-    `b_T`. They are written when they are first asked for, after those they need.
+    For each type T that is neither a scalar nor a list of scalars, the module has
+    `copy_T(to, by)`, `save_T(of)` and `load_T(to, saved)`. Structures and blocks also have a
+    class, `s_T` or `b_T`. Each is written on first use, after the types that it needs.
     """
 
     def __init__(self) -> None:
@@ -83,7 +89,7 @@ class Storage:
         self._layouts: dict[str, str] = {}
 
     def layout(self, kind: Type) -> str:
-        """The name of the layout of a type; None of what has no bytes of its own."""
+        """Return the name of the layout of a type; "None" if the type has no bytes of its own."""
         if size_of(kind) is None:
             return "None"
         code = layout_of(kind)
@@ -93,7 +99,7 @@ class Storage:
         return self._layouts[code]
 
     def create(self, kind: Type, initial: Any) -> str:
-        """Code that makes a new variable with its initial value."""
+        """Return code that makes a new variable with its initial value."""
         if isinstance(kind, BlockType):
             return self._started(kind, f"b_{self._name(kind)}(g)", initial)
         if isinstance(kind, StructType) and kind.union:
@@ -113,7 +119,7 @@ class Storage:
         return "no_block" if isinstance(kind, InterfaceType) else repr(initial)
 
     def _created(self, kind: Type, initial: Sequence[Any]) -> str:
-        """Code for the elements of an array; usually they are all alike."""
+        """Return code for the elements of an array; it is short if all elements are equal."""
         first = initial[0]
         if not all(item is first for item in initial):
             items = [self.create(kind, item) for item in initial]
@@ -125,7 +131,7 @@ class Storage:
         return f"[{code} for _ in range({len(initial)})]"
 
     def _started(self, kind: BlockType, made: str, initial: Any) -> str:
-        """A block whose declaration gives values to some of its variables."""
+        """Return code for a block whose declaration initializes some of its variables."""
         if not initial:
             return made
         types = {pin.name: pin.type for pin in kind.variables}
@@ -136,7 +142,7 @@ class Storage:
         return f"started({made}, ({pairs}))"
 
     def own(self, symbol: Symbol) -> str:
-        """A statement that makes a copy of what a function was given."""
+        """Return a statement that replaces an argument of a function by a copy."""
         name = symbol.name.upper()
         if _is_flat(symbol.type):
             return f"{name} = {name}[:]"
@@ -144,7 +150,7 @@ class Storage:
         return f"{self.copy(symbol.type, f'(t_ := {made})', name)}; {name} = t_"
 
     def copy(self, kind: Type, to: str, by: str) -> str:
-        """A statement that gives the variable `to` the value of `by`."""
+        """Return a statement that assigns the value of `by` to the variable `to`."""
         if is_scalar(kind):
             return f"{to} = {by}"
         if isinstance(kind, BlockType):
@@ -153,19 +159,19 @@ class Storage:
         return f"{to}[:] = {by}" if _is_flat(kind) else f"copy_{self._name(kind)}({to}, {by})"
 
     def copied(self, kind: Type, to: str, by: str) -> str:
-        """The same of a structure or array as an expression."""
+        """Return an expression that copies a structure or array, as `copy` does in a statement."""
         if _is_flat(kind):
             return f"{to}.__setitem__(slice(None), {by})"
         return f"copy_{self._name(kind)}({to}, {by})"
 
     def save(self, kind: Type, of: str) -> str:
-        """An expression for a copy of the variable `of`."""
+        """Return an expression for a copy of the variable `of`."""
         if is_scalar(kind):
             return of
         return f"{of}[:]" if _is_flat(kind) else f"save_{self._name(kind)}({of})"
 
     def load(self, kind: Type, to: str, saved: str) -> str:
-        """A statement that gives the variable `to` what `save` gave."""
+        """Return a statement that sets the variable `to` from the result of `save`."""
         if is_scalar(kind):
             return f"{to} = {saved}"
         return f"{to}[:] = {saved}" if _is_flat(kind) else f"load_{self._name(kind)}({to}, {saved})"
@@ -242,7 +248,7 @@ class Storage:
         self._names[kind] = kind.name
 
     def block(self, pou: Pou) -> None:
-        """Write the class of a function block or program; those inside it come before it."""
+        """Write the class of a function block or program, after the classes of the blocks in it."""
         assert pou.block is not None
         name = pou.name.upper()
         symbols = stored(pou.symbols.values())
@@ -262,7 +268,7 @@ class Storage:
         ]
 
     def globals(self, symbols: Iterable[Symbol]) -> None:
-        """Write the class of what one program shares: global and located variables, the time."""
+        """Write the class of a program's shared data: global and located variables, the time."""
         slots: dict[str, tuple[Type, str]] = {}
         for item in symbols:
             slot = item.name.upper() if item.address is None else address_slot(item.address)

@@ -1,4 +1,4 @@
-"""From ST text to a shared object: iec2c, our runtime beside its C, the C compiler, the cache."""
+"""Compilation of ST text to a shared object: iec2c, our runtime in C, the C compiler, the cache."""
 
 from __future__ import annotations
 
@@ -37,17 +37,19 @@ _RUNTIME = Path(__file__).with_name("runtime.c")
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
 _GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
 _GLOBAL_PLACE = re.compile(r"__INIT_GLOBAL_LOCATED\(\w+,(\w+),(\w+),")
-# HEAD of matiec writes names of other globals before the macro, on the same line.
+# matiec's HEAD writes names of other globals before the macro, on the same line.
 _LOCATED = re.compile(r"__LOCATED_VAR\((\w+),(\w+),")
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What the shared object has to tell: names as matiec writes them, in upper case.
+    """The contents that the shared object must export; used by `compile_program`.
+
+    All names are in upper case, as matiec writes them.
 
     Attributes:
-        instances: Program instances; the first of `shim_regions`.
-        globals: Global variables; the next of `shim_regions`.
+        instances: Program instances; the first entries of `shim_regions`.
+        globals: Global variables; the next entries of `shim_regions`.
         layout: C expressions of the table `shim_layout`.
     """
 
@@ -60,8 +62,8 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
     """Compile a program, or take it from the cache.
 
     Args:
-        text: All ST sources in one.
-        wanted: What is asked of the shared object.
+        text: All ST sources in one text.
+        wanted: The contents that the shared object must export.
         matiec: The compiler from ST to C.
         compiler: The C compiler.
 
@@ -69,8 +71,8 @@ def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) ->
         The contents of the shared object.
 
     Raises:
-        TranslationError: iec2c refuses the text.
-        InputError: the C compiler fails.
+        TranslationError: iec2c reports an error in the text.
+        InputError: The C compiler fails.
     """
     parts = [
         text,
@@ -91,8 +93,8 @@ def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
         matiec.translate(source, target)
         unit = target / "shim_program.c"
         written = [_RUNTIME.read_text(encoding="utf-8"), *_program_part(target, wanted)]
-        # POUS.c is included by the file of the resource. These come last: they define macros
-        # named as the program instances.
+        # The file of the resource includes POUS.c. The generated files come last, because they
+        # define macros with the names of the program instances.
         parts = sorted(path.name for path in target.glob("*.c") if path.name != "POUS.c")
         written += [f'#include "{part}"' for part in parts]
         unit.write_text("\n".join(written) + "\n", encoding="utf-8")
@@ -106,7 +108,7 @@ def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
 
 
 def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
-    """The part of the runtime that is written for one program."""
+    """Yield the part of the runtime that depends on the program."""
     places = dict(_located(target))
     regions: list[str] = []
     for kind, place in zip(places.values(), places, strict=True):
@@ -127,18 +129,18 @@ def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
 
 
 def _located(target: Path) -> Iterator[tuple[str, str]]:
-    """The name matiec gives to each direct address (`__QX0_0`), and its C type."""
+    """Yield matiec's C name of each direct address (`__QX0_0`), and its C type."""
     text = (target / "LOCATED_VARIABLES.h").read_text(encoding="utf-8", errors="replace")
     for match in _LOCATED.finditer(text):
         yield match[2], match[1]
 
 
 def _programs(target: Path) -> dict[str, tuple[str, str]]:
-    """C symbol and type of each program instance, by name."""
+    """Return C symbol and type of each program instance, by name."""
     text = (target / "VARIABLES.csv").read_text(encoding="utf-8", errors="replace")
     found = {}
     for match in _PROGRAM.finditer(text.partition("// Variables")[0]):
-        # CONFIGURATION.RESOURCE.INSTANCE; without a RESOURCE, matiec calls it RESOURCE in C.
+        # CONFIGURATION.RESOURCE.INSTANCE; without a RESOURCE, its name in C is RESOURCE.
         path = match[1].split(".")
         resource = path[1] if len(path) == 3 else "RESOURCE"
         found[path[-1]] = (f"{resource}__{path[-1]}", match[2])
@@ -146,7 +148,7 @@ def _programs(target: Path) -> dict[str, tuple[str, str]]:
 
 
 def _globals(target: Path) -> dict[str, tuple[str, str]]:
-    """Declaration and value of each global variable of configuration and resources, by name."""
+    """Return declaration and C expression of each global variable, by name."""
     text = "".join(
         path.read_text(encoding="utf-8", errors="replace") for path in sorted(target.glob("*.c"))
     )
@@ -164,14 +166,14 @@ def _globals(target: Path) -> dict[str, tuple[str, str]]:
     return found
 
 
-#: What a user reads, and what a skipped test says, where matiec is not installed.
+#: The message to users, and of skipped tests, if matiec is not installed.
 MISSING = "matiec not found: set RCX_MATIEC or PATH"
 
-#: The options with which OpenPLC v3 calls it: full locations, relaxed type equivalence, forward
-#: references, REF_TO (twice) and constant expressions as array limits.
+#: The options of OpenPLC v3: full locations, relaxed type equivalence, forward references, REF_TO
+#: (twice) and constant expressions as array limits.
 _OPTIONS = ("-f", "-l", "-p", "-r", "-R", "-a")
 
-#: Where distributions put the library.
+#: Folders in which distributions install the library.
 PACKAGED = (Path("/usr/lib/matiec"), Path("/usr/share/matiec/lib"), Path("/usr/share/matiec"))
 
 _MESSAGE = re.compile(
@@ -181,7 +183,7 @@ _MESSAGE = re.compile(
 
 @dataclass(frozen=True)
 class Message:
-    """One error of iec2c, at a place in the text that it was given (line and column from 1)."""
+    """One error of iec2c, at a place in the text that it compiled (line and column from 1)."""
 
     text: str
     line: int
@@ -189,12 +191,12 @@ class Message:
 
 
 class TranslationError(Exception):
-    """iec2c gave no usable C.
+    """The error for a text from which iec2c made no usable C.
 
     Args:
-        messages: Its errors that lie in the given text, in its order; empty when it crashed
-            or complained of something else.
-        output: All that it printed.
+        messages: Its errors with places in the text, in its order; empty if it crashed or
+            reported something else.
+        output: Its whole output.
         status: Its exit status, negative for a signal.
     """
 
@@ -217,11 +219,11 @@ class Matiec:
         """Translate one ST file to C.
 
         Args:
-            source: The file with everything in it.
-            target: Directory that receives the C files.
+            source: The file with all sources.
+            target: The folder for the C files.
 
         Raises:
-            TranslationError: any exit status but 0; iec2c may crash after it printed errors.
+            TranslationError: The exit status is not 0; iec2c may crash after it printed errors.
         """
         command = [str(self.iec2c), *_OPTIONS, "-I", str(self.library), "-T", str(target)]
         done = run_tool([*command, source.name], source.parent)
@@ -231,7 +233,7 @@ class Matiec:
             raise TranslationError(found, output, done.returncode)
 
     def fingerprint(self) -> str:
-        """A hash of the compiler, its library and its headers, as part of a cache key."""
+        """Return a hash of the compiler, its library and its headers, as part of a cache key."""
         return _fingerprint(self)
 
 
@@ -251,11 +253,11 @@ def find_matiec() -> Matiec | None:
     """Look for matiec in `RCX_MATIEC`, then on `PATH`.
 
     Returns:
-        The installation, or None when there is none.
+        The installation, or None if there is none.
 
     Raises:
-        InputError: `RCX_MATIEC` is set but leads to no complete matiec, or an `iec2c` on `PATH`
-            has no library near it.
+        InputError: `RCX_MATIEC` is set but the matiec there is incomplete, or an `iec2c` on
+            `PATH` has no library near it.
     """
     named = os.environ.get("RCX_MATIEC")
     if named:
@@ -281,7 +283,11 @@ def find_matiec() -> Matiec | None:
 
 
 def _library_places(*binaries: Path) -> Iterator[Path]:
-    """Build tree and OpenPLC (lib beside it), prefix installations, then packages (Beremiz)."""
+    """Yield the folders that may contain the library.
+
+    The order is: a build tree or OpenPLC (lib beside it), a prefix installation, then packages
+    (Beremiz).
+    """
     for folder in dict.fromkeys(binaries):
         yield folder / "lib"
         for part in ("lib/matiec", "share/matiec/lib", "share/matiec", "lib"):
@@ -290,7 +296,7 @@ def _library_places(*binaries: Path) -> Iterator[Path]:
 
 
 def _headers(library: Path, binary_folder: Path) -> Path | None:
-    """The C headers: `lib/C`; OpenPLC v3 keeps them in `core/lib` beside its iec2c."""
+    """Return the folder of the C headers: `lib/C`, or `core/lib` beside the iec2c of OpenPLC v3."""
     for folder in (library / "C", binary_folder / "core" / "lib"):
         if (folder / "iec_std_lib.h").is_file():
             return folder

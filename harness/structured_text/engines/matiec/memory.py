@@ -1,7 +1,7 @@
-"""How matiec's C keeps variables.
+"""The representation of variables in matiec's C.
 
-A block is a C structure whose elementary members, enumerations, arrays and structures are each
-wrapped with a byte of flags, nested blocks lie bare, and external and located variables are
+A block is a C structure. Its elementary members, enumerations, arrays and structures are each
+wrapped with a byte of flags. Nested blocks are not wrapped. External and located variables are
 pointers.
 """
 
@@ -18,23 +18,23 @@ __all__ = ["MatiecDialect"]
 
 
 class MatiecDialect:
-    """See `engines.native.memory.Dialect`."""
+    """matiec's names in C; see `engines.native.memory.Dialect`."""
 
     def type_name(self, kind: StructType | BlockType) -> str:
-        """A structure or block in C."""
+        """Return the name of a structure or block in C."""
         return kind.name.upper()
 
     def member_name(self, kind: StructType | BlockType, variable: Variable) -> str:
-        """The value of a member."""
+        """Return the C expression of a member's value."""
         wrapped = isinstance(kind, BlockType) and not isinstance(variable.type, BlockType)
         return variable.name.upper() + (".value" if wrapped else "")
 
     def is_pointer(self, variable: Variable) -> bool:
-        """Located variables lie with their addresses."""
+        """Return whether the variable is located: matiec stores a pointer for it."""
         return variable.address is not None
 
     def scalar(self, kind: ElementaryType | EnumType, size: int) -> Codec:
-        """The codec of an elementary type or enumeration."""
+        """Return the codec of an elementary type or enumeration."""
         if isinstance(kind, EnumType):
             return enumeration(kind, packed({1: "b", 2: "h", 4: "i"}[size], size))
         if kind.name == "STRING":
@@ -43,10 +43,10 @@ class MatiecDialect:
 
 
 def _moment_codec(kind: ElementaryType) -> Codec:
-    """TIME, DATE, TOD and DT: seconds and nanoseconds, each a C long.
+    """Return the codec of TIME, DATE, TOD and DT: seconds and nanoseconds, each a C long.
 
-    Read in whole microseconds, to the nearest: matiec computes literals such as T#1300ms in
-    floating point and may be one nanosecond off.
+    Values are rounded to whole microseconds, because matiec computes literals such as T#1300ms
+    in floating point and may be wrong by one nanosecond.
     """
     packer = struct.Struct("@ll")
 
@@ -64,7 +64,7 @@ def _moment_codec(kind: ElementaryType) -> Codec:
 
 
 def _string_codec(size: int) -> Codec:
-    """A byte with the length, then the characters."""
+    """Return the codec of a STRING: a byte with the length, then the characters."""
 
     def get(memory: memoryview, at: int) -> Value:
         return bytes(memory[at + 1 : at + 1 + memory[at]]).decode("latin-1")

@@ -33,8 +33,8 @@ class MatiecProgram(NativeProgram):
             compiler: The C compiler.
 
         Raises:
-            InputError: iec2c or the C compiler refuses it, for iec2c with file and line; or the
-                priorities of the tasks ask for an order that matiec does not keep.
+            InputError: iec2c (with file and line) or the C compiler reports an error, or the
+                priorities of the tasks require an order that matiec does not support.
         """
         _check_order(project)
         source = join_sources(project)
@@ -54,7 +54,7 @@ class MatiecProgram(NativeProgram):
 
 
 def _check_order(project: Project) -> None:
-    """Refuse what would run in another order: matiec ignores the tasks' priorities."""
+    """Raise InputError if priorities change the declared order of programs: matiec ignores them."""
     declared = list(project.instances)
     if [run.instance for run in project.schedule] == declared:
         return

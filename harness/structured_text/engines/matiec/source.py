@@ -1,4 +1,4 @@
-"""The one text that iec2c is given, and its errors back at the user's files and lines."""
+"""The joined source text for iec2c, and its errors at the user's files and lines."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from structured_text.language.source import origin, source_text
 
 __all__ = ["HIDDEN_INSTANCE", "SourceText", "explain", "hidden_instance", "join_sources"]
 
-#: What the program instance is called in C where the sources have no CONFIGURATION: `Main` might
-#: be the name of the program itself, and matiec refuses an instance that is named as its type.
+#: C name of the program instance if the sources have no CONFIGURATION. The default `Main` may be
+#: the name of the program itself, and matiec refuses an instance with the name of its type.
 HIDDEN_INSTANCE = "HARNESS_HIDDEN_INSTANCE"
 
 _CONFIGURATION = f"""
@@ -34,12 +34,12 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 
 @dataclass(frozen=True)
 class SourceText:
-    """All sources in one.
+    """All sources in one text.
 
     Attributes:
-        text: What iec2c reads.
+        text: The text for iec2c.
         files: The files in it, in order.
-        starts: Line at which each file starts in the text, from 1.
+        starts: Line of the text at which each file starts, from 1.
     """
 
     text: str
@@ -47,20 +47,20 @@ class SourceText:
     starts: tuple[int, ...]
 
     def place(self, line: int) -> tuple[Path, int]:
-        """File and line, from 1, of a line of the text."""
+        """Return the file, and the line in it (from 1), of a line of the text."""
         index = bisect_right(self.starts, line) - 1
         file = self.files[index]
         return file, origin(file, line - self.starts[index] + 1, 1)[0]
 
 
 def hidden_instance(name: str, project: Project) -> str:
-    """What an instance is called in C: another name where a program is called as it is."""
+    """Return the C name of an instance; it is changed if a POU has the same name."""
     clashes = any(pou.upper() == name.upper() for pou in project.pous)
     return f"{HIDDEN_INSTANCE}_{name.upper()}" if clashes else name
 
 
 def join_sources(project: Project) -> SourceText:
-    """Join the files in the order of the project, with a CONFIGURATION where there is none."""
+    """Join the files in the order of the project, and add a CONFIGURATION if there is none."""
     parts: list[str] = []
     starts: list[int] = []
     line = 1
@@ -82,7 +82,7 @@ def join_sources(project: Project) -> SourceText:
 def explain(
     error: TranslationError, source: SourceText, project: Project, matiec: Matiec
 ) -> InputError:
-    """What iec2c said, as an error at the user's file and line."""
+    """Return iec2c's error as an InputError at the user's file and line."""
     for message in error.messages:
         file, line = source.place(message.line)
         return InputError(
@@ -111,7 +111,10 @@ def explain(
 
 
 def _crash(error: TranslationError, source: SourceText) -> InputError:
-    """A signal has ended iec2c: the fault is matiec's own, though something here led to it."""
+    """Return the error for a crash of iec2c by a signal.
+
+    The fault is in matiec, but something in the user's program has triggered it.
+    """
     try:
         name = signal.Signals(-error.status).name
     except ValueError:
@@ -128,10 +131,10 @@ def _crash(error: TranslationError, source: SourceText) -> InputError:
 def _clashes(
     output: str, project: Project, matiec: Matiec
 ) -> Iterator[tuple[tuple[Path, int], str]]:
-    """Declarations whose name stands in a line of matiec's library that it stumbles over.
+    """Yield declarations with a name that matiec's library uses for a variable.
 
-    With forward references allowed, every type and block of the user's is known before the
-    library is read, so that none of its variables may bear such a name.
+    With forward references allowed, every type and block of the user is known before the library
+    is read. Therefore a variable of the library must not have the name of such a type or block.
     """
     units = {unit.name.upper(): unit for unit in project.units}
     for match in _IN_LIBRARY.finditer(output):

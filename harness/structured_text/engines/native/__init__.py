@@ -1,1 +1,1 @@
-"""What engines share that run a shared object: compiling it, its memory, its scans."""
+"""The common part of engines that run a shared object: its compilation, memory and scans."""

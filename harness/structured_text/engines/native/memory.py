@@ -1,7 +1,8 @@
-"""How the variables of a compiled program lie in memory, and what is read from there.
+"""The layout of a compiled program's variables in memory, and codecs for their values.
 
-Offsets and sizes come from the compiler (`shim_layout`), never from assumptions made here; what it
-cannot tell, each engine says in its `Dialect`.
+Offsets and sizes come from the compiler (table `shim_layout`), never from assumptions. Each engine
+adds what the compiler cannot report in its `Dialect`: names in C, and the representation of
+scalars.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ __all__ = [
     "tables",
 ]
 
-#: Characters of `struct` for the types that are numbers in C.
+#: Format characters of `struct` for the types that are numbers in C.
 FORMATS = {
     "BOOL": "?",
     "SINT": "b",
@@ -62,13 +63,14 @@ Putter = Callable[[memoryview, int, Value], None]
 
 @dataclass(frozen=True)
 class Codec:
-    """Reads and writes values of one type in memory.
+    """Functions that read and write values of one type in memory.
 
     Attributes:
-        size: Bytes.
-        get: Value at an offset of a memory view.
-        put: Set the value at an offset; takes what `from_python` of the front end gives.
-        form: Its characters for `struct` where that gives the very value of `get`, else empty.
+        size: Size of a value [bytes].
+        get: Return the value at an offset of a memory view.
+        put: Set the value at an offset; the value is in the form of the front end's
+            `from_python`.
+        form: The `struct` format, if that gives exactly the value of `get`; else empty.
     """
 
     size: int
@@ -78,24 +80,27 @@ class Codec:
 
 
 class Dialect(Protocol):
-    """What an engine calls things in C, and how it keeps a value."""
+    """The names that an engine uses in C, and its representation of values."""
 
     def type_name(self, kind: StructType | BlockType) -> str:
-        """A structure or block in C."""
+        """Return the name of a structure or block in C."""
 
     def member_name(self, kind: StructType | BlockType, variable: Variable) -> str:
-        """The value of a member, from its structure or block on."""
+        """Return the C expression of a member's value, relative to its structure or block."""
 
     def is_pointer(self, variable: Variable) -> bool:
-        """Whether the member leads to a value elsewhere."""
+        """Return whether the member is a pointer to a value in another place."""
 
     def scalar(self, kind: ElementaryType | EnumType, size: int) -> Codec:
-        """The codec of what is neither array nor structure nor block, of `size` bytes."""
+        """Return the codec of an elementary type or enumeration of `size` bytes."""
 
 
 @dataclass(frozen=True)
 class Member:
-    """A field of a structure, or a variable of a block; not what belongs to others."""
+    """A field of a structure or a variable of a block, with its place in memory.
+
+    VAR_IN_OUT and VAR_EXTERNAL are not members, because their values belong to others.
+    """
 
     type: Type
     offset: int
@@ -103,7 +108,7 @@ class Member:
 
 
 def layout_expressions(types: Sequence[StructType | BlockType], dialect: Dialect) -> Iterator[str]:
-    """C expressions that, evaluated in order, make the table that `Layout` reads."""
+    """Yield the C expressions whose values, in order, are the table that `Layout` reads."""
     for kind in types:
         name = dialect.type_name(kind)
         yield f"sizeof({name})"
@@ -115,12 +120,12 @@ def layout_expressions(types: Sequence[StructType | BlockType], dialect: Dialect
 
 
 def tables(regions: Sequence[str], layout: Sequence[str], linkage: str = "") -> Iterator[str]:
-    """The C text of the tables that a shared object shows.
+    """Yield the C text of the tables that a shared object exports.
 
     Args:
-        regions: The variables that hold the program's state.
-        layout: What `layout_expressions` gave.
-        linkage: What C++ needs so that their names are those of C.
+        regions: The C variables that hold the program's state.
+        layout: The expressions of `layout_expressions`.
+        linkage: In C++, the prefix that gives the tables C linkage; else empty.
     """
     contents = {
         "void *const shim_regions": [f"(void *)&({region})" for region in regions],
@@ -135,7 +140,7 @@ def tables(regions: Sequence[str], layout: Sequence[str], linkage: str = "") -> 
 
 
 def _members(kind: StructType | BlockType) -> Iterator[Variable]:
-    """The members that hold a value between two calls, or lead to one of their own."""
+    """Yield the members that hold a value between calls, or a pointer to such a value."""
     if isinstance(kind, StructType):
         yield from (Variable(name, field, "VAR") for name, field in kind.fields)
     else:
@@ -147,10 +152,10 @@ class Layout:
     """Offsets and codecs of a program's types.
 
     Args:
-        types: The types that `layout_expressions` was given, in the same order; each after
-            those that it contains.
-        table: What the compiler made of these expressions, bytes.
-        dialect: That of the engine.
+        types: The types that were given to `layout_expressions`, in the same order; each after
+            the types that it contains.
+        table: The values of those expressions [bytes].
+        dialect: The dialect of the engine.
     """
 
     def __init__(
@@ -174,11 +179,11 @@ class Layout:
         self._members[key], self._codecs[key] = members, _record(size, members)
 
     def member(self, kind: StructType | BlockType, name: str) -> Member:
-        """A field or variable by its declared name."""
+        """Return a field or variable by its declared name."""
         return self._members[kind.name.upper()][name]
 
     def codec(self, kind: Type, size: int) -> Codec:
-        """The codec of a type whose values take `size` bytes."""
+        """Return the codec of a type whose values take `size` bytes."""
         if isinstance(kind, ArrayType):
             return self._array_codec(kind, size)
         if isinstance(kind, (StructType, BlockType)):
@@ -204,7 +209,7 @@ class Layout:
 
 
 def _record(size: int, members: dict[str, Member]) -> Codec:
-    """A structure or block, as a dict by declared names."""
+    """Return the codec of a structure or block, whose value is a dict by declared names."""
     parts = [(name, member.offset, member.codec) for name, member in members.items()]
 
     def get(memory: memoryview, at: int) -> Value:
@@ -219,7 +224,7 @@ def _record(size: int, members: dict[str, Member]) -> Codec:
 
 
 def _pointed(target: Codec) -> Codec:
-    """A pointer to a value elsewhere: a located variable."""
+    """Return the codec of a pointer to a value in another place: a located variable."""
     pointer = struct.Struct("@P")
 
     def there(memory: memoryview, at: int) -> memoryview:
@@ -235,16 +240,16 @@ def _pointed(target: Codec) -> Codec:
 
 
 def memory_at(address: int, size: int) -> memoryview:
-    """The bytes at an address, to read and to write."""
+    """Return the bytes at an address as a writable view."""
     return memoryview((ctypes.c_char * size).from_address(address)).cast("B")
 
 
 def packed(form: str, size: int) -> Codec:
-    """A number, at the start of `size` bytes.
+    """Return the codec of a number at the start of `size` bytes.
 
     Args:
-        form: Its character for `struct`.
-        size: Bytes that it takes; what follows the number is not touched.
+        form: Its format character for `struct`.
+        size: Size of the variable [bytes]; bytes behind the number are not changed.
     """
     packer = struct.Struct("=" + form)
     rest = f"{size - packer.size}x" if size > packer.size else ""
@@ -259,7 +264,7 @@ def packed(form: str, size: int) -> Codec:
 
 
 def enumeration(kind: EnumType, number: Codec) -> Codec:
-    """An enumeration that is kept as a number."""
+    """Return the codec of an enumeration that is stored as a number."""
 
     def get(memory: memoryview, at: int) -> Value:
         return scalar_to_python(kind, number.get(memory, at))

@@ -1,7 +1,8 @@
-"""A program in a shared object, scanned in process: what the engines share that compile to one.
+"""A program in a shared object, scanned in process; the base of the matiec and STruC++ engines.
 
-What the shared object shows: `shim_start`, `shim_scan`, `shim_tick`, and the tables `shim_regions`,
-`shim_sizes` and `shim_layout` (`native.memory.tables`).
+The shared object exports `shim_start`, `shim_scan`, `shim_tick`, and the tables `shim_regions`,
+`shim_sizes` and `shim_layout` (`native.memory.tables`). The regions hold the whole state of the
+program. A snapshot is a copy of their bytes.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ __all__ = ["NativeProgram", "layout_of"]
 
 _P = TypeVar("_P", bound="NativeProgram")
 _POINTER = struct.Struct("@P")
-#: Bytes of an element, and its character for `memoryview`.
+#: Size of an element [bytes], and its format character for `memoryview`.
 _BYTES: dict[Type, tuple[int, Literal["B", "H"]]] = {
     ElementaryType("BYTE"): (1, "B"),
     ElementaryType("WORD"): (2, "H"),
@@ -52,7 +53,7 @@ _BYTES: dict[Type, tuple[int, Literal["B", "H"]]] = {
 
 @dataclass(frozen=True)
 class _Slot:
-    """Where the variable of a path lies."""
+    """The place of a path's variable in memory."""
 
     path: str
     type: Type
@@ -63,7 +64,14 @@ class _Slot:
 
 @dataclass(frozen=True)
 class _Cells:
-    """The elements of an array of BYTE or WORD, wherever they lie, and the bytes of one."""
+    """The elements of an array of BYTE or WORD, which need not be contiguous.
+
+    Attributes:
+        memory: View of the elements.
+        width: Size of an element [bytes].
+        form: Format character of an element.
+        size: Size of all elements [bytes].
+    """
 
     memory: memoryview
     width: int
@@ -73,7 +81,7 @@ class _Cells:
 
 @dataclass(frozen=True)
 class _Snapshot:
-    """The state of an instance, its first state, and where its memory lies."""
+    """The state of an instance, its first state, and the address of its memory."""
 
     image: bytes
     tick: int
@@ -87,10 +95,10 @@ class NativeProgram:
 
     Args:
         project: The checked sources.
-        image: The shared object made of them.
+        image: The shared object made from them.
 
     Raises:
-        InputError: the shared object cannot be loaded.
+        InputError: The shared object cannot be loaded.
     """
 
     engine: str
@@ -113,7 +121,7 @@ class NativeProgram:
         self._base = places[0]
         kinds: dict[str, Type] = dict(project.instances)
         kinds.update((variable.name, variable.type) for variable in project.globals.values())
-        # What an engine keeps beside these comes after them.
+        # Regions that an engine adds come after these.
         self._roots = {
             name: (kind, memory)
             for (name, kind), memory in zip(kinds.items(), self._regions, strict=False)
@@ -124,19 +132,19 @@ class NativeProgram:
         self._first = self._contents()
 
     def check(self, library: ctypes.PyDLL) -> None:
-        """What an engine has to ask of its library first."""
+        """Check the loaded library before use; engines override it."""
 
     def instance(self: _P) -> _P:
-        """Another instance of the same program, in its first state."""
+        """Return another instance of the same program, in its first state."""
         return type(self)(self._project, self._image)
 
     def scan(self, now_us: int) -> None:
-        """Run one base tick at PLC time `now_us`, microseconds.
+        """Run one base tick at PLC time `now_us` [µs].
 
-        Endless loops are not ended, and an index is checked only where the compiler does so.
+        Endless loops are not ended. An index is checked only if the compiler's code does so.
 
         Raises:
-            InputError: the program divides an integer by zero, or leaves its memory.
+            InputError: The program divides an integer by zero, or leaves its memory.
         """
         wrong = self._scan(now_us)
         if wrong is not None:
@@ -146,12 +154,12 @@ class NativeProgram:
             )
 
     def read(self, path: str) -> Value:
-        """Value at `path`."""
+        """Return the value at `path`."""
         slot = self._slot(path)
         return slot.codec.get(slot.memory, slot.at)
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
-        """A function that reads these variables; see `engines.base.Program.reader`."""
+        """Return a function that reads these variables; see `engines.base.Program.reader`."""
         slots = [self._slot(path) for path in paths]
         parts = [_reader(list(part)) for _, part in groupby(slots, lambda one: id(one.memory))]
         if len(parts) == 1:
@@ -164,7 +172,7 @@ class NativeProgram:
         slot.codec.put(slot.memory, slot.at, from_python(slot.type, value, slot.path))
 
     def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:
-        """An array of BYTE or WORD as bytes, little endian; see `engines.base.Program`."""
+        """Return an array of BYTE or WORD as bytes (little endian); see `engines.base.Program`."""
         cells = self._views.get(path) or self._view(path)
         end = cells.size if size is None else start + size
         first, last = start // cells.width, -(-end // cells.width)
@@ -181,34 +189,37 @@ class NativeProgram:
         cells.memory[first:last] = memoryview(data).cast(cells.form)
 
     def type_of(self, path: str) -> Type:
-        """Type of the variable at `path`."""
+        """Return the type of the variable at `path`."""
         return self._slot(path).type
 
     def instances(self) -> Mapping[str, Type]:
-        """The program instances by name."""
+        """Return the program instances by name."""
         return dict(self._project.instances)
 
     def walk(self) -> Iterator[tuple[str, Type]]:
-        """Every variable of the program instances and every global one, parents first."""
+        """Yield every variable of the program instances and every global one, parents first."""
         return walk(self._project)
 
     def located(self) -> list[Located]:
-        """Directly represented variables in order of declaration."""
+        """Return the directly represented variables in order of declaration."""
         return list(self._project.located)
 
     def note_calls(self, blocks: Mapping[str, int | None]) -> None:
-        """Compiled code does not show its calls."""
+        """Return None: calls inside compiled code cannot be observed."""
 
     def snapshot(self) -> object:
-        """The whole state."""
+        """Return the whole state."""
         first, base = self._first, self._base
         return _Snapshot(self._image, self._tick.value, self._contents(), first, base)
 
     def restore(self, snapshot: object) -> None:
-        """Go back to a state that `snapshot` gave, of this or another instance of the program.
+        """Return to a state that `snapshot` gave, of this or another instance of the program.
+
+        Another instance has other addresses. Pointers into the instance's own memory are therefore
+        not copied but set to their first values.
 
         Raises:
-            InputError: the snapshot is of another program.
+            InputError: The snapshot belongs to another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.image != self._image:
             raise InputError("this snapshot is of another program")
@@ -262,7 +273,11 @@ class NativeProgram:
 
 
 def _keep_pointers(memory: memoryview, theirs: bytes, ours: bytes, distance: int) -> None:
-    """Set back what led into its own memory at first: it differs by how far instances lie apart."""
+    """Set pointers into the instance's own memory to their first values.
+
+    In the first states of two instances, such a word differs by the distance of their memories.
+    All other words are equal or differ otherwise.
+    """
     for at in range(0, len(ours) - _POINTER.size + 1, _POINTER.size):
         there, here = _POINTER.unpack_from(theirs, at)[0], _POINTER.unpack_from(ours, at)[0]
         if here - there == distance:
@@ -270,7 +285,7 @@ def _keep_pointers(memory: memoryview, theirs: bytes, ours: bytes, distance: int
 
 
 def _reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]]:
-    """A reader of variables in one memory; plain ones are taken in one go."""
+    """Return a reader of variables in one memory; numbers are unpacked in a single call."""
     if all(one.codec.form for one in slots):
         packed = _packed_reader(slots)
         if packed is not None:
@@ -280,7 +295,7 @@ def _reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]]:
 
 
 def _packed_reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]] | None:
-    """A reader of plain variables in one memory; None if one of them is asked for twice."""
+    """Return a reader of numbers in one memory; None if two of them overlap."""
     memory = slots[0].memory
     order = sorted(range(len(slots)), key=lambda k: slots[k].at)
     start = end = slots[order[0]].at
@@ -298,12 +313,12 @@ def _packed_reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]] | 
 
 
 def layout_of(project: Project, dialect: Dialect) -> tuple[str, ...]:
-    """The C expressions of a project's table `shim_layout`."""
+    """Return the C expressions of a project's table `shim_layout`."""
     return tuple(layout_expressions(_contained_types(project), dialect))
 
 
 def _contained_types(project: Project) -> list[StructType | BlockType]:
-    """Structures and blocks in the program instances and globals, each after what it contains."""
+    """Return the structures and blocks of the program, each after the types that it contains."""
     found: dict[str, StructType | BlockType] = {}
 
     def visit(kind: Type) -> None:
@@ -330,15 +345,18 @@ def _contained_types(project: Project) -> list[StructType | BlockType]:
 def _load_private_copy(
     owner: object, image: bytes
 ) -> tuple[ctypes.PyDLL, weakref.finalize[..., object]]:
-    """Load a shared object from a file of its own: one that is loaded twice shares its data.
+    """Load a shared object from a temporary file of its own.
+
+    The system loads a file only once, so two instances from the same file would share data.
 
     Returns:
-        The library, and the call that unloads it (at the latest when `owner` is gone).
+        The library, and the call that unloads it (at the latest when `owner` is collected).
     """
     with tempfile.NamedTemporaryFile(prefix=f"{COMMAND}-", suffix=system.DLL, delete=False) as file:
         file.write(image)
     try:
-        # PyDLL: no other thread may scan meanwhile, the handlers of faults.h are the process's.
+        # PyDLL keeps the GIL: only one thread may scan, because the handlers of faults.h belong to
+        # the process.
         library = ctypes.PyDLL(file.name)
     except OSError as error:
         os.unlink(file.name)

@@ -1,4 +1,4 @@
-"""From C or C++ text to a shared object: the compilers, and the cache of what they made."""
+"""Compilation of C or C++ text to a shared object: the compilers, and the cache of results."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ __all__ = [
 
 _HERE = Path(__file__).parent
 _FLAGS = ("-O1", "-w", "-fPIC", "-shared", *WHOLE)
-# Signed overflow wraps and a float stays a float, whatever the optimiser would like.
+# Signed overflow wraps and floats are not contracted, at any level of optimization.
 _ARITHMETIC = ("-fwrapv", "-fno-strict-aliasing", "-ffp-contract=off")
-# With RCX_SANITIZE=on: what C leaves undefined and accesses out of bounds end the process. The
-# process must have been started with the address sanitizer's library preloaded.
+# With RCX_SANITIZE=on, undefined behaviour and accesses out of bounds end the process. The process
+# must have been started with the library of the address sanitizer preloaded.
 _SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
 class CompilerError(Exception):
-    """The C or C++ compiler gave no shared object.
+    """The error for a C or C++ compiler that produced no shared object.
 
     Args:
-        output: All that it printed.
+        output: The whole output of the compiler.
     """
 
     def __init__(self, output: str) -> None:
@@ -53,12 +53,12 @@ class CompilerError(Exception):
 
 
 def find_c_compiler() -> str | None:
-    """The C compiler: `CC`, then cc, gcc or clang on `PATH`; None when there is none."""
+    """Return the C compiler: `CC`, then cc, gcc or clang on `PATH`; None if there is none."""
     return _first(os.environ.get("CC"), "cc", "gcc", "clang")
 
 
 def find_cxx_compiler() -> str | None:
-    """The C++ compiler: `CXX`, then c++, g++ or clang++ on `PATH`; None when there is none."""
+    """Return the C++ compiler: `CXX`, then c++, g++ or clang++ on `PATH`; None if there is none."""
     return _first(os.environ.get("CXX"), "c++", "g++", "clang++")
 
 
@@ -67,12 +67,14 @@ def _first(*names: str | None) -> str | None:
 
 
 def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -> bytes:
-    """A shared object as it was made before, or as `make` makes it now.
+    """Return a shared object from the cache, or the result of `make`, which is then cached.
+
+    The key of the cache includes the compiler's version, the flags and the files of this folder.
 
     Args:
         compiler: The C or C++ compiler.
-        parts: What else it depends on, but for the flags.
-        make: Compiles it.
+        parts: All else on which the result depends.
+        make: Compiles the shared object.
     """
     folder = cache.folder()
     if folder is None:
@@ -89,18 +91,18 @@ def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -
 
 
 def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
-    """Compile one file, in whose folder the result is left, too.
+    """Compile one file; the shared object is also left in the file's folder.
 
     Args:
         compiler: The C or C++ compiler.
-        options: The language's version and the folders of its headers.
+        options: The version of the language and the folders of its headers.
         unit: The file; it may include `faults.h`.
 
     Returns:
         The contents of the shared object.
 
     Raises:
-        CompilerError: the compiler refuses it.
+        CompilerError: The compiler reports an error.
     """
     shared = unit.with_suffix(DLL)
     command = [compiler, *_flags(), *options, "-I", str(_HERE), str(unit), "-lm", "-o", str(shared)]
@@ -111,10 +113,10 @@ def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
 
 
 def run_tool(command: Sequence[str], folder: Path | None = None) -> CompletedProcess[bytes]:
-    """Run a compiler, and keep what it prints.
+    """Run a compiler and capture its output.
 
     Raises:
-        InputError: it does not come to an end.
+        InputError: It does not end within `MOST_TOOL_S`.
     """
     try:
         return programs.run(command, cwd=folder, timeout=MOST_TOOL_S)
@@ -126,7 +128,7 @@ def run_tool(command: Sequence[str], folder: Path | None = None) -> CompletedPro
 
 
 def fingerprint(files: Iterable[Path]) -> str:
-    """A hash of some files with their names, as part of a cache's key."""
+    """Return a hash of some files with their names, as part of a cache key."""
     digest = hashlib.sha256()
     for path in sorted(file for file in files if file.is_file()):
         digest.update(f"\0{path.name}\0".encode())
@@ -141,7 +143,7 @@ def _flags() -> tuple[str, ...]:
 
 @functools.lru_cache(maxsize=8)
 def version(compiler: str) -> str:
-    """Path of a compiler, and what it says of itself."""
+    """Return the path of a compiler and its output for `--version`, as part of a cache key."""
     done = programs.run([compiler, "--version"])
     said: bytes = done.stdout
     return compiler + said.decode("utf-8", "replace")

@@ -1,1 +1,1 @@
-"""STruC++ as an engine: found on the user's machine, never part of this project."""
+"""The engine that compiles with STruC++, which users install themselves."""

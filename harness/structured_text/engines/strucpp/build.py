@@ -1,4 +1,4 @@
-"""From ST files to a shared object: STruC++, our runtime beside its C++, the C++ compiler."""
+"""Compilation of ST files to a shared object: STruC++, our runtime in C++, the C++ compiler."""
 
 from __future__ import annotations
 
@@ -28,31 +28,32 @@ from structured_text.output.paths import real
 
 __all__ = ["MISSING_STRUCPP", "Strucpp", "compile_project", "find_strucpp"]
 
-#: What a user reads, and what a skipped test says, where STruC++ is not installed.
+#: The message to users, and of skipped tests, if STruC++ is not installed.
 MISSING_STRUCPP = "STruC++ not found: set RCX_STRUCPP or PATH"
 
 _RUNTIME = Path(__file__).with_name("runtime.cpp")
-# Inline variables, such as globals, and their guards would be one for all programs of a process.
+# Without these options, all programs of a process would share inline variables, such as globals,
+# and their guards.
 _OPTIONS = ("-std=c++17", "-fvisibility=hidden")
 _OF_GCC = ("-fno-gnu-unique",)
 _BLOCKS = "iec-standard-fb.stlib"
 _SCRIPT = Path("dist", "node", "cli.js")
 _OTHERWISE = "write it another way, or use --engine builtin"
-#: A place in one of the files that STruC++ was given, in its words and in those of g++ and clang++.
+#: A place in one of the files for STruC++, as STruC++, g++ and clang++ write it.
 _PLACE = re.compile(r"\bpart(\d+)\.st:(\d+)(?::(\d+))?:(?: error: (.*))?")
 _OFFSET = re.compile(r"at offset: (\d+)")
 
 
 @dataclass(frozen=True)
 class Strucpp:
-    """An installed STruC++: how it is called, its standard blocks and its C++ headers."""
+    """An installed STruC++: its command, its standard blocks and its C++ headers."""
 
     command: tuple[str, ...]
     blocks: Path
     headers: Path
 
     def fingerprint(self) -> str:
-        """A hash of the compiler, its blocks and its headers, as part of a cache key."""
+        """Return a hash of the compiler, its blocks and its headers, as part of a cache key."""
         return _fingerprint(self)
 
 
@@ -67,11 +68,11 @@ def find_strucpp() -> Strucpp | None:
     """Look for STruC++ in `RCX_STRUCPP`, then on `PATH`.
 
     Returns:
-        The installation, or None when there is none.
+        The installation, or None if there is none.
 
     Raises:
-        InputError: `RCX_STRUCPP` is set but leads to no complete STruC++, or a `strucpp` on `PATH`
-            has neither headers nor standard blocks near it.
+        InputError: `RCX_STRUCPP` is set but the STruC++ there is incomplete, or a `strucpp` on
+            `PATH` has no headers or no standard blocks near it.
     """
     named = os.environ.get("RCX_STRUCPP")
     binary = shutil.which("strucpp", path=named or None)
@@ -118,7 +119,8 @@ def compile_project(
         The contents of the shared object.
 
     Raises:
-        InputError: one of the compilers refuses it, with the user's file and line where it says so.
+        InputError: One of the compilers reports an error; with the user's file and line if the
+            compiler reports a place.
     """
     texts = [source_text(file) for file in project.files]
     added = "\n".join([*_program_part(project, layout), _RUNTIME.read_text(encoding="utf-8")])
@@ -149,11 +151,11 @@ def compile_project(
 
 
 def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder: Path) -> None:
-    """Have `program.cpp` and its header written into a folder."""
+    """Run STruC++, which writes `program.cpp` and its header into a folder."""
     names = [f"part{number}.st" for number in range(len(texts))]
     for name, text in zip(names, texts, strict=True):
         (folder / name).write_text(text, encoding="utf-8")
-    # Of the libraries beside it only the standard's: names of the others may be the user's.
+    # Only the standard library is copied: names in the others may be names of the user's.
     shutil.copy(strucpp.blocks, folder)
     options = ("-o", "program.cpp", "--line-directives", "--no-default-libs", "-L", ".")
     done = run_tool([*strucpp.command, *names, *options], folder)
@@ -163,7 +165,7 @@ def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder:
     for place in _PLACE.finditer(output):
         if place[4]:
             number, line, column = int(place[1]), int(place[2]), int(place[3])
-            if offset := _OFFSET.search(place[4]):  # what is no word at all has no line
+            if offset := _OFFSET.search(place[4]):  # a lexical error has an offset, not a line
                 before = texts[number][: int(offset[1])]
                 line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
             file = project.files[number]
@@ -184,7 +186,7 @@ def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder:
 
 
 def _program_part(project: Project, layout: Sequence[str]) -> Iterator[str]:
-    """The part of the runtime that is written for one program."""
+    """Yield the part of the runtime that depends on the program."""
     if project.configured:
         name = next(unit.name for unit in project.units if unit.kind == "CONFIGURATION")
         yield f"static {NAMESPACE}::Configuration_{name.upper()} shim_configuration;"

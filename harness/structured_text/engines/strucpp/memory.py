@@ -1,7 +1,7 @@
-"""How the C++ of STruC++ keeps variables.
+"""The representation of variables in the C++ of STruC++.
 
-Each scalar is wrapped: the value, a flag that it is forced, the value it is forced to. Blocks,
-structures and arrays lie bare.
+Each scalar is wrapped: the value, a flag for a forced variable, and the forced value. Blocks,
+structures and arrays are not wrapped.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _LENGTH = struct.Struct("=H")
 
 
 class StrucppDialect:
-    """See `engines.native.memory.Dialect`.
+    """STruC++'s names in C++; see `engines.native.memory.Dialect`.
 
     Args:
         programs: Names of the programs, in upper case.
@@ -37,22 +37,22 @@ class StrucppDialect:
         self._programs = programs
 
     def type_name(self, kind: StructType | BlockType) -> str:
-        """A structure or block in C++."""
+        """Return the name of a structure or block in C++."""
         name = kind.name.upper()
         return f"{NAMESPACE}::{'Program_' if name in self._programs else ''}{name}"
 
     def member_name(self, kind: StructType | BlockType, variable: Variable) -> str:
-        """A member; STruC++ calls one that is named as its type otherwise."""
+        """Return the C++ name of a member; STruC++ appends `_` if it has the name of its type."""
         name = variable.name.upper()
         own = not isinstance(variable.type, (ElementaryType, ArrayType))
         return f"{name}_" if own and name == variable.type.name.upper() else name
 
     def is_pointer(self, variable: Variable) -> bool:
-        """Located variables lie in their program."""
+        """Return False: located variables are stored inside their program."""
         return False
 
     def scalar(self, kind: ElementaryType | EnumType, size: int) -> Codec:
-        """The codec of an elementary type or enumeration."""
+        """Return the codec of an elementary type or enumeration."""
         if isinstance(kind, EnumType):
             return enumeration(kind, packed({1: "b", 2: "h", 4: "i", 8: "q"}[size // 3], size))
         if kind.name == "STRING":
@@ -63,7 +63,7 @@ class StrucppDialect:
 
 
 def _moment_codec(kind: ElementaryType, number: Codec) -> Codec:
-    """TIME, DATE, TOD and DT: nanoseconds."""
+    """Return the codec of TIME, DATE, TOD and DT, in nanoseconds."""
 
     def get(memory: memoryview, at: int) -> Value:
         return scalar_to_python(kind, number.get(memory, at))
@@ -72,7 +72,10 @@ def _moment_codec(kind: ElementaryType, number: Codec) -> Codec:
 
 
 def _string_codec(size: int) -> Codec:
-    """The characters, a zero, the length in two bytes; then flag and forced value."""
+    """Return the codec of a STRING.
+
+    In memory it is: the characters, a zero, the length in two bytes, then flag and forced value.
+    """
     length_at = (size - _LENGTH.size) // 2 - _LENGTH.size
 
     def get(memory: memoryview, at: int) -> Value:

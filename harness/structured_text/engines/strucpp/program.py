@@ -33,8 +33,8 @@ class StrucppProgram(NativeProgram):
             compiler: The C++ compiler.
 
         Raises:
-            InputError: STruC++ or the C++ compiler refuses it, with file and line, or it does not
-                start with the values of its sources.
+            InputError: STruC++ or the C++ compiler reports an error (with file and line), or the
+                program does not start with the values of its sources.
         """
         layout = layout_of(project, _dialect(project))
         program = cls(project, compile_project(project, layout, strucpp, compiler))
@@ -42,7 +42,7 @@ class StrucppProgram(NativeProgram):
         return program
 
     def check(self, library: ctypes.PyDLL) -> None:
-        """Refuse a runtime of STruC++ that keeps values in another way."""
+        """Raise InputError if this version of STruC++ represents values in an unknown way."""
         if not library.shim_is_as_expected():
             raise InputError(
                 "this version of STruC++ keeps its variables in a way that is not known here",

@@ -1,4 +1,4 @@
-"""Whether a program starts with the values that its sources give: STruC++ leaves some out."""
+"""A check of the initial values of a program: STruC++ omits some of them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def check_start(project: Project, read: Callable[[str], Value]) -> None:
         read: `Program.read` before the first scan.
 
     Raises:
-        InputError: a variable has not its initial value; with the line of its declaration.
+        InputError: A variable does not have its initial value; the error has the line of its
+            declaration.
     """
     seen: set[str] = set()
 
@@ -45,7 +46,7 @@ def check_start(project: Project, read: Callable[[str], Value]) -> None:
                 )
 
     def check_block(block: BlockType, path: str) -> None:
-        """Once for all instances of a block: they start alike."""
+        """Check one instance of each block: all instances start alike."""
         pou = project.pous.get(block.name.upper())
         if pou is not None and pou.name not in seen:
             seen.add(pou.name)
@@ -57,7 +58,7 @@ def check_start(project: Project, read: Callable[[str], Value]) -> None:
 
 
 def _shown(kind: Type, initial: Any) -> Value:
-    """An initial value as `Program.read` gives it."""
+    """Return an initial value in the form of `Program.read`."""
     if isinstance(kind, StructType):
         return {name: _shown(field, initial[name]) for name, field in kind.fields}
     if isinstance(kind, ArrayType):

@@ -1,4 +1,4 @@
-"""Structured Text of Logix as that of the standard: the statements of a routine."""
+"""The statements of a Logix routine, translated to Structured Text of the standard."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from structured_text.projects.rockwell.expressions import (
 __all__ = ["COUNTER", "FIRST_SCAN", "Routine", "plain_tag", "translated"]
 
 _ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
-#: Instructions for texts, and how many arguments follow the first.
+#: Instructions for texts, and the number of arguments behind the first.
 _TEXTS = {"MID": 3, "DELETE": 3, "CONCAT": 2, "INSERT": 3}
 _BLOCKS = {"TONR": "FBD_TIMER", "OSRI": "FBD_ONESHOT", "OSFI": "FBD_ONESHOT"}
 
 
 def translated(lines: Sequence[Line], routine: Routine) -> tuple[Line, ...]:
-    """The statements of a routine.
+    """Return the statements of a routine in the standard's language.
 
     Raises:
-        InputError: what is no Structured Text of Logix, or has nothing that it could become.
+        InputError: The text is not Structured Text of Logix, or has no equivalent.
     """
     last = lines[-1].at if lines else 1
     made = _Statements(tokens_of(lines), last, routine)
@@ -40,7 +40,7 @@ class _Statements(Expressions):
     # --- statements -----------------------------------------------------------------------
 
     def block(self, indent: str, *, whole: bool = False) -> list[Line]:
-        """Statements up to an END, or to the end of the routine."""
+        """Return the statements up to an END, or to the end of the routine."""
         found: list[Line] = []
         while whole or self._peek().word not in _ENDS:
             if self._peek().kind == "end":
@@ -106,7 +106,7 @@ class _Statements(Expressions):
         self._expect("END_CASE")
 
     def _branch(self, indent: str) -> Iterator[Line]:
-        """Statements up to the next label."""
+        """Yield the statements up to the next label."""
         while self._peek().word not in ("ELSE", "END_CASE") and self._peek().kind != "end":
             if self._peek().kind == "number" or self._peek().word == "-":
                 return
@@ -231,7 +231,7 @@ class _Statements(Expressions):
         return f"{routine}();"
 
     def _instruction(self, token: Token) -> str:
-        """`Block(Instance, a, b)`: the parameters that a call must have, in their order."""
+        """Translate `Block(Instance, a, b)`; the arguments are the required parameters in order."""
         instance, data = self._variable()
         if data.type.upper() != token.word:
             raise self._error(f"{instance} is no {token.text}", token)
@@ -255,7 +255,7 @@ class _Statements(Expressions):
         return f"{instance}({', '.join(arguments)});"
 
     def _copy(self, token: Token) -> Iterator[str]:
-        """COP(Source, Dest, Length): a whole tag, or elements of arrays of one type."""
+        """Translate COP(Source, Dest, Length): a whole tag, or elements of equal arrays."""
         source = self._place_of()
         self._expect(",")
         target = self._place_of()
@@ -284,7 +284,7 @@ class _Statements(Expressions):
             raise self._error(f"this {token.text} is not supported", token)
 
     def _size_of(self, token: Token) -> str:
-        """SIZE(Source, Dimension, Dest)."""
+        """Translate SIZE(Source, Dimension, Dest)."""
         text, data = self._variable()
         self._expect(",")
         dimension = self._next().text
@@ -297,7 +297,7 @@ class _Statements(Expressions):
         return f"{target} := {self._converted(value, kind.type, token)};"
 
     def _place_of(self) -> tuple[str, Data, str]:
-        """An array and where in it; a tag that is none, and 0."""
+        """Return an array, its type and an index in it; for another tag, the index is 0."""
         text, data = self._variable(element=False)
         if data.sizes and self._take("["):
             index = self._whole(self._value())
@@ -323,7 +323,11 @@ class _Statements(Expressions):
         return f"{target} := {name}({', '.join([source, *texts])});"
 
     def _find(self, token: Token) -> Iterator[str]:
-        """FIND(Source, Search, Start, Result)."""
+        """Translate FIND(Source, Search, Start, Result).
+
+        The standard's FIND has no start. The text is cut before Start, and the result is shifted
+        back.
+        """
         source = self._string()
         self._expect(",")
         searched = self._string()

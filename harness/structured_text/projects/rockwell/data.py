@@ -1,7 +1,8 @@
-"""What tags of Logix are, and what they are in the standard's language.
+"""The types of Logix tags, and their equivalents in the standard's language.
 
-Elementary types keep their names. Arrays of SINT and INT are arrays of BYTE and WORD, as process
-images are; what is read of them is signed all the same. A string type is a STRING of its length.
+Elementary types keep their names. Arrays of SINT and INT become arrays of BYTE and WORD, which is
+the form of process images; their elements are still read as signed numbers. A string type becomes
+a STRING of its length.
 """
 
 from __future__ import annotations
@@ -11,8 +12,7 @@ from dataclasses import dataclass, field
 
 __all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "Instruction", "Types"]
 
-#: Whole numbers by rank: what is calculated with two of them is of the higher one's type, at
-#: least DINT.
+#: Integer types by rank. The result of an operation has the type of higher rank, at least DINT.
 INTEGERS = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT")
 NUMBERS = (*INTEGERS, "REAL", "LREAL")
 STORED = {"SINT": "BYTE", "INT": "WORD"}
@@ -22,7 +22,7 @@ STORED = {"SINT": "BYTE", "INT": "WORD"}
 class Data:
     """The type of a tag: its name, and its dimensions.
 
-    `stored` of an element that is kept as a BYTE or WORD.
+    `stored` is true for an element that is stored as a BYTE or WORD.
     """
 
     type: str
@@ -31,7 +31,7 @@ class Data:
 
     @property
     def element(self) -> Data:
-        """What an index of all dimensions gives."""
+        """Return the type of an element, with an index for each dimension."""
         return Data(self.type, stored=self.type in STORED)
 
 
@@ -44,14 +44,14 @@ class Instruction:
 
 @dataclass
 class Types:
-    """The types of a project, names in upper case.
+    """The types of a project, with names in upper case.
 
     Attributes:
         members: Members of structures, and parameters of instructions.
         strings: Lengths of string types.
         instructions: Add-On Instructions that are read.
-        protected: Those whose source is not in the file.
-        arrays: Named types for arrays, as they were needed.
+        protected: Add-On Instructions whose source is not in the file.
+        arrays: Named types for arrays, collected by `written`.
     """
 
     members: dict[str, Mapping[str, Data]] = field(default_factory=dict)
@@ -61,15 +61,15 @@ class Types:
     arrays: dict[str, Data] = field(default_factory=dict)
 
     def is_string(self, data: Data) -> bool:
-        """Is it a text?"""
+        """Return whether it is a single text."""
         return not data.sizes and data.type.upper() in self.strings
 
     def is_simple(self, data: Data) -> bool:
-        """Is it one value?"""
+        """Return whether it is a single number or BOOL."""
         return not data.sizes and (data.type == "BOOL" or data.type in NUMBERS)
 
     def written(self, data: Data) -> str:
-        """The type as it is written in a declaration."""
+        """Return the type as it is written in a declaration; an array gets a named type."""
         if data.sizes:
             name = "_".join(["L5X", data.type, *map(str, data.sizes)])
             self.arrays[name] = data
@@ -77,6 +77,6 @@ class Types:
         return data.type
 
     def array(self, data: Data) -> str:
-        """The type of an array, in full."""
+        """Return the type of an array, in full."""
         bounds = ", ".join(f"0..{size - 1}" for size in data.sizes)
         return f"ARRAY [{bounds}] OF {STORED.get(data.type, data.type)}"

@@ -1,8 +1,8 @@
 """Values, tags and conversions of Logix, as the standard writes them.
 
-Logix converts between its types by itself; here each conversion is written, as its manual has it:
-whole numbers are calculated as DINT or longer, a REAL is rounded to a whole number, AND, OR, XOR
-and NOT of whole numbers are bitwise.
+Logix converts implicitly between its types. Here each conversion is written, following the Logix
+manual: integers are calculated as DINT or longer, a REAL is rounded to an integer, and AND, OR, XOR
+and NOT of integers are bitwise.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ __all__ = [
     "tokens_of",
 ]
 
-#: Variables that statements need besides.
+#: Additional variables that translated statements may need.
 COUNTER, FIRST_SCAN = f"{VARIABLES}Index", f"{VARIABLES}FirstScan"
 
 _TOKEN = re.compile(
@@ -42,7 +42,7 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.DOTALL | re.IGNORECASE,
 )
-#: A LWORD in binary, and more than any real has.
+#: Enough characters for a LWORD in binary, and for any real.
 _LONGEST_NUMBER = 80
 _REALS = ("SQRT", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "EXP")
 _SCALED = {"DEG": "57.2957795", "RAD": "0.0174532925"}
@@ -60,7 +60,7 @@ _BITS = {"DINT": "DWORD", "UDINT": "DWORD", "LINT": "LWORD", "ULINT": "LWORD"}
 
 @dataclass(frozen=True)
 class Token:
-    """A piece of a routine, and its line in the file."""
+    """A word, number, text or sign of a routine, and its line in the file."""
 
     kind: str
     text: str
@@ -68,21 +68,21 @@ class Token:
 
     @property
     def word(self) -> str:
-        """Upper case; of numbers and texts nothing."""
+        """Return the text in upper case; empty for a number or a text."""
         return self.text.upper() if self.kind in ("name", "sign") else ""
 
 
 @dataclass
 class Routine:
-    """What names mean in a routine.
+    """The scope of a routine: the meaning of its names.
 
     Attributes:
-        file: For messages.
-        types: Of the project.
-        tags: Of the routine's program or instruction, and of the controller, in upper case.
+        file: The file, for messages.
+        types: The types of the project.
+        tags: Tags of the routine's program or instruction and of the controller, in upper case.
         aliases: Tags that stand for others.
-        routines: What JSR may call, in upper case, with their names.
-        needs: What has to be declared besides: COUNTER, FIRST_SCAN, and names of helping blocks.
+        routines: Routines that JSR can call, in upper case, with their names.
+        needs: Additional declarations: COUNTER, FIRST_SCAN, and names of helper blocks.
     """
 
     file: Path
@@ -94,17 +94,17 @@ class Routine:
 
 
 def plain_tag(name: str) -> str:
-    """A name as the standard allows it: `Local:1:I` is Local_1_I, a reserved word gets a mark."""
+    """Return a name of the standard: `Local:1:I` becomes Local_1_I, a reserved word gets `_1`."""
     plain = name.replace(":", "_").lstrip("\\")
     return f"{plain}_1" if plain.upper() in KEYWORDS else plain
 
 
 Value = tuple[str, str]
-"""An expression as it is written, and its type; whole numbers are DINT or longer."""
+"""An expression as it is written, and its type; integers are DINT or longer."""
 
 
 class Expressions:
-    """Reads values, tags and conversions from the tokens of a routine."""
+    """The reader of values, tags and conversions from the tokens of a routine."""
 
     def __init__(self, tokens: Sequence[Token], last: int, routine: Routine) -> None:
         self._tokens = tokens
@@ -186,7 +186,7 @@ class Expressions:
         raise self._error(f"{left[1]} {token.text} {right[1]} is not possible", token)
 
     def _flags(self, one: Value, other: Value) -> Value:
-        """0 and 1 beside a BOOL are FALSE and TRUE."""
+        """Return FALSE or TRUE for a 0 or 1 that is combined with a BOOL."""
         if other[1] == "BOOL" and one in (("0", "DINT"), ("1", "DINT")):
             return ("TRUE" if one[0] == "1" else "FALSE"), "BOOL"
         return one
@@ -210,7 +210,10 @@ class Expressions:
         return self._power()
 
     def _power(self) -> Value:
-        """Of all operators ** comes first, before a sign (1756-PM007, order of execution)."""
+        """Read operators `**`, which bind more tightly than a sign.
+
+        Source: 1756-PM007, order of execution.
+        """
         left = self._primary()
         while self._take("**"):
             right = self._unary() if self._peek().word in ("-", "+", "NOT") else self._primary()
@@ -220,7 +223,7 @@ class Expressions:
     def _primary(self) -> Value:
         token = self._peek()
         if self._take("("):
-            value = self._value()  # what is compound has brackets already
+            value = self._value()  # a compound value has brackets already
             self._expect(")")
             return value
         if token.kind == "number":
@@ -271,7 +274,7 @@ class Expressions:
     # --- tags -----------------------------------------------------------------------------
 
     def _variable(self, *, written: bool = False, element: bool = True) -> tuple[str, Data]:
-        """A tag with its members, elements and bits; `element` False leaves a last index."""
+        """Read a tag with its members, elements and bits; `element` False leaves a last index."""
         token = self._next()
         if token.kind != "name" or token.word in KEYWORDS:
             raise self._error(f"a tag is needed here, not {token.text!r}", token)
@@ -310,7 +313,7 @@ class Expressions:
         return text, data
 
     def _ends_with_index(self) -> bool:
-        """Is the index that comes the last part of the tag?"""
+        """Return whether the next index is the last part of the tag."""
         depth, ahead = 0, 0
         while self._peek(ahead).kind != "end":
             depth += {"[": 1, "]": -1}.get(self._peek(ahead).text, 0)
@@ -346,12 +349,12 @@ class Expressions:
     # --- conversions ----------------------------------------------------------------------
 
     def _converted(self, value: Value, kind: str, token: Token) -> str:
-        """A value for a tag of a type."""
+        """Return a value converted to the type of a tag."""
         text, given = self._flags(value, ("", kind))
         if given == kind:
             return text
         same = re.fullmatch(rf"{kind}_TO_DINT\(([\w.]+)\)", text)
-        if same:  # it is of this type, and nothing was calculated with it
+        if same:  # it was only widened to DINT, and not used in a calculation
             return same[1]
         if {given, kind} <= set(NUMBERS):
             literal = given == "DINT" and re.fullmatch(r"\d+", text)
@@ -364,7 +367,7 @@ class Expressions:
 
 
 def bare(text: str) -> str:
-    """Without brackets around all of it."""
+    """Return a text without brackets around all of it."""
     if not text.startswith("("):
         return text
     depth = 0
@@ -376,7 +379,7 @@ def bare(text: str) -> str:
 
 
 def tokens_of(lines: Sequence[Line]) -> list[Token]:
-    """The tokens of some lines, without comments."""
+    """Return the tokens of some lines, without comments."""
     text = "\n".join(line.text for line in lines)
     found, number, behind = [], 0, 0
     for one in _TOKEN.finditer(text):
@@ -388,7 +391,7 @@ def tokens_of(lines: Sequence[Line]) -> list[Token]:
 
 
 def _common(one: str, other: str) -> str:
-    """The type in which two numbers are calculated."""
+    """Return the type in which two numbers are calculated."""
     return max(one, other, "DINT", key=NUMBERS.index)
 
 

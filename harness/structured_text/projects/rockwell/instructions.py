@@ -8,8 +8,8 @@ from structured_text.projects.rockwell.data import Data
 
 __all__ = ["BLOCKS", "HELPERS", "HELPER_MEMBERS"]
 
-#: The instruction TONR. Its first run clears it; a negative preset stops it; ACC counts whole
-#: milliseconds, and what is left of one counts in the next call. Source: 1756-RM003, TONR.
+#: The instruction TONR. Its first run clears it. A negative preset stops it. ACC counts whole
+#: milliseconds; the remainder counts in the next call. Source: 1756-RM003, TONR.
 _TIMER = """\
 FUNCTION_BLOCK FBD_TIMER
   VAR_INPUT RETAIN
@@ -90,7 +90,7 @@ FUNCTION_BLOCK FBD_ONESHOT
   END_IF;
   Before := InputBit;
 END_FUNCTION_BLOCK"""
-#: Tags of ladder instructions: nothing but data here.
+#: Tags of ladder instructions; here they are only data.
 _LADDER = {
     "TIMER": {"BOOL": ("EN", "TT", "DN"), "DINT": ("PRE", "ACC")},
     "COUNTER": {"BOOL": ("CU", "CD", "DN", "OV", "UN"), "DINT": ("PRE", "ACC")},
@@ -99,9 +99,9 @@ _LADDER = {
         "DINT": ("LEN", "POS"),
     },
 }
-#: Those that are blocks here.
+#: The helper types that are blocks.
 BLOCKS = ("FBD_TIMER", "FBD_ONESHOT")
-#: What the types of tags of instructions are in Structured Text, by the type's name.
+#: The Structured Text of the helper types, by name.
 HELPERS = {
     "FBD_TIMER": _TIMER,
     "FBD_ONESHOT": _ONESHOT,

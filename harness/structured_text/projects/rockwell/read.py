@@ -1,4 +1,9 @@
-"""The elements of an L5X: data types, instructions, tags, programs and tasks."""
+"""The elements of an L5X: data types, instructions, tags, programs and tasks.
+
+The types are read first, because the statements of routines need them for conversions. A routine
+that cannot be translated becomes a `Foreign` body with the reason. It is an error only if other
+parts of the project need it (see `open`).
+"""
 
 from __future__ import annotations
 
@@ -33,14 +38,14 @@ _ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED = f"{VARIABLES}Prescanned"
 _JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
 
-#: Stand for tags of a module, whose connection begins with 0 each time.
+#: Tags that stand for a module; its connection starts with 0 each time.
 _IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
-#: A statement of a prescan that sets a tag, or an element of it.
+#: A statement of a prescan that sets a tag, or an element of a tag.
 _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
-#: What an alias stands for: a tag with its members, elements and bits.
+#: The target of an alias: a tag with its members, elements and bits.
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
-#: Elements of a dimension.
+#: Largest number of elements in a dimension.
 _LARGEST = (1 << 31) - 1
 _INTEGER = re.compile(r"-?[0-9]{1,20}|(?:2|8|16)#[0-9A-Fa-f]{1,64}")
 _REAL = re.compile(r"[-+]?[0-9]{1,400}(?:\.[0-9]{0,400})?(?:[eE][-+]?[0-9]{1,3})?")
@@ -48,15 +53,14 @@ _REAL_MOST = 3.4028235e38
 
 
 def read_l5x(root: Element, file: Path) -> Project:
-    """Read a project, or what was exported of one.
+    """Read a project, or an exported part of a project.
 
     Args:
         root: The element `RSLogix5000Content`.
         file: Its file, for messages.
 
     Raises:
-        InputError: something is not as the format wants it, or its Structured Text has what is
-            not supported.
+        InputError: The file violates the format, or its Structured Text has unsupported parts.
     """
     return _Reader(root, file).project()
 
@@ -86,7 +90,7 @@ class _Reader:
     def _note(self, text: str, element: Element) -> None:
         self._notes.append(f"{self._file}:{element.at}: {text}")
 
-    # --- what there is --------------------------------------------------------------------
+    # --- types and tags -------------------------------------------------------------------
 
     def _know_type(self, kind: Element) -> None:
         members = [one for one in kind.all("Members", "Member") if one.get("Hidden") != "true"]
@@ -124,9 +128,9 @@ class _Reader:
     def _told_apart(
         self, owner: Element, known: Mapping[str, str]
     ) -> tuple[list[Element], dict[str, str]]:
-        """The tags of a controller or program that are none, and what its aliases stand for.
+        """Return the tags of a controller or program without aliases, and the targets of aliases.
 
-        An alias of a program hides one of the controller, as does a tag.
+        A tag or alias of a program hides an alias of the controller.
         """
         own = owner.all("Tags", "Tag")
         tags = [one for one in own if one.get("TagType") != "Alias"]
@@ -210,9 +214,9 @@ class _Reader:
     def _section(
         self, word: str, tags: Iterable[Element], cleared: Iterable[str] = ()
     ) -> Iterator[Line]:
-        """Declare tags. They keep their values without power, but for those in `cleared`.
+        """Declare tags, as RETAIN except for those in `cleared`.
 
-        The parts of an instance keep theirs, or not, by themselves.
+        An instance is not declared as RETAIN, because its own declarations decide.
         """
         kept: list[Element] = []
         anew: list[Element] = []
@@ -311,7 +315,7 @@ class _Reader:
         return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file)
 
     def _body(self, routine: Element, scope: Routine) -> Lines | Foreign:
-        """The statements of a routine; ladder that only jumps to others is read, too."""
+        """Return the statements of a routine; ladder is read if it only jumps to other routines."""
         kind = routine.get("Type")
         if kind == "ST":
             lines = [
@@ -373,7 +377,7 @@ class _Reader:
     # --- initial values -------------------------------------------------------------------
 
     def _initial(self, tag: Element) -> str:
-        """The value that a tag begins with; empty where that is 0."""
+        """Return the initial value of a tag; empty if it is 0."""
         data = self._data(tag)
         if _key_of(tag, "Usage") == "INOUT":
             return ""
@@ -389,7 +393,7 @@ class _Reader:
         return ""
 
     def _given(self, tag: Element, data: Data) -> str:
-        """The values in which an instance differs from what its instruction begins with."""
+        """Return the values of an instance that differ from those of its instruction."""
         parameters = self._parameters[data.type.upper()]
         parts = []
         for form in (*tag.all("Data"), *tag.all("DefaultData")):
@@ -453,7 +457,7 @@ class _Reader:
 
 
 def _number(text: str, data: Data) -> int | float | None:
-    """A number as a tool writes it; None: it is not one, or outside of what the type holds."""
+    """Return the number in a text; None if it is malformed or out of the type's range."""
     plain = text.replace("_", "").strip()
     if data.type in ("REAL", "LREAL"):
         found = float(plain) if _REAL.fullmatch(plain) else math.inf
