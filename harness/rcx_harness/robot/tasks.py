@@ -306,7 +306,7 @@ class Programs:
         return min(due, default=None)
 
     def _startable(self) -> list[int]:
-        """Return the places of registered tasks that can start; if there are none, of ended tasks."""
+        """Return the places of registered tasks that can start; if none can, of ended tasks."""
         registered = [place for place, task in enumerate(self.tasks) if task.number]
         waiting = [k for k in registered if self.tasks[k].state in ("stopped", "ready")]
         if waiting or self.busy:

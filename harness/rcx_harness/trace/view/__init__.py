@@ -1,4 +1,4 @@
-"""A recording as one page of HTML that is looked at in a browser; `page.View` makes it."""
+"""Recordings as one page of HTML for a browser; `page.View` makes it."""
 
 __all__ = ["BEGINNING"]
 
