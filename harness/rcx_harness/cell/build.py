@@ -121,7 +121,7 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
     """Return where each robot's area begins; areas that are not given follow the previous area."""
     begins = list(given) or [0] if isinstance(given, Sequence) else [given]
     for begin in begins:
-        whole(name, begin, -_LAST_BYTE, _LAST_BYTE)  # a negative one is refused with its image
+        whole(name, begin, -_LAST_BYTE, _LAST_BYTE)  # find_image refuses negative offsets
     if len(begins) > len(sizes):
         raise InputError(f"{len(begins)} offsets {name}, but {len(sizes)} robot(s)")
     while len(begins) < len(sizes):
@@ -153,7 +153,7 @@ def make_link(name: str, size: int, timing: Timing) -> Link:
     if name == "direct":
         return DirectLink(size)
     if name == "enip":
-        from rcx_harness.enip import LockstepLink  # the network only when it is asked for
+        from rcx_harness.enip import LockstepLink  # import the network only if it is used
 
         return LockstepLink(size)
     if name == "enip-realtime":

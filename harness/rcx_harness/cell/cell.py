@@ -47,7 +47,7 @@ _SEED = 2**64
 
 
 class CellTimeout(BenchTimeout):
-    """The error of a test whose awaited condition did not become true in time."""
+    """The error of a test if the condition that it waits for is not true in time."""
 
 
 def _keep() -> None:
@@ -182,36 +182,36 @@ class Cell(Bench):
         """Compile a program with the library and put it into a cell.
 
         Args:
-            program: One ST file or project file, or several; those of the library are added. Or
-                what was compiled of them: it is taken from its beginning, and outlives the cell.
+            program: ST file or project file, or several; files of the library are added. Or a
+                compiled program: it is started from its beginning, and it outlives the cell.
             lib: Folder of the library, all `.st` below it; default: the library of this package.
             scan: Period of the PLC's scan; default: the configuration's tick, or 10 ms.
             engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
             link: `"direct"` (in process), `"enip"` (EtherNet/IP on the loopback, in lock-step with
                 virtual time) or `"enip-realtime"` (its cyclic I/O, at the pace of the clock).
             size: Bytes of the PLC's areas, 48 or 256; default: the robot's.
-            m: Where the area from the robot begins in the process image, in bytes. Of several
-                robots one for each; those left out follow the area before.
-            n: Where the area to the robot begins; as for m.
-            robot: Properties of the robot, or a file of them; or several, each with its areas.
+            m: Offset of the area from the robot in the process image, in bytes. For several
+                robots a list; areas without an offset follow the previous area.
+            n: Offset of the area to the robot; as for m.
+            robot: Properties of the robot, or a robot file; or several, each with its areas.
             rpi: Packet interval in both directions.
             jitter: Greatest delay of a packet.
             timeout: See `Timing.make`.
             phases: See `Timing.make`.
             on_loss: The PLC's inputs without a connection: `"hold"` or `"clear"`.
-            seed: Of everything that is drawn: phases, jitter, the controllers' delays.
-            trace: File for the trace; that of an earlier run is written over.
+            seed: Seed of all random values: phases, jitter, the controllers' delays.
+            trace: File for the trace; the trace of an earlier run is overwritten.
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
-            positions: `"pulses"` or `"mm"`: the trace shows where the robots are.
+            positions: `"pulses"` or `"mm"`: the trace records the positions of the robots.
             replace: ST files for POUs of a project, by the POU's name.
-            connect: A controller that runs elsewhere, instead of a virtual one; `link` and `robot`
-                are then none of the cell's.
-            keep: How many records of the trace stay in memory; each snapshot has them.
-            through: Puts something around the program that sees all that the cell does with it.
+            connect: An external controller instead of a virtual one; `robot` must be None then, and
+                `link` is not used.
+            keep: Number of records of the trace in memory; each snapshot has them.
+            through: Wraps the program in an object that sees all accesses of the cell to it.
 
         Raises:
-            InputError: anything wrong with the sources or the arguments; the controller elsewhere
-                is not there, or refuses.
+            InputError: the sources or the arguments are wrong, or the external controller does not
+                answer or refuses.
         """
         whole("seed", seed, 0, _SEED)
         whole("keep", keep, 0, sys.maxsize)
@@ -385,7 +385,7 @@ class Cell(Bench):
 
     @property
     def commands(self) -> int:
-        """Return the number of remote commands whose end status the PLC has read."""
+        """Return the number of remote commands of which the PLC has read the end status."""
         return sum(node.wire.commands for node in self._nodes)
 
     @property

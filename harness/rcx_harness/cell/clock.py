@@ -47,8 +47,8 @@ class Timing:
     Attributes:
         scan_us: Period of the PLC's scan.
         rpi_us: Requested packet interval, the same in both directions.
-        jitter_us: A packet arrives 0 to this long after it was produced; the order is kept.
-        timeout_us: Either side takes the connection as lost this long after its last packet.
+        jitter_us: Greatest delay of a packet; the order of the packets does not change.
+        timeout_us: Either side considers the connection lost this long after its last packet.
         phases: First occurrence of each clock, in the order of `PHASES`.
     """
 

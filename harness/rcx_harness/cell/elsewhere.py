@@ -172,7 +172,7 @@ class FarNetwork:
         self._link = link
         self._said = ""
         self.input = bytes(link.size)
-        """What the PLC has received so far."""
+        """The last image that the PLC has received."""
 
     def start(self, content: Callable[[], bytes]) -> None:
         """Open the connection; its first packets carry zeros until the program has run.

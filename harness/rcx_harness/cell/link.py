@@ -169,7 +169,7 @@ class PacketNetwork:
         self._last: list[int | None] = [None, None]
         self._due = [0, 0]
         self.input = bytes(link.size)
-        """What the PLC has received so far."""
+        """The last image that the PLC has received."""
 
     def start(self, content: Callable[[], bytes]) -> None:
         """Produce packets from now on; those to the robot carry the result of `content`."""

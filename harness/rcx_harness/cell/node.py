@@ -71,9 +71,9 @@ class Node:
     ) -> None:
         self.number, self.robot, self.link = number, member.robot, member.link
         self.far = member.far
-        """Does the controller run elsewhere?"""
+        """The controller is external."""
         self.matched = self.link.size == self.robot.config.size
-        """Do master and robot agree on the area's size? Without that there is no connection."""
+        """Master and robot have areas of equal size; else there is no connection."""
         self.cycles = 0
         self._program, self.image = program, image
         self.m, self.n = member.m, member.n

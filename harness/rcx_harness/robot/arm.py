@@ -1,4 +1,4 @@
-"""The robots of a controller: servos, what commands set for each, and each robot as one `Arm`."""
+"""The robots of a controller: servos, settings, and each robot as an `Arm`."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ class Arm:
         settings: Settings,
         positions: Sequence[int],
     ) -> None:
-        """`positions` are those of all axes of the controller [pulses]."""
+        """Read `positions`, the positions of all axes of the controller [pulses]."""
         self.number = number
         self.config = config
         self.indices = config.axes_of(number)

@@ -41,7 +41,7 @@ class DedicatedInputs:
         """Process the inputs of one exchange.
 
         Returns:
-            Short names (`SI01`) of the inputs whose OFF to ON edge was recognised.
+            Short names (`SI01`) of the inputs with a recognised OFF to ON edge.
         """
         self._check_reserved(now_us, area)
         now = dedicated_word(area) & DEDICATED

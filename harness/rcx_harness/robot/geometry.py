@@ -87,7 +87,7 @@ class Frame:
         return self.kinematics.bend(self._joints(pulses))
 
     def tool_to_mm(self, mm: Sequence[float], way: Sequence[float]) -> tuple[float, ...]:
-        """Return where the tool at `mm` arrives after a way in its own coordinates.
+        """Return the place that the tool at `mm` reaches by a way in its own coordinates.
 
         If the hand is mounted on the R axis, the R axis turns these coordinates. Otherwise they are
         parallel to the coordinates of the robot.

@@ -267,7 +267,7 @@ class Handshake:
 
 
 def _goes_on(execution: Execution, machine: Machine) -> bool:
-    """Continue a command whose status is no longer shown; return False once it has ended."""
+    """Continue a command with a hidden status; return False once it has ended."""
     try:
         return execution.step(machine) is None
     except CommandError:

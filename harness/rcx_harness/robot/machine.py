@@ -129,6 +129,9 @@ class Machine:
     def advance(self, now_us: int) -> None:
         """Advance the state to `now_us`: due answers, the programs and the movements."""
         self.now_us = now_us
+        # Stops come first, so that an answer which is due in this cycle (such as servo ON) is
+        # checked against them. Each answer may change the stops again. Programs and movements
+        # then see the final state of the cycle.
         self._follow_stops()
         while self.pending and self._answer_next():
             self._follow_stops()
@@ -343,6 +346,11 @@ class Machine:
         return self.auto_mode or not self.config.start_needs_auto
 
     def _follow_stops(self) -> None:
+        # Emergency stop and sequence follow the levels of their inputs, not their edges. Each
+        # change of state takes a configured delay. If the level changes back during the delay of
+        # a release or of the sequence, the pending answer is cancelled. An emergency stop that
+        # has been requested is never cancelled. A stop input that is OFF ends motion in every
+        # cycle, so that a movement cannot start in the same cycle and continue.
         ignored = self.inputs_disabled and not self.config.safety_keeps_stops
         wanted = self.hard_wired_stop or not (self.si00 or ignored)
         if not self.booted:

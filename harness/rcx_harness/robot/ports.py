@@ -109,7 +109,7 @@ class Ports:
 
     Attributes:
         inputs: The last area that the master sent.
-        outputs: What the robot programs wrote, as an area.
+        outputs: The outputs of the robot programs, as an area.
         banks: All other ports by kind: one byte each.
     """
 

@@ -1,4 +1,4 @@
-"""What a robot program does, step by step, in a small part of the robot language.
+"""The steps of a robot program, in a small part of the robot language.
 
     WAIT SI(20)=1        SO(20)=1        SOW(2)=256      A%=SIW(3)       DELAY 500
     SET SO(20)           SO2()=A         SOD(2)=&H11111  C=SID(2)        START 2
@@ -7,9 +7,9 @@
     HALT
 
 DELAY and the time of OUT are in ms. START starts another program, by its number (its place in the
-list of programs), as a task beside this one; SUSPEND holds its task and RESTART lets it go on.
-GOSUB does the steps from a label to RETURN. END goes to the end of the program, as RETURN does
-where no GOSUB went before it. HALT ends all tasks.
+list of programs), as a task beside this one. SUSPEND stops its task and RESTART continues it.
+GOSUB executes the steps from a label to RETURN. END goes to the end of the program, and so does
+RETURN without a GOSUB. HALT ends all tasks.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class End:
     """A step that jumps to the end of the program."""
 
 
-#: A step that waits, acts on a task, goes elsewhere, or is done at once.
+#: A step that waits, acts on a task, jumps, or is executed at once.
 Step = Wait | Delay | Task | Gosub | Return | End | Callable[[World], None]
 
 

@@ -45,15 +45,15 @@ ROBOTS = 4
 COUNTS = {"points": 30000, "comments": 30000, "pallets": 40, "shifts": 40, "hands": 32}
 #: A pallet is defined by this many points in a row.
 PALLET_POINTS = 5
-#: How many static variables there are of each type; SGR0 has the number 256 (guide, 4.4.1).
+#: Number of static variables of each type; SGR0 has the number 256 (guide, 4.4.1).
 VARIABLES = 32
 FIRST_REAL = 256
 #: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
 ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
 
-#: What a word of the real time output can show (guide, 4.9). The list of item numbers is in another
-#: manual; only motor duty, item 13, is in this one. So items are given by name, and the
-#: configuration says which number each of them has. Of an axis: option 1 is the robot, 2 the axis.
+#: Quantities of the real time output (guide, 4.9). The list of item numbers is in another manual;
+#: this guide gives only motor duty, item 13. Items are therefore named, and the configuration maps
+#: their numbers to the names. For an axis, option 1 is the robot and option 2 the axis.
 QUANTITIES_OF_AXIS = (
     "motor_duty",
     "torque_of_max",

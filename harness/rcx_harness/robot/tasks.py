@@ -60,7 +60,7 @@ class Task:
         self.at = 0
         self.elapsed_us = 0
         self.until_us: int | None = None
-        """When the delay under way ends, counted as `elapsed_us`; None without one."""
+        """The end of the delay under way, counted as `elapsed_us`; None without a delay."""
         self.waits = False
         self.calls: tuple[int, ...] = ()
         """The GOSUBs that have not returned yet, by their places."""

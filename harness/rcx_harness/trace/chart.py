@@ -166,7 +166,7 @@ class _Signals:
         self.outputs = [(one.byte, one.bit, _lane(one, "output", who)) for one in table.output]
         self._codes = [one.signal for one in (*table.input, *table.output)]
         self.alarms: set[str] = set()
-        """What remote commands have ended abnormally with."""
+        """The alarms that ended remote commands."""
         self.code = Lane(f"{who}Remote command code", "word", show=command_name)
         self.status = Lane(f"{who}Remote status", "word")
         self._si = self._so = b""
@@ -216,7 +216,7 @@ class _Variables:
             if part.type == _WORD:
                 self.words.add(held)
             if isinstance(held, float) and math.isnan(held):
-                held = "nan"  # the same one again is no change
+                held = "nan"  # NaN differs from itself: without this each scan is a change
             if part.path in self._lanes:
                 self._lanes[part.path].note(t_us, held)
             else:

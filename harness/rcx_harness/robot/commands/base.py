@@ -69,7 +69,7 @@ class Execution(Protocol):
     """A command under way."""
 
     stoppable: bool
-    """The status reset command ends it (continuous output), which is then no mistake."""
+    """The status reset command may end it (continuous output), which is not a violation then."""
 
     def step(self, machine: Machine) -> Response | None:
         """Continue in this cycle; return the response once it has ended normally, else None.

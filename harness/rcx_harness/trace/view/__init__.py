@@ -2,5 +2,5 @@
 
 __all__ = ["BEGINNING"]
 
-#: How each page begins: what begins so may be written over.
+#: Beginning of each page; a file with this beginning may be overwritten.
 BEGINNING = "<!doctype html>\n<!-- rcx view -->"
