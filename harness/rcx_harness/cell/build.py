@@ -1,4 +1,4 @@
-"""What a cell is made of besides its sources: robot, link and outputs, found and checked."""
+"""Construction of a cell's robots, links and agenda from the user's arguments."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ __all__ = [
     "several",
 ]
 
-#: No process image is larger.
+#: Largest offset in a process image.
 _LAST_BYTE = 0xFFFFFF
 
-#: Properties of a robot, or a file of them; or several.
+#: Properties of a robot, or a robot file; or a sequence of these.
 Robots = RobotConfig | str | Path | None | Sequence[RobotConfig | str | Path]
-#: Where the area of the robot begins, in bytes; or of several robots.
+#: Offset of the robot's area in bytes; or the offsets of several robots.
 Areas = int | Sequence[int]
 
 
 def make_robot(
     robot: RobotConfig | str | Path | None, *, size: int | None, seed: int
 ) -> Controller:
-    """A controller from its properties, or from a file of them.
+    """Return a controller made from its properties or from a robot file.
 
-    A size that is not said of the robot is that of the PLC's areas.
+    If the robot does not specify a size, the size of the PLC's areas is used.
 
     Raises:
-        InputError: the file cannot be read or is wrong, or no area has this size.
+        InputError: the file cannot be read or is wrong, or areas cannot have this size.
     """
     if size is not None:
         check_size(size)
@@ -65,7 +65,7 @@ def make_robot(
 
 
 def several(robots: Robots) -> Sequence[RobotConfig | str | Path | None]:
-    """The robots one by one, also where there is but one."""
+    """Return the robots as a sequence, also if only one robot is given."""
     if robots is None or isinstance(robots, (RobotConfig, str, Path)):
         return [robots]
     return robots
@@ -82,11 +82,11 @@ def make_members(
     seed: int,
     connect: Elsewhere | None = None,
 ) -> list[Member]:
-    """The controllers of a cell, each with its link and its areas.
+    """Return the controllers of a cell, each with its link and its areas.
 
     Raises:
-        InputError: as `make_robot` and `make_link`; areas that overlap, or more than robots;
-            properties of a controller that runs elsewhere.
+        InputError: as `make_robot` and `make_link`; areas overlap; more areas than robots;
+            properties are given for an external controller.
     """
     if connect is not None:
         from rcx_harness.cell.elsewhere import FarLink
@@ -118,10 +118,10 @@ def make_members(
 
 
 def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
-    """Where each robot's area begins: as given, the others behind the one before."""
+    """Return where each robot's area begins; areas that are not given follow the previous area."""
     begins = list(given) or [0] if isinstance(given, Sequence) else [given]
     for begin in begins:
-        whole(name, begin, -_LAST_BYTE, _LAST_BYTE)  # a negative one is refused with its image
+        whole(name, begin, -_LAST_BYTE, _LAST_BYTE)  # find_image refuses negative offsets
     if len(begins) > len(sizes):
         raise InputError(f"{len(begins)} offsets {name}, but {len(sizes)} robot(s)")
     while len(begins) < len(sizes):
@@ -136,7 +136,7 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
 
 
 def make_agenda(link: str, connect: Elsewhere | None = None) -> Agenda:
-    """The agenda of a cell with this link: at the pace of the clock where its packets are."""
+    """Return the agenda of a cell; it runs in real time if the packets of the link do."""
     if link != "enip-realtime" and connect is None:
         return Agenda()
     from rcx_harness.cell.live import RealTimeAgenda
@@ -145,15 +145,15 @@ def make_agenda(link: str, connect: Elsewhere | None = None) -> Agenda:
 
 
 def make_link(name: str, size: int, timing: Timing) -> Link:
-    """The link called `"direct"`, `"enip"` or `"enip-realtime"`.
+    """Return the link called `"direct"`, `"enip"` or `"enip-realtime"`.
 
     Raises:
-        InputError: no such link.
+        InputError: the link does not exist.
     """
     if name == "direct":
         return DirectLink(size)
     if name == "enip":
-        from rcx_harness.enip import LockstepLink  # the network only when it is asked for
+        from rcx_harness.enip import LockstepLink  # import the network only if it is used
 
         return LockstepLink(size)
     if name == "enip-realtime":

@@ -1,4 +1,4 @@
-"""One PLC, its robots, the network between them, on one virtual clock."""
+"""The cell: one PLC, its robots, and the network between them, on one virtual clock."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = ["EVENTS", "Cell", "CellTimeout"]
 
-#: What `Cell.inject` and a stimulus can let happen, with a line of help.
+#: Events for `Cell.inject` and for a stimulus, each with a line of help.
 EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}
 
 #: The largest seed of a command, and of the last of its storms.
@@ -47,11 +47,11 @@ _SEED = 2**64
 
 
 class CellTimeout(BenchTimeout):
-    """What a test waited for did not come within its time."""
+    """The error of a test if the condition that it waits for is not true in time."""
 
 
 def _keep() -> None:
-    """What was compiled by others is theirs."""
+    """Leave a program alone that the caller has compiled: it outlives the cell."""
 
 
 class _Snapshot(NamedTuple):
@@ -63,9 +63,9 @@ class _Snapshot(NamedTuple):
 class Cell(Bench):
     """A PLC program and a virtual controller, joined by a network, in virtual time.
 
-    Build it with `Cell.build`. At time 0 both are switched on; the link is there as soon as the
-    controller has booted. `now_us` is the time up to which all has happened. A PLC may have
-    `further` controllers, each with a link and with areas of its own.
+    Build it with `Cell.build`. At time 0 both are switched on; the link is up as soon as the
+    controller has booted. `now_us` is the time up to which the cell has been simulated. A PLC may
+    have `further` controllers, each with its own link and its own areas.
     """
 
     place, late = "cell", CellTimeout
@@ -182,36 +182,36 @@ class Cell(Bench):
         """Compile a program with the library and put it into a cell.
 
         Args:
-            program: One ST file or project file, or several; those of the library are added. Or
-                what was compiled of them: it is taken from its beginning, and outlives the cell.
+            program: ST file or project file, or several; files of the library are added. Or a
+                compiled program: it is started from its beginning, and it outlives the cell.
             lib: Folder of the library, all `.st` below it; default: the library of this package.
             scan: Period of the PLC's scan; default: the configuration's tick, or 10 ms.
             engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
             link: `"direct"` (in process), `"enip"` (EtherNet/IP on the loopback, in lock-step with
                 virtual time) or `"enip-realtime"` (its cyclic I/O, at the pace of the clock).
             size: Bytes of the PLC's areas, 48 or 256; default: the robot's.
-            m: Where the area from the robot begins in the process image, in bytes. Of several
-                robots one for each; those left out follow the area before.
-            n: Where the area to the robot begins; as for m.
-            robot: Properties of the robot, or a file of them; or several, each with its areas.
+            m: Offset of the area from the robot in the process image, in bytes. For several
+                robots a list; areas without an offset follow the previous area.
+            n: Offset of the area to the robot; as for m.
+            robot: Properties of the robot, or a robot file; or several, each with its areas.
             rpi: Packet interval in both directions.
             jitter: Greatest delay of a packet.
             timeout: See `Timing.make`.
             phases: See `Timing.make`.
             on_loss: The PLC's inputs without a connection: `"hold"` or `"clear"`.
-            seed: Of everything that is drawn: phases, jitter, the controllers' delays.
-            trace: File for the trace; that of an earlier run is written over.
+            seed: Seed of all random values: phases, jitter, the controllers' delays.
+            trace: File for the trace; the trace of an earlier run is overwritten.
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
-            positions: `"pulses"` or `"mm"`: the trace shows where the robots are.
+            positions: `"pulses"` or `"mm"`: the trace records the positions of the robots.
             replace: ST files for POUs of a project, by the POU's name.
-            connect: A controller that runs elsewhere, instead of a virtual one; `link` and `robot`
-                are then none of the cell's.
-            keep: How many records of the trace stay in memory; each snapshot has them.
-            through: Puts something around the program that sees all that the cell does with it.
+            connect: An external controller instead of a virtual one; `robot` must be None then, and
+                `link` is not used.
+            keep: Number of records of the trace in memory; each snapshot has them.
+            through: Wraps the program in an object that sees all accesses of the cell to it.
 
         Raises:
-            InputError: anything wrong with the sources or the arguments; the controller elsewhere
-                is not there, or refuses.
+            InputError: the sources or the arguments are wrong, or the external controller does not
+                answer or refuses.
         """
         whole("seed", seed, 0, _SEED)
         whole("keep", keep, 0, sys.maxsize)
@@ -275,10 +275,10 @@ class Cell(Bench):
     # --- surroundings ------------------------------------------------------------------------
 
     def inject(self, event: str, *, controller: int = 1, **args: Any) -> None:
-        """Let one of `EVENTS` happen now to a controller or its link.
+        """Inject one of `EVENTS` now into a controller or its link.
 
         Raises:
-            InputError: no such event or controller, or arguments it does not take.
+            InputError: the event or the controller does not exist, or the arguments do not match.
         """
         node = self._node(controller)
         if not isinstance(event, str):
@@ -294,11 +294,11 @@ class Cell(Bench):
         self._node(controller).network.set_cable(up)
 
     def network_of(self, controller: int) -> Network:
-        """The network between the PLC and a controller."""
+        """Return the network between the PLC and a controller."""
         return self._node(controller).network
 
     def stop_plc(self, *, power: bool = False) -> None:
-        """The PLC goes into STOP, or loses its power: no scan runs, its connections end.
+        """Put the PLC into STOP, or switch its power off: no scan runs, and its connections end.
 
         Raises:
             InputError: the network is a real one.
@@ -308,11 +308,11 @@ class Cell(Bench):
         super().stop_plc(power=power)
 
     def start_plc(self, start: str = "warm") -> None:
-        """The PLC goes into RUN; one that runs already is started anew.
+        """Put the PLC into RUN; a running PLC is restarted.
 
         Args:
-            start: `"warm"`: all variables begin anew but those that are retained; `"cold"`: all
-                of them; `"continue"`: none, as it stands.
+            start: `"warm"`: initialise all variables except retained ones; `"cold"`: initialise all
+                variables; `"continue"`: keep all values.
         """
         check("plc_run", {"start": start})
         for network in self._networks():
@@ -324,7 +324,7 @@ class Cell(Bench):
         super().start_plc(start)
 
     def change_interval(self, rpi_us: int) -> None:
-        """From now on packets go in this interval [us]."""
+        """Change the packet interval [us] from now on."""
         self.timing = self.timing.with_rpi(rpi_us)
         for network in self._networks():
             network.change_interval(self.timing)
@@ -343,16 +343,16 @@ class Cell(Bench):
 
         Args:
             area: The first bytes of its input area, the others are 0; None: the answer again.
-            connected: What its scanner says of the connection meanwhile.
-            controller: Whose area it is, from 1.
+            connected: The connection status that its scanner shows meanwhile.
+            controller: The number of the controller, from 1.
 
         Raises:
-            InputError: no such controller, or more bytes than the area has.
+            InputError: the controller does not exist, or the area has fewer bytes.
         """
         self._node(controller).give_area(area, connected)
 
     def check_near(self) -> None:
-        """Refuse what only a virtual controller can be asked for (InputError)."""
+        """Raise InputError if a controller is external: it supports neither events nor hold."""
         if any(node.far for node in self._nodes):
             hint = "leave events, hold and release out"
             raise InputError("nothing befalls a controller that runs elsewhere", hint=hint)
@@ -365,37 +365,37 @@ class Cell(Bench):
 
     @property
     def connected(self) -> bool:
-        """The status of the PLC's scanner: it is connected to every controller."""
+        """Return whether the PLC's scanner is connected to every controller."""
         return all(node.network.plc_connected(self.now_us) for node in self._nodes)
 
     @property
     def matched(self) -> bool:
-        """Do PLC and robots agree on the areas' sizes? Without that there is no connection."""
+        """Return whether PLC and robots have areas of equal size; else there is no connection."""
         return all(node.matched for node in self._nodes)
 
     @property
     def images(self) -> list[Image]:
-        """The areas of each controller in the PLC's process image."""
+        """Return the areas of each controller in the PLC's process image."""
         return [node.image for node in self._nodes]
 
     @property
     def areas(self) -> list[tuple[int, int, int]]:
-        """Of each controller the size of its areas, and where they begin: m and n, in bytes."""
+        """Return for each controller the size of its areas and their offsets m and n, in bytes."""
         return [(node.link.size, node.m, node.n) for node in self._nodes]
 
     @property
     def commands(self) -> int:
-        """Remote commands whose end the PLC has read."""
+        """Return the number of remote commands of which the PLC has read the end status."""
         return sum(node.wire.commands for node in self._nodes)
 
     @property
     def cycles(self) -> int:
-        """Cycles of the controllers."""
+        """Return the number of controller cycles, over all controllers."""
         return sum(node.cycles for node in self._nodes)
 
     @contextmanager
     def trying(self) -> Iterator[None]:
-        """What is set inside is taken back at its end; no time passes."""
+        """Undo at the end of the context all that is set inside; no time passes."""
         before = [robot.snapshot() for robot in self.robots]
         try:
             with super().trying():
@@ -405,18 +405,18 @@ class Cell(Bench):
                 robot.restore(state)
 
     def ends_scan(self, record: object) -> bool:
-        """Is a record of the trace that of a scan, the first one of it?"""
+        """Return whether a record of the trace is the first record of a scan."""
         return isinstance(record, Scan) and record.controller == 1
 
     # --- state -------------------------------------------------------------------------------
 
     def snapshot(self) -> object:
-        """The state of everything: program, robot, network, time and monitors."""
+        """Return the complete state: program, robots, network, time and monitors."""
         nodes = tuple(node.snapshot() for node in self._nodes)
         return _Snapshot(super().snapshot(), nodes, self.timing)
 
     def restore(self, snapshot: object) -> None:
-        """Go back to what `snapshot` of this cell gave."""
+        """Restore the state of a snapshot of this cell."""
         assert isinstance(snapshot, _Snapshot), "not a snapshot of a cell"
         super().restore(snapshot.bench)
         for node, state in zip(self._nodes, snapshot.nodes, strict=True):

@@ -1,8 +1,8 @@
 """The three clocks of a cell on one virtual time: PLC scan, packets, controller cycle.
 
-At equal times the order is fixed: what the test or the stimulus does, the controllers' cycles,
-packets produced, packets delivered, the PLC's scan. A change therefore never travels through two
-participants in no time the wrong way round, and a run is the same on every machine.
+At equal times the order is fixed: actions of the test or the stimulus, controller cycles, packets
+produced, packets delivered, PLC scan. A change therefore never travels through two participants at
+the same time in the wrong order, and a run is the same on every machine.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SHORTEST_RPI_US, LONGEST_RPI_US = 1_000, 3_200_000
 
 
 class Kind(IntEnum):
-    """What can happen, in the order in which it happens at equal times."""
+    """The kinds of occurrences, in the order in which they happen at equal times."""
 
     STIMULUS = agenda.STIMULUS
     CYCLE = 1
@@ -47,8 +47,8 @@ class Timing:
     Attributes:
         scan_us: Period of the PLC's scan.
         rpi_us: Requested packet interval, the same in both directions.
-        jitter_us: A packet arrives 0 to this long after it was produced; the order is kept.
-        timeout_us: Either side takes the connection as lost this long after its last packet.
+        jitter_us: Greatest delay of a packet; the order of the packets does not change.
+        timeout_us: Either side considers the connection lost this long after its last packet.
         phases: First occurrence of each clock, in the order of `PHASES`.
     """
 
@@ -69,7 +69,7 @@ class Timing:
         phases: str | Mapping[str, Duration] = "zero",
         seed: int = 0,
     ) -> Timing:
-        """Check and convert what a user gave.
+        """Check and convert the times that a user gave.
 
         Args:
             scan: Period of the scan, 100 us to 10 s.
@@ -104,7 +104,11 @@ class Timing:
         return cls(scan_us, rpi_us, jitter_us, timeout_us, drawn)
 
     def with_rpi(self, rpi_us: int) -> Timing:
-        """Return the same with another packet interval (InputError: it is out of its range)."""
+        """Return the same timing with another packet interval.
+
+        Raises:
+            InputError: the interval is out of its range.
+        """
         return replace(self, rpi_us=whole("rpi_us", rpi_us, SHORTEST_RPI_US, LONGEST_RPI_US))
 
 

@@ -1,4 +1,4 @@
-"""A program that is compiled once, for one cell after the other."""
+"""Compiled programs that are used by several cells, one after the other."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Compiled"]
 
 
 class Compiled(compiled.Compiled):
-    """A program with what is known of its sources, and of its use of the library."""
+    """A compiled program with the findings about its sources and its use of the library."""
 
     def __init__(self, files: SourceFiles, engine: str = "auto") -> None:
         super().__init__(files, engine)

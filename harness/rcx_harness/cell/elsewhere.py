@@ -1,6 +1,6 @@
-"""A controller that runs elsewhere: `rcx serve`, or a real one, as a PLC's scanner has it.
+"""The connection to an external controller (`rcx serve` or a real one), as a PLC's scanner has it.
 
-The cell is the PLC alone, at the pace of the clock. Nothing of the controller is simulated.
+The cell then simulates only the PLC, in real time.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ __all__ = ["NAME", "Elsewhere", "FarLink"]
 NAME = "enip-connect"
 
 _LOOK_S, _REOPEN_S = 0.01, 0.1
-#: Longest wait for the packets with zeros to go out: so many intervals, at least this time.
+#: Longest wait for the packets with zeros: number of packet intervals, and at least this time [s].
 _LAST_INTERVALS, _LAST_S = 4, 0.1
-#: A program that stops writing for so many scans is not to be believed: nothing is sent any more.
+#: If the program has not written for this many scans, its outputs are no longer sent.
 _WATCHDOG_SCANS = 4
-#: What a refusal may tell to change.
+#: Options that the message about a refused connection may suggest.
 _OPTIONS = ("--size", "--rpi", "--config-instance", "--config-data", "--input-instance")
 
 
@@ -39,17 +39,17 @@ def _silent(now_us: int, text: str) -> None:
 
 @dataclass(frozen=True)
 class Elsewhere:
-    """Where a controller is, and how its connection is asked for.
+    """The address of an external controller and the parameters of the connection.
 
     Attributes:
         host: Name or address.
-        port: Its TCP port of explicit messages.
+        port: Its TCP port for explicit messages.
         input_instance: The assembly to receive from.
         output_instance: The assembly to send to.
-        configuration: Configuration instance to name, None for none.
-        configuration_data: Data for it.
-        address: IPv4 address of this machine to work from; empty for the one that leads there.
-        tell: Takes the cell's time in microseconds and a line when the connection comes or goes.
+        configuration: Configuration instance to name, None for no instance.
+        configuration_data: Data of the configuration instance.
+        address: IPv4 address of this machine to work from; empty: chosen by the route to the host.
+        tell: Called with the cell's time [us] and a line when the connection is opened or lost.
     """
 
     host: str
@@ -63,12 +63,12 @@ class Elsewhere:
 
     @property
     def name(self) -> str:
-        """How messages call it."""
+        """Return the name that messages use for the controller."""
         return self.host if self.port == PORT else f"{self.host}:{self.port}"
 
 
 class FarLink:
-    """The PLC's end of a connection to a controller elsewhere.
+    """The PLC's end of a connection to an external controller.
 
     Args:
         size: Bytes of each area, 48 or 256.
@@ -76,7 +76,7 @@ class FarLink:
         where: The controller.
 
     Raises:
-        InputError: what cannot be asked for.
+        InputError: the parameters cannot be requested.
     """
 
     name = NAME
@@ -107,40 +107,41 @@ class FarLink:
         self._valid_us = max(timing.timeout_us, _WATCHDOG_SCANS * timing.scan_us)
 
     def open(self) -> None:
-        """Open the connection, and from then on anew after every loss.
+        """Open the connection, and from then on reopen it after every loss.
 
         Raises:
-            InputError: the controller is not there, or refuses.
+            InputError: the controller does not answer, or it refuses.
         """
         self.kept.opener.open()
         self.kept.opener.start(_LOOK_S, _REOPEN_S)
 
     def network(self, agenda: Agenda, *, matched: bool) -> FarNetwork:
-        """Its network; the packets keep no agenda."""
+        """Return the network of this link; its packets do not use the agenda."""
         del agenda, matched
         return FarNetwork(self)
 
     def scanner_write(self, image: bytes) -> None:
-        """Set what the next packets carry."""
+        """Set the content of the next packets."""
         self.kept.write(image, self._valid_us)
 
     def scanner_read(self) -> bytes:
-        """What the packets bring now; zeros where there are none."""
+        """Return the content of the last packet; zeros without a connection."""
         received = self.kept.received()
         return bytes(self.size) if isinstance(received, str) else received.image
 
     def robot_read(self) -> bytes:
-        """Zeros: what the controller has received, it knows alone."""
+        """Return zeros: the image inside an external controller is unknown."""
         return bytes(self.size)
 
     def robot_write(self, image: bytes) -> None:
-        """Nothing: the controller writes its own."""
+        """Do nothing: the external controller writes its own image."""
 
     def close(self) -> None:
-        """Zeros go out, then the connection is closed; more than once does no harm.
+        """Send zeros, then close the connection; a second call has no effect.
 
-        Zeros are what the controller assumes without a master: SI(00) and SI(06) OFF (manual
-        chapter 1, 5.2). So it has stopped when the connection ends, whatever the program asked for.
+        Zeros are the inputs that the controller assumes without a master: SI(00) and SI(06) OFF
+        (manual chapter 1, 5.2). The robot has therefore stopped when the connection ends, whatever
+        outputs the program had set.
         """
         self.kept.opener.end()
         if not isinstance(self.kept.received(), str):
@@ -151,7 +152,7 @@ class FarLink:
         self.kept.write(bytes(self.size), None)
         before, patience_s = self._sent(), _LAST_INTERVALS * self.timing.rpi_us / 1e6
         until_s = time.monotonic() + max(patience_s, _LAST_S)
-        # The first of them may have been under way when the zeros were written.
+        # Wait for two packets: the first may have been sent before the zeros were written.
         while self._sent() < before + 2 and time.monotonic() < until_s:
             time.sleep(self.timing.rpi_us / 4e6)
 
@@ -161,7 +162,7 @@ class FarLink:
 
 
 class FarNetwork:
-    """A `rcx_harness.cell.link.Network` over such a connection.
+    """The implementation of `rcx_harness.cell.link.Network` for an external controller.
 
     Args:
         link: The connection.
@@ -171,29 +172,29 @@ class FarNetwork:
         self._link = link
         self._said = ""
         self.input = bytes(link.size)
-        """What the PLC has received so far."""
+        """The last image that the PLC has received."""
 
     def start(self, content: Callable[[], bytes]) -> None:
         """Open the connection; its first packets carry zeros until the program has run.
 
         Raises:
-            InputError: the controller is not there, or refuses.
+            InputError: the controller does not answer, or it refuses.
         """
         del content
         self._link.open()
 
     def set_cable(self, up: bool) -> None:
-        """Nothing: the cable is a real one."""
+        """Do nothing: the cable is a real one."""
 
     def set_adapter(self, up: bool) -> None:
-        """Nothing: the controller's power is its own matter."""
+        """Do nothing: the cell does not control the power of the controller."""
 
     def robot_connected(self, now_us: int) -> bool:
-        """What the controller thinks of it is not known here."""
+        """Return the PLC's status, because the controller's own status is unknown."""
         return self.plc_connected(now_us)
 
     def plc_connected(self, now_us: int) -> bool:
-        """Do packets come: the status that a PLC's scanner shows."""
+        """Return whether packets arrive: the status that a PLC's scanner shows."""
         received = self._link.kept.received()
         if isinstance(received, str):
             self._tell(now_us, received)
@@ -204,11 +205,11 @@ class FarNetwork:
         return True
 
     def scanned(self, image: bytes) -> None:
-        """The scan has ended: from now on its outputs are sent."""
+        """Send the outputs of the finished scan from now on."""
         self._link.scanner_write(image)
 
     def snapshot(self) -> object:
-        """Not possible: the controller cannot be set back.
+        """Raise InputError: the state of an external controller cannot be restored.
 
         Raises:
             InputError: always.
@@ -216,7 +217,7 @@ class FarNetwork:
         raise InputError("a controller elsewhere has no snapshot", hint="run it without connect")
 
     def restore(self, snapshot: Any) -> None:
-        """Not possible either.
+        """Raise InputError, as `snapshot` does.
 
         Raises:
             InputError: always.

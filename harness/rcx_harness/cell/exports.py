@@ -24,13 +24,13 @@ def export(
 
     Args:
         target: A key of `TARGETS`.
-        lib: Folder of the library; None for the one of this package.
+        lib: Folder of the library; None for the library of this package.
         program: The user's files or folders.
-        only_needed: Leave out what the program does not need.
-        prefix: What the names of the library get; None to leave them.
+        only_needed: Leave out everything that the program does not need.
+        prefix: Prefix of the library's names; None to leave them.
 
     Raises:
-        InputError: no such target, or a mistake in the sources.
+        InputError: the target does not exist, or there is a mistake in the sources.
     """
     folder = default_lib() if lib is None else lib
     names = library_names(lib)
@@ -46,7 +46,7 @@ def sources_of(
     only_needed: bool = False,
     prefix: str | None = None,
 ) -> parts.Sources:
-    """Read and check the library, and a user's files with it: what `export` writes.
+    """Read and check the library and a user's files, as `export` writes them.
 
     Raises:
         InputError: a mistake in the sources.

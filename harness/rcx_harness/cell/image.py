@@ -1,4 +1,4 @@
-"""Where a program keeps its process image: two arrays, or located variables."""
+"""The process image of a program: two arrays, or located variables."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BYTES = {"X": 0, "": 0, "B": 1, "W": 2, "D": 4, "L": 8}
 
 
 class Slot(NamedTuple):
-    """A variable in an area: its path and type, and where its first byte is in the area."""
+    """A variable in an area: its path and type, and the position of its first byte in the area."""
 
     path: str
     kind: str
@@ -35,18 +35,18 @@ class Image(Protocol):
 
     @property
     def slots(self) -> list[Slot]:
-        """The variables that the area from the robot is put into."""
+        """Return the variables that receive the area from the robot."""
 
     @property
     def bridged(self) -> bool:
-        """Without a connection the area is 0, and a life word says so."""
+        """Return whether the image is that of a bridge: the area is 0 without a connection."""
 
     @property
     def life_path(self) -> str:
-        """The variable with that life word, if there is one."""
+        """Return the path of the bridge's life word; empty without such a variable."""
 
     def put(self, area: bytes, connected: bool = True) -> None:
-        """Write the area that came from the robot, at offset m; is it `connected`?"""
+        """Write the area from the robot at offset m; `connected` is the state of the connection."""
 
     def get(self) -> bytes:
         """Read the area that goes to the robot, at offset n."""
@@ -55,17 +55,18 @@ class Image(Protocol):
 def find_image(program: Program, *, size: int, m: int, n: int, located: bool = False) -> Image:
     """Find the process image of a program and check that the areas fit.
 
-    A program that fills `InputArea` itself has its process image in the variables that it copies.
+    If the program fills `InputArea` itself, its process image is the variables from which it
+    copies.
 
     Args:
         program: The compiled program.
         size: Bytes of each area, 48 or 256.
         m: Offset of the area from the robot, in bytes.
         n: Offset of the area to the robot, in bytes.
-        located: What the program reads comes from located variables, even with an `InputArea`.
+        located: The program reads located variables, even if it has an `InputArea`.
 
     Raises:
-        InputError: no image, a wrong size, or an offset that leaves or overlaps it.
+        InputError: there is no image, its size is wrong, or an offset leaves or overlaps it.
     """
     check_size(size)
     for name, offset in (("m", m), ("n", n)):
@@ -103,16 +104,19 @@ def _arrays(program: Program) -> tuple[str, str] | None:
 
 
 def owner_of_areas(program: Program) -> str:
-    """The block, structure or list that has both areas; empty where a program has, or none."""
+    """Return the block, structure or list with both areas; empty if there is none.
+
+    It is also empty if a PROGRAM declares the areas.
+    """
     found = _elsewhere(program)
     return found[0].rpartition(".")[0] if found is not None else ""
 
 
 def _elsewhere(program: Program) -> tuple[str, str] | None:
-    """Both areas in one block, structure or list of variables, the outermost first.
+    """Find both areas in one block, structure or list of variables, the outermost first.
 
-    Where a PROGRAM has no variables of its own that last, as in TIA Portal, or a tool's habit is
-    to have a global list for what is wired.
+    A PROGRAM in TIA Portal has no variables that last, and users of other tools often declare wired
+    variables in a global list.
     """
     areas: dict[str, dict[str, str]] = {}
     for path, kind in program.walk():
@@ -147,7 +151,7 @@ def _check_end(name: str, offset: int, size: int, have: int, where: str) -> None
 
 
 class ArrayImage:
-    """`InputArea` and `OutputArea` of a program."""
+    """The process image of a program with the arrays `InputArea` and `OutputArea`."""
 
     bridged, life_path = False, ""
 
@@ -165,7 +169,7 @@ class ArrayImage:
 
     @property
     def slots(self) -> list[Slot]:
-        """The elements of the array."""
+        """Return the elements of the array."""
         kind = self._program.type_of(self._source)
         assert isinstance(kind, ArrayType)
         width, low = 2 if _is_words(kind) else 1, kind.bounds[0][0]
@@ -177,7 +181,7 @@ class ArrayImage:
         ]
 
     def put(self, area: bytes, connected: bool = True) -> None:
-        """Write the area that came from the robot; what lies beside it stays."""
+        """Write the area from the robot; bytes outside of it do not change."""
         self._program.write_bytes(self._source, area, self._m)
 
     def get(self) -> bytes:
@@ -194,11 +198,11 @@ class LocatedImage:
 
     An index counts elements of its own width, as on OpenPLC: `%IW3` is bytes 6 and 7, `%ID1` bytes
     4 to 7, `%IX5.2` bit 2 of byte 5. Bytes without a variable read as zero. With `%M` and `%Q` the
-    word behind the inputs is the bridge's life word: another one in each scan, and 0, as all of the
-    area, without a connection.
+    word behind the inputs is the bridge's life word. It changes in each scan. Without a connection
+    it is 0, and so is the whole area.
 
-    An area at 0 where no row of variables begins is that of the only row that is as long as it:
-    the tools give addresses of their own, such as `%IB100`.
+    If an area is at offset 0 but no row of variables begins there, the area is the only row that is
+    long enough. Tools assign addresses of their own, such as `%IB100`.
     """
 
     def __init__(
@@ -266,7 +270,7 @@ def _slot(item: Located) -> tuple[str, Slot]:
 
 
 def _begin(slots: list[Slot], offset: int, size: int) -> int:
-    """Where an area begins: at its offset, or where the only row of variables for it does."""
+    """Return where an area begins: at its offset, or at the only row of variables for it."""
     rows: list[list[int]] = []
     for slot in sorted(slots, key=lambda one: one.start):
         if not slot.width:
@@ -279,7 +283,7 @@ def _begin(slots: list[Slot], offset: int, size: int) -> int:
 
 
 def _within(slots: list[Slot], name: str, offset: int, size: int) -> list[Slot]:
-    """The variables that lie in the area, their starts counted from its first byte."""
+    """Return the variables inside the area, with starts relative to its first byte."""
     inside = [
         slot._replace(start=slot.start - offset)
         for slot in slots

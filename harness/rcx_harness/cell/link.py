@@ -1,7 +1,7 @@
-"""The way between PLC and robot: two images, and the packets that carry them.
+"""The connection between PLC and robot: two images, and the packets that carry them.
 
-A link holds the images; a network says when a packet is produced, when it arrives, and when the
-connection is lost.
+A link holds the images. A network determines when a packet is produced, when it arrives, and when
+the connection is lost.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _TO_ROBOT, _TO_PLC = 0, 1
 #: To the robot, to the PLC.
 BOTH = (_TO_ROBOT, _TO_PLC)
 
-#: How long a scanner takes at least to open a connection anew.
+#: Shortest time in which a scanner reopens a connection.
 _REOPEN_US = 100_000
 
 
@@ -29,31 +29,31 @@ _REOPEN_US = 100_000
 class Link(Protocol):
     """The two assemblies of the adapter, as seen from the scanner and from the robot.
 
-    Images are exactly `size` bytes. Nothing here knows of time: the cell decides when a packet
-    is produced and when it arrives.
+    Images are exactly `size` bytes. A link has no time: the cell decides when a packet is produced
+    and when it arrives.
     """
 
     name: str
     size: int
 
     def scanner_write(self, image: bytes) -> None:
-        """A packet from the master arrives: assembly 150 is `image` from now on."""
+        """Set assembly 150 to `image`: a packet from the master has arrived."""
 
     def scanner_read(self) -> bytes:
-        """What the master receives now: assembly 100."""
+        """Return assembly 100, which the master receives now."""
 
     def robot_read(self) -> bytes:
-        """What the controller finds in assembly 150."""
+        """Return assembly 150, which the controller reads."""
 
     def robot_write(self, image: bytes) -> None:
-        """The controller puts its outputs into assembly 100."""
+        """Set assembly 100 to the controller's outputs."""
 
     def close(self) -> None:
-        """End the connection and free what it holds."""
+        """Close the connection and free its resources."""
 
 
 class Network(Protocol):
-    """What a cell asks of a network; `PacketNetwork` says what each of it means."""
+    """The interface between a cell and a network; see `PacketNetwork` for its methods."""
 
     @property
     def input(self) -> bytes: ...  # noqa: D102
@@ -77,23 +77,23 @@ class Network(Protocol):
 
 @runtime_checkable
 class OwnNetwork(Protocol):
-    """A link whose packets do not go as those of `PacketNetwork`."""
+    """A link with a network of its own instead of `PacketNetwork`."""
 
     def network(self, agenda: Agenda, *, matched: bool) -> Network:
-        """Its network in a cell with this agenda; `matched` as at `PacketNetwork`."""
+        """Return its network in a cell with this agenda; see `PacketNetwork` for `matched`."""
 
 
 def make_network(
     link: Link, timing: Timing, agenda: Agenda, *, matched: bool, seed: int, controller: int
 ) -> Network:
-    """The network of a link: its own, or packets in virtual time."""
+    """Return the network of a link: its own network, or packets in virtual time."""
     if isinstance(link, OwnNetwork):
         return link.network(agenda, matched=matched)
     return PacketNetwork(link, timing, agenda, matched=matched, seed=seed, controller=controller)
 
 
 class DirectLink:
-    """Both images in one process, no network at all.
+    """A link with both images in one process, without a network.
 
     Args:
         size: Bytes of each area, 48 or 256.
@@ -123,27 +123,27 @@ class DirectLink:
         self._to_master = bytes(image)
 
     def close(self) -> None:
-        """Nothing to free."""
+        """Do nothing: there are no resources to free."""
 
 
 class PacketNetwork:
     """Cyclic packets in both directions over one connection.
 
-    Packets flow while the cable is plugged in and the robot's adapter is on; an interruption
-    also takes those under way. A side takes the connection as lost when no packet has arrived
-    for `Timing.timeout_us`; the adapter also loses it with its power. Once one side has lost it,
-    no packet flows until the other has lost it too and the scanner has opened a new one, which
-    takes at least 100 ms and a scan: neither side misses the restart of the other. Before the
-    first packet both images are zero.
+    Packets flow while the cable is plugged in and the robot's adapter is on; an interruption also
+    drops the packets under way. A side considers the connection lost when no packet has arrived for
+    `Timing.timeout_us`; the adapter also loses it with its power. Once one side has lost it, no
+    packet flows until the other side has lost it too and the scanner has opened a new connection.
+    That takes at least 100 ms and a scan, so neither side misses the restart of the other. Before
+    the first packet both images are zero.
 
     Args:
         link: The two images.
         timing: RPI, jitter, time-out.
-        agenda: Of the cell: when packets are produced and arrive.
-        matched: False when master and robot differ in the area's size: there is no connection
-            then (manual chapter 3, 1).
+        agenda: The agenda of the cell; it produces and delivers the packets.
+        matched: False if master and robot differ in the area's size: there is no connection then
+            (manual chapter 3, 1).
         seed: Seed of the jitter.
-        controller: Which of the cell's controllers is at its end.
+        controller: Number of the controller in the cell.
     """
 
     def __init__(
@@ -169,10 +169,10 @@ class PacketNetwork:
         self._last: list[int | None] = [None, None]
         self._due = [0, 0]
         self.input = bytes(link.size)
-        """What the PLC has received so far."""
+        """The last image that the PLC has received."""
 
     def start(self, content: Callable[[], bytes]) -> None:
-        """Packets go from now on, those to the robot with `content` at that time."""
+        """Produce packets from now on; those to the robot carry the result of `content`."""
 
         def to_robot(now_us: int) -> None:
             self.produce_to_robot(now_us, content)
@@ -191,24 +191,24 @@ class PacketNetwork:
             self._epoch += 1
 
     def set_adapter(self, up: bool) -> None:
-        """The robot's adapter starts, or goes off with its controller's power."""
+        """Switch the robot's adapter on or off, as its controller boots or loses power."""
         if up != self._adapter:
             self._adapter = up
             if not up:
                 self._lose(_TO_ROBOT)
 
     def set_plc(self, up: bool) -> None:
-        """The PLC's scanner starts, or ends its connection."""
+        """Start the PLC's scanner, or end its connection."""
         self._plc = up
         if not up:
             self._lose(_TO_PLC)
 
     def disturb(self, kind: str, direction: int, share: float, by_us: int = 0) -> None:
-        """From now on let `share` of a direction's packets be `lost`, `late` or `doubled`.
+        """Let `share` of a direction's packets be `lost`, `late` or `doubled` from now on.
 
-        A late packet, and the second of a doubled one, come up to `by_us` later; the order of the
-        packets is kept. What becomes of a packet depends on the seed and on its time alone, so
-        that a run stays the same before a disturbance that is taken out.
+        A late packet, and the second packet of a doubled one, arrive up to `by_us` later; the order
+        of the packets does not change. The fate of a packet depends only on the seed and on its
+        time. If a disturbance is removed, the run before it therefore stays the same.
         """
         if share:
             self._faults[kind, direction] = (share, by_us)
@@ -217,36 +217,36 @@ class PacketNetwork:
 
     @property
     def disturbed(self) -> dict[str, int]:
-        """How many packets were `lost`, `late` and `doubled` by `disturb`."""
+        """Return how many packets `disturb` has `lost`, delayed (`late`) and `doubled`."""
         return dict(self._hits)
 
     def change_interval(self, timing: Timing) -> None:
-        """Another packet interval, as the agenda has it from the next packet on."""
+        """Change the packet interval; the agenda uses it from the next packet on."""
         self._timing = timing
 
     def robot_connected(self, now_us: int) -> bool:
-        """Does the robot still receive packets?"""
+        """Return whether the robot still receives packets."""
         return self._alive(_TO_ROBOT, now_us)
 
     def plc_connected(self, now_us: int) -> bool:
-        """Does the PLC still receive packets: the status its scanner shows."""
+        """Return whether the PLC still receives packets: the status that its scanner shows."""
         return self._alive(_TO_PLC, now_us)
 
     def scanned(self, image: bytes) -> None:
-        """A scan has ended; what it put out goes with the next packet produced."""
+        """Do nothing: the outputs of the scan are sent with the next packet."""
 
     def produce_to_robot(self, now_us: int, content: Callable[[], bytes]) -> None:
-        """The PLC's scanner sends its output image as it is now."""
+        """Send the current output image of the PLC's scanner."""
         if self._flows(now_us):
             self._send(_TO_ROBOT, now_us, content())
 
     def produce_to_plc(self, now_us: int) -> None:
-        """The robot's adapter sends its output image as it is now."""
+        """Send the current output image of the robot's adapter."""
         if self._flows(now_us):
             self._send(_TO_PLC, now_us, self._link.scanner_read())
 
     def snapshot(self) -> object:
-        """The whole state, images included."""
+        """Return the complete state, including the images."""
         state = (self._cable, self._adapter, self._plc, self._open, self._epoch, self._lost_us)
         packets = (tuple(self._last), tuple(self._due))
         images = (self._link.robot_read(), self._link.scanner_read(), self.input)
@@ -254,7 +254,7 @@ class PacketNetwork:
         return state, packets, images, self._random.getstate(), faults
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore the state of a snapshot."""
         state, packets, images, random, faults = snapshot
         self._cable, self._adapter, self._plc, self._open, self._epoch, self._lost_us = state
         self._faults, self._hits, self._timing = dict(faults[0]), dict(faults[1]), faults[2]
@@ -265,9 +265,12 @@ class PacketNetwork:
         self._random.setstate(random)
 
     def _flows(self, now_us: int) -> bool:
-        """Is there a connection, or can a new one be opened?"""
+        """Return whether there is a connection; open a new one if possible."""
         if not (self._matched and self._cable and self._adapter and self._plc):
             return False
+        # A lost connection is reopened only after both sides have noticed the loss. Otherwise one
+        # side would continue without noticing that the other has restarted. The pause is also
+        # longer than a scan, so that the program sees the connection status OFF at least once.
         if not self._open:
             lost = [not self._alive(direction, now_us) for direction in (_TO_ROBOT, _TO_PLC)]
             pause_us = max(_REOPEN_US, self._timing.scan_us + 1)
@@ -304,7 +307,7 @@ class PacketNetwork:
             self._queue(self._due[direction], direction, content)
 
     def _hit(self, kind: str, direction: int, now_us: int) -> int | None:
-        """Is the packet of this time hit: how long it takes [us], at least 1; else None."""
+        """Return the delay [us] (at least 1) if the packet of this time is disturbed; else None."""
         share, by_us = self._faults.get((kind, direction), (0.0, 0))
         key = f"{kind} {direction} {now_us} {self._seed}".encode()
         draw = (int.from_bytes(blake2b(key, digest_size=4).digest(), "big") + 1) / 2**32
@@ -316,7 +319,8 @@ class PacketNetwork:
     def _send_on(self, direction: int, now_us: int, content: bytes) -> None:
         jitter_us = self._timing.jitter_us
         if not jitter_us and now_us > self._due[direction]:
-            # Nothing else is under way, and nothing happens between sending and arriving.
+            # No other packet is under way, and without jitter nothing can happen between sending
+            # and arrival. The packet can be delivered at once, which saves an entry in the agenda.
             self._due[direction] = now_us
             self._arrive(direction, now_us, content)
             return
@@ -325,7 +329,7 @@ class PacketNetwork:
         self._queue(due, direction, content)
 
     def _queue(self, due_us: int, direction: int, content: bytes) -> None:
-        """Let a packet arrive then, unless an interruption comes before."""
+        """Deliver a packet at `due_us`, unless an interruption comes first."""
         packet = partial(self._deliver, direction, self._epoch, content)
         self._agenda.add(due_us, Kind.DELIVER, packet, self._controller)
 

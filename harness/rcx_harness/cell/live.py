@@ -1,7 +1,7 @@
-"""A run in real time: the packets of a real cyclic connection, and a clock that keeps step.
+"""Runs in real time: the packets of a real cyclic connection, and a clock that keeps pace.
 
-The cell's time is still its own, in whole microseconds, and PLC and controller are called in its
-order. It is only held back to the time of this computer, because packets now travel by themselves.
+The cell still counts its own time in whole microseconds, and it calls PLC and controller in its own
+order. It only waits for the time of this computer, because packets now travel by themselves.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from structured_text.output.units import format_us
 
 __all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink"]
 
-#: Being late by less is made up for; by more, the cell's time stands still [us].
+#: A shorter delay is made up for; after a longer delay the cell's time is set back [us].
 _LATE_US = 5_000
 _LOOK_S = 0.01
 _REOPEN_S = 0.1
@@ -31,15 +31,15 @@ _FIRST_PACKET_S = 2.0
 
 
 class RealTimeAgenda(Agenda):
-    """An agenda that lets nothing happen before its time has come.
+    """An agenda that executes nothing before its time has come.
 
     Args:
         clock_us: This computer's monotonic time in microseconds.
-        sleep: Waits for so many seconds, perhaps longer.
+        sleep: Waits for the given number of seconds, or longer.
 
     Attributes:
-        stalls: How often something came so late that the cell's time stood still meanwhile.
-        stalled_us: How long, in all.
+        stalls: How often the agenda was so late that the cell's time was stopped.
+        stalled_us: Total time of these stops [us].
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class RealTimeAgenda(Agenda):
 
     @property
     def notice(self) -> str:
-        """One line if this computer was late; else empty."""
+        """Return a line about the delays of this computer; empty if it was never late."""
         if not self.stalls:
             return ""
         times = "once" if self.stalls == 1 else f"{self.stalls} times"
@@ -63,14 +63,15 @@ class RealTimeAgenda(Agenda):
         return f"this computer was late {times}, by {late} in all; the run waited meanwhile"
 
     def pop(self) -> tuple[int, Action]:
-        """Take the next event when it is due."""
+        """Wait until the next event is due, and return it."""
         due_us = self.first()[0]
         if self._start_us is None:
             self._start_us = self._clock_us() - due_us
         while (wait_us := self._start_us + due_us - self._clock_us()) > 0:
             self._sleep(wait_us / 1e6)
         if -wait_us > _LATE_US:
-            # A burst of scans would meet packets that go on at their own pace.
+            # Catching up would run a burst of scans against packets that keep their own pace.
+            # The start of the run is shifted instead, so the cell's time stands still.
             self._start_us -= wait_us
             self.stalls += 1
             self.stalled_us -= wait_us
@@ -78,14 +79,14 @@ class RealTimeAgenda(Agenda):
 
 
 class RealTimeLink(Class1Link):
-    """A cyclic connection that is opened, and after a loss opened anew, by a thread.
+    """A cyclic connection that a thread opens, and reopens after a loss.
 
     Args:
         size: Bytes of each area, 48 or 256.
         timing: RPI and time-out.
 
     Raises:
-        InputError: a time-out that cannot be asked for, or a process did not start.
+        InputError: the time-out cannot be requested, or a process did not start.
     """
 
     name = "enip-realtime"
@@ -97,16 +98,16 @@ class RealTimeLink(Class1Link):
         self._opener.start(_LOOK_S, _REOPEN_S)
 
     def network(self, agenda: Agenda, *, matched: bool) -> LiveNetwork:
-        """Its network; the packets keep no agenda."""
+        """Return the network of this link; its packets do not use the agenda."""
         del agenda
         return LiveNetwork(self, matched=matched)
 
     def want(self, connection: bool) -> None:
-        """Is there to be a connection?"""
+        """Request that the connection is open (True) or closed."""
         self._opener.wanted = connection
 
     def close(self) -> None:
-        """End thread, connection and processes; more than once does no harm."""
+        """End thread, connection and processes; a second call has no effect."""
         self._opener.end()
         super().close()
 
@@ -116,11 +117,11 @@ class RealTimeLink(Class1Link):
 
 
 class LiveNetwork:
-    """A `rcx_harness.cell.link.Network` over packets that travel by themselves.
+    """The implementation of `rcx_harness.cell.link.Network` for packets in real time.
 
     Args:
         link: The connection.
-        matched: False when master and robot differ in the area's size: nothing is opened then.
+        matched: False if master and robot differ in the area's size: no connection is opened then.
     """
 
     def __init__(self, link: RealTimeLink, *, matched: bool) -> None:
@@ -131,11 +132,11 @@ class LiveNetwork:
 
     @property
     def input(self) -> bytes:
-        """What the PLC has received so far."""
+        """Return the last image that the PLC has received."""
         return self._link.scanner_read()
 
     def start(self, content: Callable[[], bytes]) -> None:
-        """Nothing: the processes of scanner and adapter send at their own interval."""
+        """Do nothing: the processes of scanner and adapter send at their own interval."""
 
     def set_cable(self, up: bool) -> None:
         """Plug or unplug the cable."""
@@ -143,21 +144,21 @@ class LiveNetwork:
         self._switch()
 
     def set_adapter(self, up: bool) -> None:
-        """The robot's adapter starts, or goes off with its controller's power."""
+        """Switch the robot's adapter on or off, as its controller boots or loses power."""
         if up != self._adapter:
             self._adapter = up
             self._switch()
 
     def robot_connected(self, now_us: int) -> bool:
-        """Does the robot still receive packets, of a master that runs?"""
+        """Return whether the robot still receives packets from a master in RUN."""
         return self._matched and self._link.shared.owner is OwnerState.RUN
 
     def plc_connected(self, now_us: int) -> bool:
-        """Does the PLC still receive packets: the status its scanner shows."""
+        """Return whether the PLC still receives packets: the status that its scanner shows."""
         return self._link.scanner.read().connected
 
     def scanned(self, image: bytes) -> None:
-        """The scan has ended: from now on its outputs are sent.
+        """Send the outputs of the finished scan from now on.
 
         Raises:
             ProcessDiedError: a process of the connection has ended by itself.
@@ -167,7 +168,7 @@ class LiveNetwork:
         self._link.scanner_write(image)
 
     def snapshot(self) -> object:
-        """Not possible: what is under way on a real network cannot be kept.
+        """Raise InputError: packets under way on a real network cannot be saved.
 
         Raises:
             InputError: always.
@@ -175,7 +176,7 @@ class LiveNetwork:
         raise InputError("a run in real time has no snapshot", hint="use the link direct or enip")
 
     def restore(self, snapshot: Any) -> None:
-        """Not possible either.
+        """Raise InputError, as `snapshot` does.
 
         Raises:
             InputError: always.

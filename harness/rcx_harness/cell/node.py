@@ -1,4 +1,4 @@
-"""One controller of a cell: its way to the PLC, its areas there, and what is checked of it."""
+"""One controller of a cell: its network, its areas in the PLC, and its monitors."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ Report = Callable[[Iterable[Violation]], None]
 
 
 class Member(NamedTuple):
-    """A controller with its link, and where its areas begin in the process image, in bytes.
+    """A controller with its link and the offsets of its areas in the process image, in bytes.
 
-    One that is `far` runs elsewhere: `robot` stands for its size alone and never runs.
+    A `far` controller is external: `robot` only represents its size and never runs.
     """
 
     robot: Controller
@@ -46,12 +46,12 @@ class Node:
         image: These areas in the PLC's process image.
         program: The PLC's program.
         timing: Periods and phases.
-        agenda: The cell's.
-        trace: Where scans and cycles are noted.
-        report: Takes the rules that were broken.
+        agenda: The cell's agenda.
+        trace: The trace that records scans and cycles.
+        report: Called with the violations.
         seed: Seed of the jitter.
         clear: The PLC's inputs read 0 without a connection.
-        positions: Unit of the positions that cycles show; empty: they do not.
+        positions: Unit of the positions in the trace; empty: positions are not recorded.
     """
 
     def __init__(
@@ -71,9 +71,9 @@ class Node:
     ) -> None:
         self.number, self.robot, self.link = number, member.robot, member.link
         self.far = member.far
-        """Does the controller run elsewhere?"""
+        """The controller is external."""
         self.matched = self.link.size == self.robot.config.size
-        """Do master and robot agree on the area's size? Without that there is no connection."""
+        """Master and robot have areas of equal size; else there is no connection."""
         self.cycles = 0
         self._program, self.image = program, image
         self.m, self.n = member.m, member.n
@@ -97,7 +97,7 @@ class Node:
         self.network.start(image.get)
 
     def before_scan(self, now: int) -> None:
-        """Put what has come from the controller into the process image."""
+        """Put the controller's last image into the process image."""
         connected = self.network.plc_connected(now)
         self._so = self._no_area if self._clear and not connected else self.network.input
         if self._given is not None:
@@ -108,7 +108,7 @@ class Node:
         self.image.put(self._so, connected)
 
     def after_scan(self, now: int, scan: int, watched: dict[str, Any] | None) -> None:
-        """Take what the PLC has written, note it and judge it."""
+        """Send the PLC's outputs, record the scan and check it."""
         si = self.image.get()
         self.network.scanned(si)
         self._trace.add(Scan(now, scan, self._so, si, watched, self.number))
@@ -116,7 +116,7 @@ class Node:
             self._tell(found)
 
     def begin_anew(self) -> None:
-        """The PLC has started: nothing that it wrote before counts."""
+        """Reset the monitor after a start of the PLC; earlier outputs no longer count."""
         commands, self.wire = self.wire.commands, WireMonitor(self.link.size)
         self.wire.commands = commands
 
@@ -132,12 +132,12 @@ class Node:
         self._given = None if area is None else (area.ljust(self.link.size, b"\0"), connected)
 
     def snapshot(self) -> object:
-        """The state of controller, network and monitor."""
+        """Return the state of controller, network and monitor."""
         robot, network = self.robot.snapshot(), self.network.snapshot()
         return robot, network, self.wire.snapshot(), self.cycles, self._given
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore the state of a snapshot."""
         robot, network, wire, self.cycles, self._given = snapshot
         self._stood, self._posed = None, ()
         self.robot.restore(robot)
@@ -161,12 +161,12 @@ class Node:
         self.cycles += 1
 
     def _moved(self) -> tuple[float, ...] | None:
-        """Where the robots are, if that has changed."""
+        """Return the positions of the robots if they have changed; else None."""
         before, self._stood = self._stood, where(self.robot, self._unit)
         return None if self._stood == before else self._stood
 
     def _set(self) -> tuple[dict[str, Any], ...] | None:
-        """How the robots stand besides their positions, if that has changed."""
+        """Return the poses of the robots (apart from positions) if they have changed; else None."""
         before, self._posed = self._posed, tuple(poses(self.robot))
         is_new = self._posed != before and bool(before or any(self._posed))
         return self._posed if is_new else None
@@ -178,9 +178,9 @@ class Node:
 
 
 def status_path(program: Program, number: int) -> str | None:
-    """`Main.Connected`, or `Main.Connected2` for controller 2, if a program has such a BOOL.
+    """Return `Main.Connected`, or `Main.Connected2` for controller 2, if a program has such a BOOL.
 
-    Where none has, one beside the areas.
+    Otherwise return a BOOL of that name beside the areas; None if there is none.
     """
     wanted = "connected" if number == 1 else f"connected{number}"
     for name, kind in program.instances().items():

@@ -39,16 +39,20 @@ def source_files(
 
 
 def library_folder(lib: str | Path | None) -> Path:
-    """Return the folder of the library (InputError: it is no folder)."""
+    """Return the folder of the library.
+
+    Raises:
+        InputError: it is not a folder.
+    """
     folder = default_lib() if lib is None else Path(lib)
     sources.check_library(folder)
     return folder
 
 
 def library_names(lib: str | Path | None = None) -> Names:
-    """Return what a library says of itself in the file beside its folder.
+    """Return the names that a library declares in the file beside its folder.
 
-    A copy that has no such file is one of this package's.
+    A copy without such a file is a copy of the library of this package.
     """
     places = [default_lib()] if lib is None else [Path(lib), default_lib()]
     files = [folder.parent / _NAMES for folder in places]
@@ -56,7 +60,10 @@ def library_names(lib: str | Path | None = None) -> Names:
 
 
 def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
-    """An error in a program; where `--lib` lacks what this package's library has, it says so."""
+    """Return an error in a program with a hint at `--lib`, if that library lacks the name.
+
+    The hint is added only if the library of this package declares it.
+    """
     missing = re.match(r"there is no (?:type|function) (\w+)", error.message)
     if lib is None or missing is None or not any(default_lib().rglob(f"{missing[1]}.st")):
         return error
@@ -70,6 +77,6 @@ def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
 
 
 def default_lib() -> Path:
-    """The repository's `plc/lib`, or the copy in an installed package."""
+    """Return the repository's `plc/lib`, or the copy in an installed package."""
     repository = _PACKAGE.parents[1] / "plc" / "lib"
     return repository if repository.is_dir() else _PACKAGE / "_data" / "plc" / "lib"

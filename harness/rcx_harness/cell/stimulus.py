@@ -1,4 +1,4 @@
-"""A stimulus file: what is set and what befalls the robot, at which time (TOML)."""
+"""Stimulus files (TOML): values to set and events to inject, each at its time."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from structured_text.output.units import parse_us
 
 __all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text", "typed"]
 
-#: As an `area`: the controller's own answer.
+#: Value of `area` for the controller's own answer.
 ROBOT = "robot"
-#: Of an entry.
+#: Keys of an entry.
 KEYS = (
     *("time", "set", "robot", "plc", "for", "hold", "release", "area", "connected"),
     *("controller", "expect", "force", "workpieces"),
@@ -33,18 +33,18 @@ _MOST_DIGITS = 4
 
 @dataclass(frozen=True, eq=False)
 class Entry(stimulus.Entry):
-    """One `[[at]]` table.
+    """One `[[at]]` table of a stimulus file.
 
     Attributes:
-        hold: Outputs of the controller that stay as they are.
+        hold: Outputs of the controller that are frozen.
         release: Outputs that follow the controller again.
-        force: Outputs that have these values, whatever their state.
-        workpieces: By number of an axis of the controller, from 1: where something stands that
-            PUSH meets [pulses]; None: nothing any more.
-        area: What the PLC reads from now on instead of the controller's answer: bytes of its input
-            area, those left out 0; `ROBOT` for the controller's answer again; None: as before.
-        connected: What the PLC's scanner says of the connection while it reads such bytes.
-        controller: Which of the cell's controllers all but `values` is for, from 1.
+        force: Outputs that are forced to these values.
+        workpieces: Position [pulses] of a workpiece that PUSH meets, by the number of an axis of
+            the controller, from 1; None removes it.
+        area: The bytes that the PLC reads from now on instead of the controller's answer; missing
+            bytes are 0; `ROBOT` for the controller's answer again; None: no change.
+        connected: The connection status of the PLC's scanner while it reads such bytes.
+        controller: Number of the controller for everything but `values`, from 1.
     """
 
     keys = KEYS
@@ -61,7 +61,7 @@ class Entry(stimulus.Entry):
 
     @classmethod
     def events_of(cls, table: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
-        """The events of a table."""
+        """Return the events of a table."""
         names = {one: one for one in EVENTS if not one.startswith(PLC)}
         of_plc = [one.removeprefix(PLC) for one in PLC_EVENTS]
         elsewhere = {k: f'write plc = "{one}"' for one in of_plc for k in (one, PLC + one)}
@@ -70,7 +70,7 @@ class Entry(stimulus.Entry):
 
     @classmethod
     def more_of(cls, table: Mapping[str, Any]) -> dict[str, Any]:
-        """What is a controller's."""
+        """Return the attributes that concern a controller."""
         return {
             "hold": _names(table, "hold"),
             "release": _names(table, "release"),
@@ -82,11 +82,11 @@ class Entry(stimulus.Entry):
         }
 
     def end(self, t_us: int) -> Entry:
-        """What takes values and events back."""
+        """Return the entry that takes values and events back."""
         return replace(super().end(t_us), controller=self.controller)
 
     def apply(self, cell: Cell) -> None:
-        """Let it happen, now; its end is not waited for."""
+        """Apply the entry now; this does not wait for its end."""
         self.set_values(cell)
         for event, args in self.events:
             cell.inject(event, controller=self.controller, **args)
@@ -103,7 +103,11 @@ class Entry(stimulus.Entry):
             cell.give_area(area, self.connected, controller=self.controller)
 
     def attempt(self, cell: Cell) -> None:
-        """Check that it can happen (InputError: it cannot); what it sets is set."""
+        """Check that the entry can be applied; its values are set.
+
+        Raises:
+            InputError: it cannot be applied.
+        """
         self.set_values(cell)
         if self.controller > len(cell.robots):
             raise InputError(f"no controller {self.controller}; the cell has {len(cell.robots)}")
@@ -129,7 +133,7 @@ class Entry(stimulus.Entry):
 
 
 class Stimulus(stimulus.Stimulus):
-    """The entries of a file, in order of time."""
+    """The entries of a file in order of time."""
 
     entry = Entry
 
@@ -198,7 +202,7 @@ def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
 
 
 def stimulus_text(entries: Iterable[Entry], about: str = "") -> str:
-    """A stimulus file of these entries, a line each.
+    """Return the text of a stimulus file with these entries, one line each.
 
     Args:
         entries: In order of time.
@@ -210,7 +214,7 @@ def stimulus_text(entries: Iterable[Entry], about: str = "") -> str:
 
 
 def entry_text(entry: Entry) -> str:
-    """An entry as an inline table."""
+    """Return an entry as an inline table."""
     keys: dict[str, Any] = {"time": _time_text(entry.t_us)}
     if entry.values:
         keys["set"] = dict(entry.values)
@@ -242,7 +246,7 @@ def entry_text(entry: Entry) -> str:
 
 
 def _hex(area: bytes) -> str:
-    """In words; what is 0 to the end is left out."""
+    """Return the bytes in words of hexadecimal digits, without trailing zero words."""
     used = max(1, len(area.rstrip(bytes(1))))
     return area[: used + used % 2].hex(" ", 2)
 

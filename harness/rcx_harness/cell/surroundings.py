@@ -1,4 +1,4 @@
-"""What can befall the network and the PLC of a cell, beside what befalls a controller."""
+"""Events of the network and the PLC of a cell."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST_US = 60_000_000
 
 
 class Surrounded(events.Stopped, Protocol):
-    """What a cell can do to itself."""
+    """The methods of a cell that these events call."""
 
     def set_cable(self, up: bool, controller: int) -> None: ...  # noqa: D102
 
@@ -84,7 +84,7 @@ _EVENTS: dict[str, Event[Surrounded]] = {
 #: Events of network and PLC by name, each with a line of help.
 EVENTS: dict[str, str] = {name: one.text for name, one in _EVENTS.items()}
 
-#: Which event takes which back.
+#: The event that takes an event back.
 OPPOSITES: dict[str, str] = {
     "link_down": "link_up",
     **events.OPPOSITES,
@@ -103,12 +103,12 @@ assert all(one in EVENTS or one in ROBOT_EVENTS for pair in OPPOSITES.items() fo
 
 
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """The event that takes another back, with its arguments.
+    """Return the event that takes another event back, with its arguments.
 
-    A start says how the PLC begins anew: it is an argument of what it takes back.
+    The start mode of the PLC is an argument of the stop event and is passed on to the start event.
 
     Raises:
-        InputError: it is over as soon as it has happened.
+        InputError: the event does not last.
     """
     if event.startswith("packets_"):
         return event, {**args, "share": 0}
@@ -121,7 +121,9 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 
 
 def check(event: str, args: Mapping[str, Any]) -> Callable[[Surrounded, int], None]:
-    """What an event of network or PLC does to a cell, for one of its controllers.
+    """Check an event of network or PLC and return the function that applies it to a cell.
+
+    The function takes the cell and the number of the controller.
 
     Raises:
         InputError: as `checked`.
@@ -130,9 +132,9 @@ def check(event: str, args: Mapping[str, Any]) -> Callable[[Surrounded, int], No
 
 
 def befall(cell: Surrounded, event: str, controller: int, args: Mapping[str, Any]) -> None:
-    """Let an event of network or PLC happen now.
+    """Apply an event of network or PLC now.
 
     Raises:
-        InputError: as `check`, or where it cannot happen.
+        InputError: as `check`, or the event is not possible in this cell.
     """
     check(event, args)(cell, controller)

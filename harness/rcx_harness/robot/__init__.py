@@ -1,4 +1,4 @@
-"""The virtual controller: signals, handshake, commands, motion, alarms. It knows no network."""
+"""The virtual robot controller: signals, handshake, commands, motion, alarms; without a network."""
 
 from __future__ import annotations
 
@@ -32,7 +32,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use: who reads a trace, or a robot's file, needs no controller."""
+    """Import a public name on first use.
+
+    Readers of a trace or of a robot file do not need the controller, so they do not load it.
+    """
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -1,4 +1,4 @@
-"""The controller's alarms: which are active, which are serious, and their history."""
+"""The controller's alarms: active alarms, serious alarms and the history."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ SOFT_LIMIT = "2.334"
 
 
 class CommandError(Exception):
-    """A remote command ends abnormally with the alarm of that number (`"12.600"`).
+    """The reason why a remote command ends abnormally: the number of an alarm (`"12.600"`).
 
-    `response` are response fields that are shown beside it (a jog that was stopped); `axis` is that
-    of the robot that it comes from, 1 to 6, or 0.
+    `response` are response fields that are shown as well (a jog that was stopped). `axis` is the
+    axis of the robot from which the alarm comes, 1 to 6, or 0.
     """
 
     def __init__(
@@ -40,10 +40,10 @@ class CommandError(Exception):
 
 @dataclass(frozen=True)
 class Place:
-    """Where an alarm occurred, as the message reference says it (guide, 4.7.7).
+    """The place where an alarm occurred, as the message reference reports it (guide, 4.7.7).
 
-    `kind` is 0 robot, 1 controller or 2 task, `detail` within it 0 all, 1 axis, 2 motor, 3 option
-    slot or 4 task; each has its number.
+    `kind` is 0 robot, 1 controller or 2 task. `detail` within it is 0 all, 1 axis, 2 motor, 3
+    option slot or 4 task. `number` and `detail_number` are the numbers of both.
     """
 
     kind: int
@@ -54,9 +54,10 @@ class Place:
 
 @dataclass(frozen=True)
 class ActiveAlarm:
-    """An alarm by its number `"12.600"`, and when it was raised [us].
+    """An alarm by its number `"12.600"`, and the time at which it was raised [us].
 
-    A serious one turns SO(03) ON until it is reset. Without a `place` it came from the controller.
+    A serious alarm turns SO(03) ON until it is reset. Without a `place` it came from the
+    controller.
     """
 
     number: str
@@ -66,9 +67,9 @@ class ActiveAlarm:
 
 
 class AlarmList:
-    """Active alarms, the history (oldest first, the latest `length` alarms) and the warning.
+    """The active alarms, the history (oldest first, the latest `length` alarms) and the warning.
 
-    `latest_of_command` is the one in which a remote command ended last.
+    `latest_of_command` is the alarm with which a remote command ended last.
     """
 
     def __init__(self, length: int = 500) -> None:
@@ -80,24 +81,24 @@ class AlarmList:
 
     @property
     def serious(self) -> bool:
-        """SO(03) is ON."""
+        """Return whether a serious alarm is active: SO(03) is ON."""
         return any(alarm.serious for alarm in self.active)
 
     def has(self, number: str) -> bool:
-        """That alarm is active."""
+        """Return whether the alarm is active."""
         return any(alarm.number == number for alarm in self.active)
 
     def note(
         self, number: str, t_us: int, *, serious: bool = False, place: Place | None = None
     ) -> ActiveAlarm:
-        """Write an alarm into the history only."""
+        """Add an alarm to the history only, and return it."""
         alarm = ActiveAlarm(number, t_us, serious, place)
         self.history.append(alarm)
         del self.history[: -self._length]
         return alarm
 
     def activate(self, number: str, t_us: int, *, serious: bool) -> None:
-        """Raise an alarm; nothing happens if it is active already."""
+        """Raise an alarm; do nothing if it is already active."""
         if not self.has(number):
             self.active.append(self.note(number, t_us, serious=serious))
 
@@ -106,6 +107,6 @@ class AlarmList:
         self.active = [alarm for alarm in self.active if alarm.number != number]
 
     def reset(self, lasting: Iterable[str]) -> None:
-        """Reset all but the `lasting` ones."""
+        """Reset all active alarms except those in `lasting`."""
         kept = set(lasting)
         self.active = [alarm for alarm in self.active if alarm.number in kept]

@@ -33,7 +33,7 @@ WORDS_AT_REST = (0,) * 16
 
 
 def mask_of(signal: Signal) -> int:
-    """Its bit in the 16 bit word made of bytes 32 (low) and 33 (high)."""
+    """Return the mask of a signal in the 16 bit word made of bytes 32 (low) and 33 (high)."""
     return 1 << (signal.bit + 8 * (signal.byte - DEDICATED_AT))
 
 
@@ -46,26 +46,26 @@ RESERVED = 0xFFFF & ~DEDICATED
 
 
 def input_words(area: bytes) -> tuple[int, ...]:
-    """Words n to n+30."""
+    """Return words n to n+30."""
     return _WORDS.unpack_from(area)
 
 
 def dedicated_word(area: bytes) -> int:
-    """Bytes 32 and 33 as one word."""
+    """Return bytes 32 and 33 as one word."""
     return area[DEDICATED_AT] | area[DEDICATED_AT + 1] << 8
 
 
 def reserved_bytes_of(area: bytes) -> bytes:
-    """The bytes that are reserved altogether."""
+    """Return the bytes that are reserved as a whole."""
     return bytes(map(area.__getitem__, signals().reserved_bytes))
 
 
 def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> bytearray:
-    """An output area.
+    """Build an output area.
 
     Args:
-        general: An area with what the robot programs put out.
-        words: Words m to m+30; or the first two, where the rest are the programs'.
+        general: An area with the outputs of the robot programs.
+        words: Words m to m+30; or the first two, if the remaining words belong to the programs.
         dedicated: Bytes 32 (low) and 33 with the dedicated outputs.
     """
     area = bytearray(general)
@@ -76,7 +76,7 @@ def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> byte
 
 
 class Overlay:
-    """Outputs that a test holds or forces: bytes masks laid over the area."""
+    """Outputs that a test holds or forces: byte masks laid over the area."""
 
     def __init__(self, size: int) -> None:
         self._size = size
@@ -86,7 +86,7 @@ class Overlay:
         """Force an output: a bit to 0 or 1, `Status` or `SOW(2)` to 16 bits.
 
         Raises:
-            InputError: no such output, or the value does not fit.
+            InputError: the output does not exist, or the value does not fit.
         """
         spans = self._locate(name)
         if spans[0][1] != 0xFF:
@@ -101,21 +101,21 @@ class Overlay:
         self._parts[name] = [(first, 0xFF, value & 0xFF), (first + 1, 0xFF, value >> 8)]
 
     def freeze(self, name: str, area: bytes) -> None:
-        """Hold an output at what it is in `area`; `Status` holds the response words, too."""
+        """Hold an output at its value in `area`; `Status` also holds the response words."""
         self._parts[name] = [(at, mask, area[at] & mask) for at, mask in self._locate(name)]
 
     def remove(self, name: str) -> None:
-        """Let go of an output; nothing happens if it was not held."""
+        """Release an output; do nothing if it is not held."""
         self._locate(name)
         self._parts.pop(name, None)
 
     @property
     def names(self) -> list[str]:
-        """The outputs that are held or forced."""
+        """Return the names of the held or forced outputs."""
         return list(self._parts)
 
     def apply(self, area: bytearray) -> None:
-        """Lay the held outputs over `area`."""
+        """Write the held outputs into `area`."""
         for parts in self._parts.values():
             for at, mask, value in parts:
                 area[at] = area[at] & ~mask | value

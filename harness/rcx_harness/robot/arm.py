@@ -1,4 +1,4 @@
-"""The robots of a controller: servos, what commands set for each, and each robot as one `Arm`."""
+"""The robots of a controller: servos, settings, and each robot as an `Arm`."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ _SCARA_SPEED, _LINE_SPEED = 1000.0, 750.0
 
 
 class Servos:
-    """All off and braked at first.
+    """The motor power and the servo state of each axis; at first all are off and braked.
 
     Attributes:
-        motor_power: The motor power is ON; without it no servo is.
+        motor_power: The motor power is ON; without it no servo is ON.
         states: Per index into the axes: BRAKE, SERVO or FREE.
     """
 
@@ -40,28 +40,28 @@ class Servos:
         self.states = [BRAKE] * axes
 
     def switch_all_on(self) -> None:
-        """Motor power with all servos ON."""
+        """Switch motor power and all servos ON."""
         self.motor_power = True
         self.set(range(len(self.states)), SERVO)
 
     def switch_all_off(self, *, keep_free: bool = False) -> None:
-        """Motor power and all servos OFF, with all brakes, or all but those of free axes."""
+        """Switch motor power and all servos OFF, with all brakes, or all but those of free axes."""
         self.motor_power = False
         kept = (FREE,) if keep_free else ()
         self.states = [state if state in kept else BRAKE for state in self.states]
 
     def set(self, indices: Iterable[int], state: int) -> None:
-        """Bring these axes to a state."""
+        """Set the state of these axes."""
         for index in indices:
             self.states[index] = state
 
     def are_on(self, indices: Iterable[int]) -> bool:
-        """The servo of each of these axes is on."""
+        """Return whether the servo of each of these axes is ON."""
         return all(self.states[index] == SERVO for index in indices)
 
     @property
     def all_on(self) -> bool:
-        """The servo of every axis is on."""
+        """Return whether the servo of every axis is ON."""
         return self.are_on(range(len(self.states)))
 
 
@@ -70,7 +70,7 @@ class RobotSettings:
     """The settings of one robot (guide, 4.2.8 and 4.2.14 to 4.2.19).
 
     Speeds are in % (1 to 100), `inching_amount` in pulses or 0.001 mm (1 to 10000). `arm` is the
-    arm designation, `arm_status` the arm as it stands: 0 right-handed, 1 left-handed.
+    arm designation, `arm_status` the current arm: 0 right-handed, 1 left-handed.
     """
 
     manual_speed: int
@@ -88,7 +88,7 @@ class Settings:
 
     Attributes:
         torque: Per index into the axes: max. torque command value [%].
-        torque_in_effect: Per index: the one that the axis' last movement took over [%].
+        torque_in_effect: Per index: the value that the axis' last movement has taken over [%].
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -96,7 +96,7 @@ class Settings:
         self.restore()
 
     def restore(self) -> None:
-        """As configured: speeds, amounts, designations, torque."""
+        """Restore the configured speeds, amounts, designations and torques."""
         config = self._config
         self._robots = {
             robot: RobotSettings(
@@ -107,23 +107,23 @@ class Settings:
         self.restore_torque()
 
     def restore_torque(self) -> None:
-        """The parameter's torque counts again on every axis."""
+        """Restore the torque of the parameter on every axis."""
         self.torque = [_FULL_TORQUE] * len(self._config.axes)
         self.torque_in_effect = list(self.torque)
 
     def lose_power(self) -> None:
-        """The torque is lost; what else is, the configuration says."""
+        """Restore the torque, and the other settings if so configured."""
         if self._config.power_loses_settings:
             self.restore()
         else:
             self.restore_torque()
 
     def of(self, robot: int) -> RobotSettings:
-        """The settings of robot 1 to 4; robot 0 is robot 1."""
+        """Return the settings of robot 1 to 4; robot 0 is robot 1."""
         return self._robots[robot or 1]
 
     def begin_movement(self, robot: int, indices: Iterable[int]) -> None:
-        """A movement of these axes starts: what waited for it comes into effect."""
+        """Put pending settings into effect, because a movement of these axes starts."""
         settings = self.of(robot)
         settings.arm_status = settings.arm
         for index in indices:
@@ -131,15 +131,15 @@ class Settings:
 
 
 class Arm:
-    """One robot of the controller: its axes by their places, 0 to 5, where it is and how it is set.
+    """One robot of the controller: its axes by their places, 0 to 5, its position and its settings.
 
-    It looks at the controller's state and has none of its own.
+    It reads the controller's state and has no state of its own.
 
     Attributes:
         number: 1 to 4.
         config: The controller's properties.
-        indices: Of its axes in those of the controller; none if there is no such robot.
-        axes: What they are like.
+        indices: Indices of its axes in the controller; empty if the robot does not exist.
+        axes: The properties of its axes.
         model: Its type, if the robot file names one.
         scara: It is a SCARA robot.
     """
@@ -152,7 +152,7 @@ class Arm:
         settings: Settings,
         positions: Sequence[int],
     ) -> None:
-        """`positions` are those of all axes of the controller [pulses]."""
+        """Read `positions`, the positions of all axes of the controller [pulses]."""
         self.number = number
         self.config = config
         self.indices = config.axes_of(number)
@@ -165,21 +165,21 @@ class Arm:
 
     @property
     def settings(self) -> RobotSettings:
-        """What commands have set for it."""
+        """Return the settings that commands have changed."""
         return self._settings.of(self.number)
 
     @property
     def here(self) -> tuple[int, ...]:
-        """Where its axes are [pulses]."""
+        """Return the position of its axes [pulses]."""
         return tuple(self._positions[index] for index in self.indices)
 
     @property
     def frame(self) -> Frame:
-        """Its coordinates, with the selected shift and hand, and the arm as it stands."""
+        """Return its coordinates with the selected shift and hand, and the current arm."""
         return self.frame_with(self.hand_system)
 
     def frame_with(self, hand_system: int) -> Frame:
-        """Its coordinates, with the arm in that hand system: 1 right-handed, 2 left-handed."""
+        """Return its coordinates with the arm in a hand system: 1 right-handed, 2 left-handed."""
         hand = self._memory.hand(self.number, self.settings.hand)
         tool, kinematics = hand.data[:3], CARTESIAN
         if self.model and self.model.scara:
@@ -201,9 +201,9 @@ class Arm:
 
     @property
     def hand_system(self) -> int:
-        """The arm as it stands: 1 right-handed, 2 left-handed.
+        """Return the current hand system: 1 right-handed, 2 left-handed.
 
-        Where the file names the type it is where the joints are, else what was told last.
+        If the file names the robot's type, it follows from the joints, else from the last command.
         """
         if not (self.model and self.model.scara):
             return _RIGHT + self.settings.arm_status
@@ -212,20 +212,20 @@ class Arm:
 
     @property
     def designated_hand(self) -> int:
-        """The hand system of a target in millimetres that has none: the arm designation."""
+        """Return the arm designation: the hand system of a target in mm without a hand system."""
         return _RIGHT + self.settings.arm
 
     @property
     def line_speed(self) -> float:
-        """The highest speed of the tool on lines and arcs [mm/s]."""
+        """Return the highest speed of the tool on lines and arcs [mm/s]."""
         return _SCARA_SPEED if self.scara else _LINE_SPEED
 
     def parameter(self, name: str, place: int) -> int:
-        """The parameter of one of its axes."""
+        """Return the parameter of one of its axes."""
         return self._memory.parameters.get(self.number, name, place)
 
     def acceleration(self, place: int) -> float:
-        """The highest one of an axis, with the load of the parameter WEIGHT [pulses/s^2]."""
+        """Return the highest acceleration of an axis with the load of WEIGHT [pulses/s^2]."""
         highest = self.axes[place].max_acceleration
         if self.model is None or place >= len(self.model.joints):
             return highest
@@ -233,25 +233,25 @@ class Arm:
         return highest * self.model.joints[place].slower(law(), load)
 
     def pulses_of(self, data: Sequence[int], *, mm: bool, hand: int) -> tuple[int, ...]:
-        """Point data as pulses of its axes; pulses know no shift and no hand.
+        """Convert point data to pulses of its axes; data in pulses ignore shift and hand.
 
         Args:
-            data: Of each axis, at least as many as it has.
+            data: Of each axis, at least as many as the robot has.
             mm: They are in 0.001 mm.
-            hand: With which hand system it is to come there: 1 right-handed, 2 left-handed.
+            hand: The hand system at the target: 1 right-handed, 2 left-handed.
 
         Raises:
-            UnreachableError: it cannot come there.
+            UnreachableError: the robot cannot reach the target.
         """
         if mm:
             return _rounded(self.frame_with(hand).to_pulses(data))
         return tuple(data[: len(self.axes)])
 
     def place_pulses(self, place: int, value: int, *, mm: bool) -> int:
-        """A coordinate of one axis as pulses; in mm the others are those of the robot now.
+        """Convert a coordinate of one axis to pulses; in mm the others keep their current values.
 
         Raises:
-            CommandError: no single axis of this robot is that coordinate.
+            CommandError: the coordinate does not belong to a single axis of this robot.
         """
         if not mm:
             return value
@@ -265,17 +265,17 @@ class Arm:
         return round(frame.to_pulses(position)[place])
 
     def way_pulses(self, place: int, value: int, *, mm: bool) -> int:
-        """The way of one axis as pulses, along that axis."""
+        """Convert the way of one axis to pulses, along that axis."""
         return round(value * self.axes[place].pulses_per_mm / 1000) if mm else value
 
     def beyond(self, ways: Mapping[int, float], *, mm: bool, hand: int = 0) -> dict[int, int]:
-        """The target when each of these coordinates changes by its way [pulses or 0.001 mm].
+        """Return the target if each of these coordinates changes by its way [pulses or 0.001 mm].
 
         In millimetres these are the coordinates of the tool; other axes may have to move for them.
-        `hand` is the hand system there, 0: as it stands.
+        `hand` is the hand system at the target, 0: the current one.
 
         Raises:
-            UnreachableError: it cannot come there.
+            UnreachableError: the robot cannot reach the target.
         """
         start = self.here
         if not mm:
@@ -287,7 +287,7 @@ class Arm:
         return {place: end for place, end in ends if place in ways or end != start[place]}
 
     def shown(self, *, mm: bool) -> tuple[int, ...]:
-        """Its position as a response has it: six axes in pulses or 0.001 mm.
+        """Return its position as in a response: six axes in pulses or 0.001 mm.
 
         Axes that the robot does not have are 0, as in the guide's examples.
         """

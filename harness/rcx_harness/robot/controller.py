@@ -31,7 +31,7 @@ __all__ = ["Controller"]
 
 
 class _State:
-    """All that changes, so that one copy of it is a snapshot."""
+    """The complete changing state of a controller; a deep copy of it is a snapshot."""
 
     def __init__(self, config: RobotConfig, seed: int) -> None:
         self.machine = Machine(config, seed)
@@ -41,24 +41,24 @@ class _State:
         self.forget_master()
 
     def forget_master(self) -> None:
-        """As after power-on: nothing is known of the master."""
+        """Reset everything that is known of the master, as after power-on."""
         config = self.machine.config
         self.inputs = DedicatedInputs(config, self.findings)
         self.handshake = Handshake(config, self.findings)
-        self.was_connected: bool | None = None  # None: not looked at since power-on
+        self.was_connected: bool | None = None  # None: not checked since power-on
         self.seen: bytes | None = None
         self.area = bytes(config.size)
-        self.wake_us: int | None = 0  # when the next cycle has work to do, whatever the master does
+        self.wake_us: int | None = 0  # next cycle that has work to do without a new image
 
 
 class Controller:
     """A robot controller with its EtherNet/IP areas, without the network.
 
+    The same calls always give the same bytes.
+
     Args:
         config: Its properties; the defaults are a four-axis robot with 48 bytes.
-        seed: Decides all delays that are given as a range.
-
-    The same calls always give the same bytes.
+        seed: Determines all delays that are given as a range.
     """
 
     def __init__(self, config: RobotConfig | None = None, seed: int = 0) -> None:
@@ -66,7 +66,7 @@ class Controller:
         self._state = _State(self.config, seed)
 
     def cycle(self, now_us: int, si: bytes | None) -> bytes:
-        """Do one controller cycle.
+        """Run one controller cycle.
 
         Args:
             now_us: Time of the cycle, later than that of the one before [us].
@@ -80,6 +80,10 @@ class Controller:
         """
         state = self._state
         state.now_us = now_us
+        # Skip idle cycles: the image is the one of the last cycle, and nothing is due by itself.
+        # The result is the same as that of a full cycle. Random delays are drawn only when an
+        # answer is scheduled, so skipping does not shift later draws. Every method that changes
+        # the state from outside sets `wake_us` to 0, and the next cycle is then executed.
         if si == state.seen and (state.wake_us is None or now_us < state.wake_us):
             return state.area
         if si is not None and len(si) != self.config.size:
@@ -104,23 +108,23 @@ class Controller:
 
     @property
     def positions(self) -> list[int]:
-        """Current position of every axis [pulses]; may be set."""
+        """Return the current position of every axis [pulses]; the list may be changed."""
         return self._state.machine.positions
 
     @property
     def workpieces(self) -> dict[int, int]:
-        """Where something stands that PUSH meets: index of the axis to pulses; may be set."""
+        """Return the workpieces for PUSH, axis index to position [pulses]; may be changed."""
         return self._state.machine.motion.workpieces
 
     def place_workpiece(self, axis: int, pulses: int | None) -> None:
-        """Let something stand where PUSH meets it, or nothing any more (None).
+        """Place a workpiece in the way of an axis, or remove it (None); PUSH stops at it.
 
         Args:
             axis: Number of the axis in the controller, from 1.
-            pulses: Where it stands.
+            pulses: Position of the workpiece; None removes it.
 
         Raises:
-            InputError: no such axis or place.
+            InputError: the axis does not exist, or the position does not fit into 32 bits.
         """
         count = len(self.config.axes)
         if not isinstance(axis, int) or isinstance(axis, bool) or not 1 <= axis <= count:
@@ -135,89 +139,92 @@ class Controller:
 
     @property
     def points(self) -> dict[int, Point]:
-        """The points by number; may be set."""
+        """Return the points by number; the mapping may be changed."""
         return self._state.machine.points
 
     @property
     def alarms(self) -> AlarmList:
-        """Active alarms and history."""
+        """Return the active alarms and the alarm history."""
         return self._state.machine.alarms
 
     @property
     def program(self) -> Programs:
-        """The robot programs, with their ports and variables."""
+        """Return the robot programs with their ports and variables."""
         return self._state.machine.program
 
     @property
     def origins(self) -> list[bool]:
-        """Per axis: its return-to-origin is complete; may be set, as from the programming box."""
+        """Return for each axis whether its return-to-origin is complete.
+
+        The list may be changed, as from the programming box.
+        """
         self._state.wake_us = 0
         return self._state.machine.origins.complete
 
     @property
     def online(self) -> bool:
-        """Its adapter answers: it has booted and has an IP address of its own."""
+        """Return whether the adapter answers: it has booted and has its own IP address."""
         return self._state.machine.booted and self.config.ip_address == "set"
 
     @property
     def module_led(self) -> Led:
-        """The Module Status LED."""
+        """Return the state of the Module Status LED."""
         return module_led(self._state.machine)
 
     @property
     def network_led(self) -> Led:
-        """The Network Status LED."""
+        """Return the state of the Network Status LED."""
         return network_led(self._state.machine)
 
     def read_port(self, name: str) -> int:
-        """A port as a robot program reads it: `SI(20)`, `SI2()`, `SIW(2)`, `SID(2)`, or an output.
+        """Read a port as a robot program does: `SI(20)`, `SI2()`, `SIW(2)`, `SID(2)`, or an output.
 
         Raises:
-            InputError: no such port.
+            InputError: the port does not exist.
         """
         return self.machine.ports.read(port(name))
 
     def write_port(self, name: str, value: int) -> None:
         """Write an output as a robot program does: `SO(20)`, `SO2()`, `SOW(2)` or `SOD(2)`.
 
-        Of a value that is too long the lower bits count. A word that a remote command shares is
-        seen while no response stands in it.
+        If the value is too long, only its lower bits are written. A word that is shared with remote
+        commands is visible only while no response occupies it.
 
         Raises:
-            InputError: no such output.
+            InputError: the output does not exist.
         """
         self.machine.ports.write(port(name), value)
         self._state.wake_us = 0
 
     @property
     def handshake(self) -> Handshake:
-        """Where the remote command stands."""
+        """Return the state of the remote-command handshake."""
         return self._state.handshake
 
     @property
     def machine(self) -> Machine:
-        """The whole state behind the areas."""
+        """Return the complete state behind the areas."""
         return self._state.machine
 
     @property
     def commands_executed(self) -> int:
-        """Remote commands that came to a normal or abnormal end since power-on."""
+        """Return the number of remote commands that have ended, normally or not, since power-on."""
         return self._state.handshake.executed
 
     @property
     def violations(self) -> list[Violation]:
-        """All that the master has done against the manual."""
+        """Return all violations of the manual by the master."""
         return self._state.findings.every
 
     def drain_violations(self) -> list[Violation]:
-        """The violations that are new since the last call."""
+        """Return the violations that are new since the last call."""
         return self._state.findings.drain()
 
     def inject(self, event: str, **args: Any) -> None:
-        """Let something happen before the next cycle; see EVENTS.
+        """Inject an event before the next cycle; see EVENTS.
 
         Raises:
-            InputError: unknown event or arguments (near names are given).
+            InputError: unknown event or arguments; the error suggests similar names.
         """
         state = self._state
         state.machine.now_us = state.now_us
@@ -234,33 +241,37 @@ class Controller:
         self._state.overlay.freeze(name, self._state.area)
 
     def force(self, name: str, value: int) -> None:
-        """Show `value` at an output whatever its state; `Status` alone, without the response."""
+        """Force an output to `value`; `Status` is forced alone, without the response."""
         self._state.overlay.set("SOW(0)" if name == "Status" else name, value)
         self._state.wake_us = 0
 
     def release(self, name: str) -> None:
-        """End `hold` or `force`."""
+        """End `hold` or `force` of an output."""
         for one in ("Status", "SOW(0)") if name == "Status" else (name,):
             self._state.overlay.remove(one)
         self._state.wake_us = 0
 
     @property
     def held(self) -> list[str]:
-        """The outputs that are held or forced, as they were named."""
+        """Return the names of the held or forced outputs, as given by the caller."""
         return self._state.overlay.names
 
     def snapshot(self) -> object:
-        """The whole state, as a value that `restore` takes back."""
+        """Return the complete state as a value for `restore`."""
         return copy.deepcopy(self._state)
 
     def restore(self, snapshot: object) -> None:
-        """Go back to a state that `snapshot` gave; it can be used again."""
+        """Go back to the state of a snapshot; the snapshot can be used again.
+
+        Raises:
+            InputError: the snapshot is not one of a controller with this configuration.
+        """
         if not isinstance(snapshot, _State) or snapshot.machine.config != self.config:
             raise InputError("this is not a snapshot of such a controller")
         self._state = copy.deepcopy(snapshot)
 
     def _take_inputs(self, si: bytes | None) -> None:
-        """Levels and edges of the dedicated inputs; or what their absence means."""
+        """Take over levels and edges of the dedicated inputs; None means no connection."""
         state, machine = self._state, self._state.machine
         if si is None:
             if state.was_connected is not False:

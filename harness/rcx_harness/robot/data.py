@@ -1,4 +1,4 @@
-"""What the controller knows of itself: clock, torques, accumulated data, real time output."""
+"""The controller's data about itself: clock, torques, accumulated data, real time output."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ class Clock:
         self._zero = datetime.fromisoformat(start)
 
     def now(self, now_us: int) -> datetime:
-        """Date and time at `now_us`, without fractions of a second."""
+        """Return date and time at `now_us`, without fractions of a second."""
         return (self._zero + timedelta(microseconds=now_us)).replace(microsecond=0)
 
     def set_date(self, now_us: int, year: int, month: int, day: int) -> None:
-        """Change the date; the time goes on.
+        """Change the date; the time continues.
 
         Args:
-            now_us: When it is changed.
+            now_us: Time of the change.
             year: Lower two digits of a year from 2000 on.
             month: 1 to 12.
             day: 1 to 31.
 
         Raises:
-            ValueError: there is no such day.
+            ValueError: the day does not exist.
         """
         shown = self._zero + timedelta(microseconds=now_us)
         self._set(now_us, datetime.combine(date(_CENTURY + year, month, day), shown.time()))
 
     def set_time(self, now_us: int, hour: int, minute: int, second: int) -> None:
-        """Change the time, which begins with that second; the date stays."""
+        """Change the time to the beginning of that second; the date does not change."""
         today = self.now(now_us).date()
         self._set(now_us, datetime.combine(today, time(hour, minute, second)))
 
@@ -59,12 +59,12 @@ class Clock:
 class Torques:
     """Current torque of each axis, by a simple model.
 
-    With the servo off it is 0; at rest it is what holds the axis, and on the way there is a share
-    in the direction of the movement, both from the configuration. The max. torque command value
-    limits it.
+    With the servo off the torque is 0. At rest it is the holding torque. During a movement the
+    moving torque is added in the direction of the movement. Both values come from the
+    configuration. The max. torque command value limits the sum.
 
     Attributes:
-        directions: Per axis which way it went in the last cycle: -1, 0 or 1.
+        directions: Per axis its direction in the last cycle: -1, 0 or 1.
     """
 
     def __init__(self, config: RobotConfig, servos: Servos, settings: Settings) -> None:
@@ -73,7 +73,7 @@ class Torques:
         self.directions = [0] * len(config.axes)
 
     def observe(self, positions: Sequence[int]) -> None:
-        """Once in a cycle, after the axes have moved."""
+        """Update the directions; called once in a cycle, after the axes have moved."""
         if positions == self._before and not any(self.directions):
             return
         pairs = zip(positions, self._before, strict=True)
@@ -81,7 +81,7 @@ class Torques:
         self._before = list(positions)
 
     def of_max(self, index: int) -> int:
-        """Of the maximum torque, -100 to 100 [%]."""
+        """Return the torque of an axis relative to the maximum torque, -100 to 100 [%]."""
         if self._servos.states[index] != SERVO:
             return 0
         axis = self._config.axes[index]
@@ -90,18 +90,18 @@ class Torques:
         return max(-limit, min(limit, torque))
 
     def of_rated(self, index: int) -> int:
-        """Of the rated torque, -1000 to 1000 [%]."""
+        """Return the torque of an axis relative to the rated torque, -1000 to 1000 [%]."""
         share = self.of_max(index) * 100 / self._config.axes[index].rated_torque
         return max(-_HIGHEST_OF_RATED, min(_HIGHEST_OF_RATED, round(share)))
 
 
 class Accumulated:
-    """Counts, times and ways; they survive a power cycle, and commands reset them (guide, 4.8).
+    """Counts, times and distances that survive a power cycle; commands reset them (guide, 4.8).
 
     Attributes:
-        servo_on_counts: Per axis: how often its servo was switched ON.
-        servo_on_us: Per axis: how long it was ON [us].
-        distances: Per axis: its way [pulses].
+        servo_on_counts: Per axis, how often its servo was switched ON.
+        servo_on_us: Per axis, how long its servo was ON [us].
+        distances: Per axis, its accumulated way [pulses].
         power_on_count: How often the controller was switched ON.
         motor_power_on_count: How often the motor power was switched ON.
         operating_us: How long the controller was ON [us].
@@ -119,12 +119,12 @@ class Accumulated:
         self.power_on_count = self.motor_power_on_count = self.operating_us = 0
 
     def power_on(self) -> None:
-        """The controller is switched ON."""
+        """Count that the controller is switched ON."""
         self.power_on_count += 1
         self._since_us = None
 
     def observe(self, now_us: int, positions: list[int], servos: Servos) -> None:
-        """Once in every cycle in which something may have changed, while the power is ON."""
+        """Update the data; called in every cycle with changes, while the power is ON."""
         if self._since_us is not None:
             passed_us = now_us - self._since_us
             self.operating_us += passed_us
@@ -172,34 +172,37 @@ class Accumulated:
 
 @dataclass(frozen=True)
 class Definition:
-    """What a word shows: the item's number, and its options (of an axis: robot and axis)."""
+    """The content of an output word: the number of an item and its options.
+
+    The options of an axis item are robot and axis.
+    """
 
     item: int = 0
     option1: int = 0
     option2: int = 0
 
     def name(self, config: RobotConfig) -> str:
-        """The quantity that it shows; empty for an item that the configuration does not name."""
+        """Return the name of the quantity; empty if the configuration does not name the item."""
         return config.real_time_items.get(self.item, "")
 
     def axis(self, config: RobotConfig) -> int | None:
-        """Index of the axis that the options name; None if it is not there."""
+        """Return the index of the axis that the options name; None if it does not exist."""
         every = config.axes_of(self.option1) if self.option1 else ()
         return every[self.option2 - 1] if 1 <= self.option2 <= len(every) else None
 
     def sound(self, config: RobotConfig) -> bool:
-        """Its item is not one of an axis, or the axis is there."""
+        """Return whether the item needs no axis, or its axis exists."""
         of_axis = self.name(config).removesuffix(HIGH_WORD) in QUANTITIES_OF_AXIS
         return not of_axis or self.axis(config) is not None
 
 
 class RealTimeOutput:
-    """All definitions.
+    """The real time output: its definitions and its current words.
 
     Attributes:
-        enabled: They are put out.
+        enabled: The words are put out.
         definitions: By number of the word, 24 to 127.
-        words: What is put out at present, by number of the word.
+        words: The current values by number of the word.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -210,27 +213,27 @@ class RealTimeOutput:
         self._due_us = 0
 
     def define(self, word: int, definition: Definition) -> None:
-        """Define a word anew; it is taken up at the next update."""
+        """Define a word; the definition takes effect at the next update."""
         self.definitions[word] = definition
         self._due_us = 0
 
     def enable(self, enabled: bool) -> None:
-        """Begin or end to put them out; words that are not put out are the robot programs'."""
+        """Start or stop the output; without it the words belong to the robot programs."""
         self.enabled = enabled
         self._due_us = 0
         if not enabled:
             self.words.clear()
 
     def next_due_us(self) -> int | None:
-        """When the next update is due; None if nothing is put out."""
+        """Return when the next update is due; None if nothing is put out."""
         return self._due_us if self.enabled and self.definitions else None
 
     def observe(self, now_us: int, read: Callable[[str, int], int]) -> None:
-        """Update the words, at the interval of the configuration.
+        """Update the words at the interval of the configuration.
 
         Args:
             now_us: Time of this cycle.
-            read: Gives a quantity as a word, by its name and the index of the axis; an item
+            read: Returns a quantity as a word, by its name and the index of the axis; an item
                 without a name is 0.
         """
         config = self._config
@@ -243,18 +246,21 @@ class RealTimeOutput:
         self._due_us = now_us + round(config.real_time_interval * 1000)
 
     def lay_over(self, area: bytearray) -> None:
-        """Put the words into an area."""
+        """Write the words into an area."""
         for word, value in self.words.items():
             struct.pack_into("<H", area, 2 * word, value)
 
 
 class Data:
-    """It looks at the robots once in a cycle and changes nothing of them; kept without power."""
+    """All data of this module; it observes the robots once in a cycle and never changes them.
+
+    The data survive a power cycle.
+    """
 
     def __init__(
         self, config: RobotConfig, positions: list[int], servos: Servos, settings: Settings
     ) -> None:
-        """`positions`, `servos` and `settings` are those that it looks at."""
+        """Observe these `positions`, `servos` and `settings`."""
         self._config, self._positions, self._servos = config, positions, servos
         self.clock = Clock(config.clock)
         self.torques = Torques(config, servos, settings)
@@ -262,21 +268,21 @@ class Data:
         self.real_time = RealTimeOutput(config)
 
     def observe(self, now_us: int) -> None:
-        """The end of a cycle with the power ON."""
+        """Update all data at the end of a cycle with the power ON."""
         self.torques.observe(self._positions)
         self.accumulated.observe(now_us, self._positions, self._servos)
         self.real_time.observe(now_us, self.quantity)
 
     def next_due_us(self) -> int | None:
-        """When there is something to look at although nothing else happens."""
+        """Return when the next update is due even if nothing else happens; else None."""
         return self.real_time.next_due_us()
 
     def quantity(self, name: str, index: int) -> int:
-        """What the real time output can show, now and as an unsigned word.
+        """Return the current value of a quantity of the real time output as an unsigned word.
 
         Args:
             name: One of QUANTITIES.
-            index: Into the axes; not used where the quantity is not one of an axis.
+            index: Into the axes; not used if the quantity does not belong to an axis.
         """
         plain = name.removesuffix(HIGH_WORD)
         values = self._of_axis(index) if plain in QUANTITIES_OF_AXIS else self._of_system()
@@ -284,7 +290,7 @@ class Data:
         return (value >> 16 if name.endswith(HIGH_WORD) else value) & 0xFFFF
 
     def _of_axis(self, index: int) -> dict[str, int]:
-        """Torques and duty [%], position [pulses], time [s], way [mm]."""
+        """Return torques and duty [%], position [pulses], time [s] and way [mm] of an axis."""
         accumulated, torques = self.accumulated, self.torques
         return {
             "motor_duty": abs(torques.of_rated(index)),
@@ -300,7 +306,7 @@ class Data:
         }
 
     def _of_system(self) -> dict[str, int]:
-        """Times in s."""
+        """Return the quantities of the controller; times in s."""
         return {
             "power_on_count": self.accumulated.power_on_count,
             "motor_power_on_count": self.accumulated.motor_power_on_count,

@@ -1,6 +1,7 @@
-"""The dedicated inputs as the controller takes them: edges, levels and the 100 ms between changes.
+"""The dedicated inputs as the controller recognises them: edges, levels and the minimum interval.
 
-`actual` is what the last exchange showed, `taken` what the controller has recognised of it.
+Two changes must be at least 100 ms apart (`min_interval`). `_actual` is the image of the last
+exchange. `_taken` is the part of it that the controller has recognised.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ _BY_MASK: dict[int, Signal] = {INPUTS[signal.short]: signal for signal in signal
 
 
 class DedicatedInputs:
-    """Bytes n+32, n+33 and the reserved bytes, exchange by exchange."""
+    """The state of bytes n+32, n+33 and the reserved bytes over all exchanges."""
 
     def __init__(self, config: RobotConfig, findings: Findings) -> None:
         self._interval_us = round(config.min_interval * 1000)
         self._late_levels = config.late_levels
         self._recovery_edges = config.recovery_edges
         self._findings = findings
-        self._actual: int  # both from the first image on
+        self._actual: int  # `_actual` and `_taken` are set by the first image
         self._taken: int
         self._reserved: tuple[int, bytes] = (0, bytes(len(signals().reserved_bytes)))
         self._changed_us: int | None = None
@@ -33,14 +34,14 @@ class DedicatedInputs:
         self._connected = False
 
     def disconnect(self) -> None:
-        """There is no connection: nothing is known of the inputs any more."""
+        """Process a missing connection: the inputs are unknown until the next image."""
         self._connected = False
 
     def take(self, now_us: int, area: bytes) -> set[str]:
-        """Look at the inputs of one exchange.
+        """Process the inputs of one exchange.
 
         Returns:
-            Short names (`SI01`) of the inputs whose OFF to ON edge was recognised.
+            Short names (`SI01`) of the inputs with a recognised OFF to ON edge.
         """
         self._check_reserved(now_us, area)
         now = dedicated_word(area) & DEDICATED
@@ -55,11 +56,11 @@ class DedicatedInputs:
         return _named(rising) if rising else set()
 
     def is_on(self, short: str) -> bool:
-        """The level of an input as the controller has taken it."""
+        """Return the recognised level of an input."""
         return bool(self._taken & INPUTS[short])
 
     def next_due_us(self) -> int | None:
-        """When a level that was not recognised at its change is taken after all."""
+        """Return when an unrecognised level is recognised after all [us]; else None."""
         return self._settled_at() if self._connected and self._unsettled else None
 
     @property
@@ -70,18 +71,19 @@ class DedicatedInputs:
         return (self._changed_us or 0) + self._interval_us
 
     def _connect(self, now: int) -> set[str]:
-        """The first image of a connection: levels only, and no change by the master."""
+        """Process the first image of a connection; it is not a change by the master."""
         self._connected = True
         self._actual = self._taken = now
         self._changed_us = None
         return _named(now) if self._recovery_edges else set()
 
     def _change(self, now_us: int, changed: int, now: int) -> int:
-        """Take a change, or not; the mask of recognised OFF to ON edges."""
+        """Process a change; return the mask of recognised OFF to ON edges."""
         before = self._actual
         self._actual = now
-        # A switch-off is always taken at once. One other change in its exchange is not recognised,
-        # but no fault: the master may have written it well before, within the same packet interval.
+        # SI(00) and SI(06) turning OFF are always recognised at once. One other change in the same
+        # exchange is not recognised, but it is not a violation either: the master may have written
+        # it earlier within the same packet interval.
         stops = changed & before & _STOPS
         others = changed & ~stops
         self._taken &= ~stops
@@ -98,7 +100,10 @@ class DedicatedInputs:
         return rising
 
     def _refusal(self, now_us: int, others: int) -> str:
-        """Which rule the change of `others` breaks, so that they are not recognised; or empty."""
+        """Return the rule that the change of `others` breaks, or an empty string.
+
+        A change that breaks a rule is not recognised.
+        """
         least = f"at least {format_us(self._interval_us)} are needed; not recognised"
         if self._interval_us and others.bit_count() > 1:
             return f"in the same exchange, {least}"
@@ -122,12 +127,12 @@ class DedicatedInputs:
 
 
 def _named(bits: int) -> set[str]:
-    """Short names of the inputs whose bit is set."""
+    """Return the short names of the inputs whose bits are set."""
     return {signal.short for mask, signal in _BY_MASK.items() if bits & mask}
 
 
 def _describe(mask: int, now: int) -> str:
-    """`SI(01) Servo ON input ON`, joined by `and` where several changed."""
+    """Return the changes as text: `SI(01) Servo ON input ON`, joined by `and`."""
     return " and ".join(
         f"{signal.signal} {signal.title} {'ON' if now & bit else 'OFF'}"
         for bit, signal in _BY_MASK.items()

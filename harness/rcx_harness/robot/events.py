@@ -1,4 +1,4 @@
-"""What can happen to the controller besides its inputs: the events of a stimulus."""
+"""Events that act on the controller apart from its inputs; a stimulus can inject them."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def _alarm(machine: Machine, group: int = 99, category: int = 999) -> None:
 
 
 def _parallel(machine: Machine, port: int, on: int) -> None:
-    """An input of the parallel I/O board, by its port and bit as the robot language writes them.
+    """Set an input of the parallel I/O board by its port and bit, as in the robot language.
 
-    Of the dedicated ones only the stop signal counts (manual chapter 1, 4.1), see Machine.stopped;
-    the others are what robot programs and I/O port reference read.
+    Of the dedicated inputs only the stop signal has an effect (manual chapter 1, 4.1); see
+    Machine.stopped. All others are read only by robot programs and the I/O port reference.
     """
     if on > 1:
         raise InputError(f"on = {on} of event 'parallel_input' is no level", hint="it is 0 or 1")
@@ -97,15 +97,15 @@ _ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
     ),
 }
 
-#: The events by name, each with what it does.
+#: Description of each event by its name.
 EVENTS: dict[str, str] = {name: text for name, (text, _) in _ACTIONS.items()}
 
 
 def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
-    """Let `event` happen.
+    """Apply an event to the machine.
 
     Raises:
-        InputError: unknown event, or arguments that it does not take.
+        InputError: the event is unknown, or the arguments do not match it.
     """
     if event not in _ACTIONS:
         near = get_close_matches(event, _ACTIONS)
@@ -124,7 +124,7 @@ def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
 
 
 def _wrong_arguments(event: str, takes: list[str], args: dict[str, Any]) -> InputError:
-    """Which argument is too much or missing, and how to write the event."""
+    """Return the error for superfluous or missing arguments, with the correct form of the event."""
     if not takes:
         return InputError(f"event {event!r} takes no arguments", hint=f'write robot = "{event}"')
     foreign = [name for name in args if name not in takes]

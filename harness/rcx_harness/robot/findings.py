@@ -1,4 +1,4 @@
-"""What the master did against the manual, as the controller sees it."""
+"""Violations of the manual by the master, as the controller observes them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["Findings", "Violation"]
 
 
 class Findings:
-    """All violations in order of time; `drain` gives each one once."""
+    """All violations in order of time; `drain` returns each of them once."""
 
     def __init__(self) -> None:
         self.every: list[Violation] = []
@@ -19,7 +19,7 @@ class Findings:
         self.every.append(Violation(t_us, rule, text))
 
     def drain(self) -> list[Violation]:
-        """Those that are new since the last call."""
+        """Return the violations that are new since the last call."""
         new = self.every[self._drained :]
         self._drained = len(self.every)
         return new

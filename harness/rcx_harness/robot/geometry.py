@@ -1,10 +1,9 @@
 """Coordinates of a robot in millimetres, and the curves that its tool follows in them.
 
-Coordinates 1 to 3 are X, Y and Z, the fourth is the rotation R about Z; the joints, pulses by a
-factor each, give the place of the flange (kinematics). The hand is where the tool is, seen from the
-flange; one that is mounted on the R axis turns with it. The shift
-moves the coordinates, and turns them about its own origin. Lengths are in 0.001 mm, angles in 0.001
-degree, as on the wire.
+Coordinates 1 to 3 are X, Y and Z, the fourth is the rotation R about Z. The joints, pulses by a
+factor each, give the place of the flange (kinematics). The hand is the offset from the flange to
+the tool; a hand on the R axis turns with it. The shift moves the coordinates and turns them about
+its own origin. Lengths are in 0.001 mm, angles in 0.001 degree, as on the wire.
 """
 
 from __future__ import annotations
@@ -29,12 +28,12 @@ class Frame:
     """The coordinates of one robot.
 
     Attributes:
-        pulses_per_mm: Per axis, as many as the robot has; per degree where it turns.
+        pulses_per_mm: Per axis, as many as the robot has; per degree if the axis turns.
         shift: X, Y, Z and R of the coordinates.
         hand: X, Y and Z of the tool.
         on_r: The hand is mounted on the R axis.
-        zeros: Per axis, where it is at 0 mm or 0 degrees [pulses]; none given: 0.
-        kinematics: How the robot is built, and for `to_pulses` which arm it is to have.
+        zeros: Per axis, its pulses at 0 mm or 0 degrees; empty: 0.
+        kinematics: The kinematics of the robot, and the arm to use for `to_pulses`.
     """
 
     pulses_per_mm: tuple[float, ...]
@@ -46,16 +45,16 @@ class Frame:
 
     @property
     def straight(self) -> bool:
-        """The axes do even steps on a line of the tool on which nothing turns."""
+        """Return whether the axes move evenly on a line of the tool without rotation."""
         return self.kinematics.straight
 
     @property
     def turning_hand(self) -> bool:
-        """A turn of the R axis moves the tool."""
+        """Return whether a turn of the R axis moves the tool."""
         return self.on_r and len(self.pulses_per_mm) > _R and any(self.hand[:2])
 
     def to_mm(self, pulses: Sequence[float]) -> tuple[float, ...]:
-        """Where the tool is, in the shifted coordinates."""
+        """Return the position of the tool in the shifted coordinates."""
         own = self.kinematics.forward(self._joints(pulses))
         if self._plain:
             return tuple(own)
@@ -66,10 +65,10 @@ class Frame:
         return tuple(mm[: len(own)])
 
     def to_pulses(self, mm: Sequence[float]) -> tuple[float, ...]:
-        """Where the axes are when the tool is at `mm`; not rounded.
+        """Return the positions of the axes for the tool at `mm`; not rounded.
 
         Raises:
-            UnreachableError: they cannot bring it there.
+            UnreachableError: the axes cannot bring the tool there.
         """
         own = list(mm)
         if not self._plain:
@@ -81,14 +80,17 @@ class Frame:
         return self._from_zero([value * per / 1000 for value, per in joints])
 
     def bend(self, pulses: Sequence[float]) -> float | None:
-        """Of the arm, from stretched [degree], positive right-handed; None without an arm."""
+        """Return the bend of the arm [degree], positive right-handed; None without an arm.
+
+        The bend of the stretched arm is 0.
+        """
         return self.kinematics.bend(self._joints(pulses))
 
     def tool_to_mm(self, mm: Sequence[float], way: Sequence[float]) -> tuple[float, ...]:
-        """Where the tool at `mm` gets to on a way that is given in its own coordinates.
+        """Return the place that the tool at `mm` reaches by a way in its own coordinates.
 
-        These are turned by the R axis where the hand is mounted on it, else they lie as the
-        coordinates themselves.
+        If the hand is mounted on the R axis, the R axis turns these coordinates. Otherwise they are
+        parallel to the coordinates of the robot.
         """
         ways = list(way)
         if self.on_r and len(mm) > _R:
@@ -110,11 +112,11 @@ class Frame:
 
     @property
     def _turn(self) -> float:
-        """Angle of the coordinates; a robot with one axis has no plane to turn."""
+        """Return the angle of the coordinates; a robot with one axis has no plane to turn."""
         return self.shift[_R] if len(self.pulses_per_mm) > _Y else 0.0
 
     def _tool(self, r: float) -> tuple[float, float, float, float]:
-        """The tool as seen from the axes, at the angle `r` of the R axis."""
+        """Return the tool as seen from the axes, at the angle `r` of the R axis."""
         x, y, z = self.hand[:3]
         if self.turning_hand:
             x, y = _turned(x, y, r)
@@ -126,7 +128,7 @@ def _padded(values: list[float]) -> list[float]:
 
 
 def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
-    """X and Y, turned by `angle` [0.001 degree]."""
+    """Return X and Y, turned by `angle` [0.001 degree]."""
     if not angle:
         return (x, y)
     sine, cosine = math.sin(math.radians(angle / 1000)), math.cos(math.radians(angle / 1000))
@@ -134,22 +136,22 @@ def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
 
 
 class Curve(Protocol):
-    """A curve by the part of its length, 0 to 1.
+    """A curve as a function of the part of its length, 0 to 1.
 
     Attributes:
-        length: Of the way of X, Y and Z; or of the other axes together, where that is longer.
-        samples: Into how many parts it must be cut to look straight.
+        length: Way of X, Y and Z, or of the other axes together if that is longer.
+        samples: Number of parts into which it must be cut to be straight within each part.
     """
 
     length: float
     samples: int
 
     def at(self, share: float) -> Sequence[float]:
-        """Position of all axes after that part of the length."""
+        """Return the position of all axes after that part of the length."""
 
 
 class Line:
-    """Straight from start to end; all axes in proportion."""
+    """A straight line from start to end; all axes move in proportion."""
 
     samples = 1
 
@@ -159,17 +161,17 @@ class Line:
         self.length = max(math.hypot(*self._way[:_XYZ]), math.hypot(*self._way[_XYZ:]))
 
     def at(self, share: float) -> Sequence[float]:
-        """Position of all axes after that part of the length."""
+        """Return the position of all axes after that part of the length."""
         return [a + way * share for a, way in zip(self._start, self._way, strict=True)]
 
 
 class Arc:
     """The part of a circle from start through `via` to the end, by X, Y and Z.
 
-    The other axes pass `via` with them and move evenly before and after it.
+    The other axes pass `via` at the same time and move evenly before and after it.
 
     Raises:
-        ValueError: the three points lie on a line, so that there is no circle.
+        ValueError: the three points are on a line, so there is no circle.
     """
 
     samples = 1024
@@ -179,6 +181,10 @@ class Arc:
         self._size = len(start)
         a, b, c = (_space(part) for part in (start, via, end))
         first, whole = _minus(b, a), _minus(c, a)
+        # The centre is the circumcentre of the triangle start, via, end. With f = via - start and
+        # w = end - start it is start + ((|f|^2 w - |w|^2 f) x n) / (2 |n|^2), n = f x w. Points on
+        # one line have n = 0. `_v` is `_u` turned by 90 degrees in the plane of the circle, so
+        # that the angle grows from the start through `via` to the end.
         normal = _cross(first, whole)
         if math.hypot(*normal) <= _FLAT * math.hypot(*first) * math.hypot(*whole):
             raise ValueError("no circle goes through three points on one line")
@@ -194,7 +200,7 @@ class Arc:
         self.length = radius * self._angle
 
     def at(self, share: float) -> Sequence[float]:
-        """Position of all axes after that part of the length."""
+        """Return the position of all axes after that part of the length."""
         cosine, sine = math.cos(share * self._angle), math.sin(share * self._angle)
         space = [p + u * cosine + v * sine
                  for p, u, v in zip(self._centre, self._u, self._v, strict=True)]  # fmt: skip
@@ -206,13 +212,13 @@ class Arc:
         return space[: self._size] + others
 
     def _angle_of(self, point: Sequence[float]) -> float:
-        """From the start to `point`, on the way that the arc takes [rad]."""
+        """Return the angle from the start to `point` in the direction of the arc [rad]."""
         arm = _minus(point, self._centre)
         return math.atan2(_dot(arm, self._v), _dot(arm, self._u)) % math.tau
 
 
 def _space(point: Sequence[float]) -> list[float]:
-    """X, Y and Z; axes that are not there are 0."""
+    """Return X, Y and Z; axes that do not exist are 0."""
     return [*point[:_XYZ], *[0.0] * (_XYZ - len(point))]
 
 

@@ -1,4 +1,11 @@
-"""The remote-command handshake (guide, chapters 1 and 2), one step per controller cycle."""
+"""The remote-command handshake (guide, chapters 1 and 2), one step per controller cycle.
+
+The master sets a command code in word n while the status in word m is 0x0000. The controller shows
+RUN, executes the command, and shows an end status with the response. The master then sets the code
+to 0 (status reset command), and the controller answers with status 0x0000. The master must not
+change code or data before the end status. It must not set a code before status 0x0000. Breaking
+either rule is recorded as a violation.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +31,7 @@ _ROBOT, _AXIS = 0, 1  # kind and detail of a Place
 
 
 class Phase(Enum):
-    """Where the handshake stands."""
+    """The phases of the handshake; the values are their descriptions."""
 
     READY = "ready for a command"
     ACCEPTING = "a command was seen and is not yet begun"
@@ -35,7 +42,7 @@ class Phase(Enum):
 
 
 class Kind(Enum):
-    """What is to become of a command."""
+    """The expected course of a command."""
 
     REFUSED = "it ends abnormally as soon as it is begun"
     SHORT = "it acts once, `command_delay` after it was begun"
@@ -43,11 +50,11 @@ class Kind(Enum):
 
 
 class Handshake:
-    """Words n to n+30 in, words m to m+30 out.
+    """The state machine of the handshake: words n to n+30 in, words m to m+30 out.
 
     Attributes:
-        phase: Where it stands.
-        executed: How many commands have come to an end that was shown.
+        phase: The current phase.
+        executed: Number of commands that have ended and have shown their end status.
     """
 
     def __init__(self, config: RobotConfig, findings: Findings) -> None:
@@ -60,18 +67,18 @@ class Handshake:
         self._due_us = 0
         self._execution: Execution | None = None
         self._failure: CommandError | None = None
-        self._blocked = 0  # a code that stands there since before the ready status: never executed
-        self._unseen: list[Execution] = []  # what goes on behind the ready status
-        self._waits = False  # a code that stands there is to be taken in the next cycle
-        self._reported = 0  # the code that was last found to be set too early
+        self._blocked = 0  # a code that was set before the ready status; it is never executed
+        self._unseen: list[Execution] = []  # commands that go on without a status
+        self._waits = False  # an early code is to be accepted in the next cycle
+        self._reported = 0  # the last code that was reported as set too early
 
     @property
     def shown(self) -> Words:
-        """Words m to m+30."""
+        """Return words m to m+30."""
         return self._shown
 
     def takes(self, machine: Machine) -> Kind:
-        """What becomes of the command that was taken, if nothing changes until it is begun."""
+        """Return the expected course of the accepted command if nothing else changes."""
         try:
             call = _check(machine, self._taken)
         except CommandError:
@@ -79,13 +86,13 @@ class Handshake:
         return Kind.SHORT if acts_once(call.code) else Kind.LASTING
 
     def next_due_us(self, now_us: int) -> int | None:
-        """When it goes on by itself; None if only the master can bring it on."""
+        """Return when the handshake continues by itself; None if it waits for the master."""
         if self._unseen or self._waits or self.phase in (Phase.RUNNING, Phase.ABANDONED):
             return now_us
         return self._due_us if self.phase in (Phase.ACCEPTING, Phase.CLEARING) else None
 
     def step(self, machine: Machine, words: Words) -> None:
-        """One cycle with the words that the master sends."""
+        """Process one cycle with the words that the master sends."""
         self._unseen = [one for one in self._unseen if _goes_on(one, machine)]
         if self.phase is Phase.READY:
             self._look_for_command(machine, words)
@@ -106,12 +113,19 @@ class Handshake:
             self._rest(words)
 
     def connect(self, words: Words) -> None:
-        """The first image of a connection: is a code that stands in it a command?"""
+        """Process the first image of a connection.
+
+        Unless configured otherwise, a code in this image is not executed.
+        """
         if not self._config.first_image_commands:
             self._blocked = words[0]
 
     def disconnect(self, machine: Machine) -> None:
-        """The link is lost: what runs ends abnormally, and that is shown until a reset."""
+        """Process the loss of the link.
+
+        A running command that is not stoppable ends abnormally; its end status is shown until a
+        reset. Any other command is dropped, and the handshake is ready again.
+        """
         self._unseen.clear()
         if self.phase is Phase.RUNNING and self._execution and not self._execution.stoppable:
             self._end_abnormally(machine, CommandError(self._config.link_loss_alarm))
@@ -136,7 +150,10 @@ class Handshake:
             self._report_early_code(machine, words)
 
     def _report_early_code(self, machine: Machine, words: Words) -> None:
-        """A code while the status is not 0x0000; it is not executed."""
+        """Record a violation if a code is set while the status is not 0x0000.
+
+        The code is not executed now; each code is reported once.
+        """
         known, self._reported = self._reported, words[0]
         if words[0] in (0, known):
             return
@@ -149,7 +166,11 @@ class Handshake:
         self._findings.add(machine.now_us, "ready-first", text)
 
     def _change(self, machine: Machine, words: Words) -> None:
-        """Code or data are not what they were, and no end status has been shown."""
+        """Process a change of code or data before the end status."""
+        # Code 0 during a stoppable command (jog) is its regular end, not a violation. Any other
+        # change is a violation, and a command that is already executed cannot be recalled. The
+        # configuration decides how it continues: with RUN shown until its end (ABANDONED), or
+        # without any status while the handshake is ready for the next command (`_unseen`).
         stoppable = self._execution is not None and self._execution.stoppable
         if stoppable and words[0] == 0:
             self._due_us = machine.now_us + machine.draw_us("status_reset_delay")
@@ -169,7 +190,7 @@ class Handshake:
         self._findings.add(machine.now_us, "hold-command", text)
         if self._execution and not stoppable:
             if self._config.changed_command_status == "run":
-                self._reported = words[0]  # by the text above
+                self._reported = words[0]  # the violation above already reports it
                 self._show(RUN, WORDS_AT_REST[1:])
                 self.phase = Phase.ABANDONED
                 return
@@ -177,7 +198,7 @@ class Handshake:
         self._rest(words)
 
     def _begin(self, machine: Machine) -> None:
-        """Execute what was taken; a short command may end in this cycle."""
+        """Begin the accepted command; a short command may end in the same cycle."""
         self._failure = None
         try:
             self._execution = start(machine, _check(machine, self._taken))
@@ -234,7 +255,7 @@ class Handshake:
         self.phase = Phase.ENDED
 
     def _rest(self, words: Words) -> None:
-        """Ready again; a code that is there now was set too early."""
+        """Return to the command ready status; treat a code in `words` as set too early."""
         self._execution = None
         self._shown = WORDS_AT_REST
         self._waits = self._config.early_command_waits and words[0] != 0
@@ -246,7 +267,7 @@ class Handshake:
 
 
 def _goes_on(execution: Execution, machine: Machine) -> bool:
-    """Let a command go on whose status nobody sees; False once it has ended."""
+    """Continue a command with a hidden status; return False once it has ended."""
     try:
         return execution.step(machine) is None
     except CommandError:
@@ -258,7 +279,7 @@ def _command(words: Words) -> Command:
 
 
 def _place(code: int, failure: CommandError) -> Place | None:
-    """Where the alarm of a command comes from: its robot, or None for the controller."""
+    """Return the robot (and axis) from which a command's alarm comes; None for the controller."""
     entry = commands().get(code & 0x0FFF)
     own = failure.number.startswith("12.")  # alarms of stops and of the network
     if entry is None or not entry.robot or own:
@@ -268,7 +289,11 @@ def _place(code: int, failure: CommandError) -> Place | None:
 
 
 def _check(machine: Machine, words: Words) -> Call:
-    """Code, robot, authority and format; the call, if all of them are right."""
+    """Check code, robot, authority and format of a command, and return the call.
+
+    Raises:
+        CommandError: with the alarm of the first check that fails.
+    """
     config = machine.config
     entry = commands().get(words[0] & 0x0FFF)
     robot = words[0] >> 12

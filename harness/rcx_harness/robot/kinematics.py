@@ -1,7 +1,7 @@
-"""From the joints of a robot to where its flange is, and back; all in closed form.
+"""Forward and inverse kinematics of the robots, in closed form.
 
-Joints are in 0.001 degree where they turn, else in 0.001 mm; places are X, Y, Z [0.001 mm] and R
-[0.001 degree] in the robot's own coordinates, then any further axes, which stay as they are. Z is
+Joints are in 0.001 degree if they turn, else in 0.001 mm. Places are X, Y, Z [0.001 mm] and R
+[0.001 degree] in the robot's own coordinates, then any further axes, which do not change. Z is
 positive downwards, as the controller counts it.
 """
 
@@ -20,56 +20,59 @@ _HALF_TURN, _TURN = 180 * _UNIT, 360 * _UNIT
 
 
 class UnreachableError(ValueError):
-    """No position of the joints brings the flange there."""
+    """The error of a place that no position of the joints can reach."""
 
 
 class Kinematics(Protocol):
-    """How a robot is built.
+    """The interface of the kinematics of a robot type.
 
     Attributes:
-        straight: A line in space is one of the joints, too.
-        left: The arm as it stands, or shall stand: left-handed; of a SCARA robot only.
+        straight: A line in space is also a line of the joints.
+        left: The arm is (or is to be) left-handed; of a SCARA robot only.
     """
 
     @property
     def straight(self) -> bool:
-        """As above."""
+        """Return whether a line in space is also a line of the joints."""
 
     @property
     def left(self) -> bool:
-        """As above."""
+        """Return whether the arm is left-handed."""
 
     def forward(self, joints: Sequence[float]) -> list[float]:
-        """Where the flange is."""
+        """Return the place of the flange."""
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """The joints that bring the flange there.
+        """Return the joints that bring the flange to a place.
 
         Raises:
             UnreachableError: there are none.
         """
 
     def bend(self, joints: Sequence[float]) -> float | None:
-        """Angle from the stretched arm [degree], positive right-handed; None without an arm."""
+        """Return the bend of the arm [degree], positive right-handed; None without an arm.
+
+        The bend of the stretched arm is 0.
+        """
 
 
 @dataclass(frozen=True)
 class _Cartesian:
-    """Each axis is a coordinate."""
+    """The kinematics of a Cartesian robot: each axis is a coordinate."""
 
     straight = True
     left = False
 
     def forward(self, joints: Sequence[float]) -> list[float]:
-        """The joints themselves."""
+        """Return the joints themselves."""
         return list(joints)
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """The place itself."""
+        """Return the place itself."""
         return list(place)
 
     def bend(self, joints: Sequence[float]) -> float | None:
-        """There is no arm."""
+        """Return None: there is no arm."""
         return None
 
 
@@ -100,7 +103,7 @@ class Scara:
     _front = 90 * _UNIT
 
     def forward(self, joints: Sequence[float]) -> list[float]:
-        """Where the flange is."""
+        """Return the place of the flange."""
         first = self._front + joints[_X]
         second = first + joints[_Y] + self.offset
         x1, y1 = _polar(self.arm1, first)
@@ -109,7 +112,11 @@ class Scara:
         return [x1 + x2, y1 + y2, *joints[_Z:_R], *r, *joints[_R + 1 :]]
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """The joints, right-handed or left-handed; axes 1 and 2 from -180 to 180 degrees."""
+        """Return the joints for `left`; axes 1 and 2 from -180 to 180 degrees."""
+        # The law of cosines gives the bend at the elbow from the distance to the base. Both signs
+        # of the bend are solutions, and `left` selects one. Axis 1 is then the direction of the
+        # hand minus the direction of the hand as seen with axis 1 at 0. The tolerance of 1e-12
+        # accepts the stretched arm in spite of rounding.
         x, y = place[_X], place[_Y]
         far = x * x + y * y
         cosine = (far - self.arm1**2 - self.arm2**2) / (2 * self.arm1 * self.arm2)
@@ -126,12 +133,12 @@ class Scara:
         return [first, second, *place[_Z:_R], *r, *place[_R + 1 :]]
 
     def bend(self, joints: Sequence[float]) -> float | None:
-        """Of the arm to the hand."""
+        """Return the angle between arm 1 and the line to the hand [degree]."""
         angle = joints[_Y] + self.offset
         return ((angle + _HALF_TURN) % _TURN - _HALF_TURN) / _UNIT
 
 
 def _polar(length: float, angle: float) -> tuple[float, float]:
-    """X and Y of an arm at `angle` [0.001 degree]."""
+    """Return X and Y of an arm at `angle` [0.001 degree]."""
     turned = math.radians(angle / _UNIT)
     return length * math.cos(turned), length * math.sin(turned)

@@ -1,7 +1,7 @@
 """The controller's state behind its areas: power, stops, servo, program, motion, alarms.
 
-Nothing here knows of bytes. What takes time is put into `pending` with the time it is due, so
-that the state depends on nothing but the calls and their times.
+This module knows no bytes. Whatever takes time is entered in `pending` with the time at which it is
+due. The state therefore depends only on the calls and their times.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ __all__ = ["Machine"]
 
 
 class Machine:
-    """One robot controller; see RobotConfig for its properties.
+    """The state of one robot controller; see RobotConfig for its properties.
 
-    `si00`, `si06` and `si10` are the levels of the inputs as the controller has taken them. `link`
-    is the connection: `none` since power-on, `normal`, or `lost` in operation.
+    `si00`, `si06` and `si10` are the input levels that the controller has recognised. `link` is the
+    state of the connection: `none` since power-on, `normal`, or `lost` in operation.
     """
 
     def __init__(self, config: RobotConfig, seed: int) -> None:
@@ -59,14 +59,14 @@ class Machine:
             self._on_boot_time()
 
     def power_on(self) -> None:
-        """Switch the controller on; does nothing if it is on."""
+        """Switch the controller on; do nothing if it is already on."""
         if self.powered:
             return
         self.powered = True
         self.data.accumulated.power_on()
         self.booted = False
         self.si00 = self.si06 = self.si10 = False
-        self.emergency = True  # until SI(00) comes ON; this is no shift in operation: no alarm
+        self.emergency = True  # until SI(00) is ON; no alarm, since this happens at power-on
         self.link = "none"
         self.auto_mode = self._auto_selected
         self.sequence_running = False
@@ -77,7 +77,7 @@ class Machine:
         self.schedule("boot_time")
 
     def power_off(self) -> None:
-        """Switch the controller off: all that is not stored is lost."""
+        """Switch the controller off and drop all state that is not stored."""
         if self.powered:
             self.data.observe(self.now_us)
         self.powered = self.booted = False
@@ -91,14 +91,14 @@ class Machine:
 
     @property
     def stopped(self) -> bool:
-        """A stop input is OFF: SI(06), or DI06 of a parallel I/O board that is valid."""
+        """Return whether a stop input is OFF: SI(06), or DI06 of a valid parallel I/O board."""
         parallel = self.config.parallel_io == "valid" and not self.parallel_stop
         ignored = self.inputs_disabled and not self.config.safety_keeps_stops
         return parallel or not (self.si06 or ignored)
 
     @property
     def mp_ready(self) -> bool:
-        """SO(04): the servo ON input may switch the servos on."""
+        """Return SO(04): whether the servo ON input may switch the servos on."""
         config = self.config
         if not self.main_power:
             return False
@@ -109,17 +109,17 @@ class Machine:
 
     @property
     def servo_on(self) -> bool:
-        """SO(02): the motor power is ON."""
+        """Return SO(02): whether the motor power is ON."""
         return self.servos.motor_power
 
     @property
     def origin_running(self) -> bool:
-        """A return-to-origin is under way."""
+        """Return whether a return-to-origin is under way."""
         return "origin_time" in self.pending
 
     @property
     def origin_complete(self) -> bool:
-        """SO(11): every axis knows its origin."""
+        """Return SO(11): whether the return-to-origin of every axis is complete."""
         return all(self.origins.complete)
 
     @property
@@ -127,8 +127,11 @@ class Machine:
         return self.auto_input and not self.manual_lock
 
     def advance(self, now_us: int) -> None:
-        """Let time pass: answers that are due, the program, and the movements."""
+        """Advance the state to `now_us`: due answers, the programs and the movements."""
         self.now_us = now_us
+        # Stops come first, so that an answer which is due in this cycle (such as servo ON) is
+        # checked against them. Each answer may change the stops again. Programs and movements
+        # then see the final state of the cycle.
         self._follow_stops()
         while self.pending and self._answer_next():
             self._follow_stops()
@@ -138,7 +141,7 @@ class Machine:
         self.data.observe(self.now_us)
 
     def next_due_us(self) -> int | None:
-        """When something happens by itself; None if nothing is under way."""
+        """Return when the state changes next by itself [us]; None if nothing is under way."""
         if self.motion.under_way:
             return self.now_us
         due = list(self.pending.values())
@@ -149,7 +152,7 @@ class Machine:
         return min(due, default=None)
 
     def raise_alarm(self, number: str, *, serious: bool | None = None) -> None:
-        """Raise an alarm; a serious one stops the robot and switches the servos off."""
+        """Raise an alarm; a serious alarm stops the robot and switches the servos off."""
         if serious is None:
             serious = number not in self.config.minor_alarms
         if not serious:
@@ -160,7 +163,11 @@ class Machine:
             self.switch_servos_off(number)
 
     def reset_alarms(self) -> str:
-        """Reset what can be reset; the number of an alarm that stays, else empty."""
+        """Reset all alarms that can be reset.
+
+        Returns:
+            The number of a remaining alarm, or an empty string.
+        """
         lasting = list(self.config.power_restart_alarms)
         if self.emergency and not self.config.reset_in_emergency_stop:
             lasting.append(EMERGENCY_STOP)
@@ -170,13 +177,16 @@ class Machine:
         return self.alarms.active[0].number if self.alarms.active else ""
 
     def press_emergency_stop(self) -> None:
-        """SAFETY connector or programming box: an alarm even where SI(00) has stopped already."""
+        """Press the emergency stop of the SAFETY connector or the programming box.
+
+        The alarm is raised even if SI(00) has already caused an emergency stop.
+        """
         self.hard_wired_stop = True
         if self.booted and self.emergency:
             self.raise_alarm(EMERGENCY_STOP, serious=True)
 
     def switch_main_power(self, on: bool) -> None:
-        """The power of the motors; without it there is no servo ON."""
+        """Switch the power of the motors; without it the servos cannot be switched on."""
         config = self.config
         self.main_power = on
         if on:
@@ -187,18 +197,21 @@ class Machine:
             self.raise_alarm(config.main_power_alarm)
 
     def arm(self, robot: int) -> Arm:
-        """One of the robots, 1 to 4."""
+        """Return a robot by its number, 1 to 4."""
         return Arm(robot, self.config, self.memory, self.settings, self.positions)
 
     def check_movable(self, arm: Arm, places: Iterable[int] | None = None) -> None:
-        """Refuse a movement in emergency stop, in stop, with servos off, or beside another one.
+        """Raise CommandError if the robot may not start a movement.
+
+        Movements are refused in emergency stop, in stop, with servos off, with a serious alarm,
+        during a program (if so configured), and while the robot is already moving.
 
         Args:
             arm: The robot that is to move.
-            places: Its axes that are to move; None: all.
+            places: The places of its moving axes; None: all axes.
 
         Raises:
-            CommandError: with the alarm that says why.
+            CommandError: with the number of the alarm that gives the reason.
         """
         config = self.config
         indices = arm.indices if places is None else [arm.indices[place] for place in places]
@@ -219,7 +232,7 @@ class Machine:
     def move(
         self, robot: int, path: Path, *, relative: Hashable | None = None, pushing: bool = False
     ) -> Movement:
-        """Start a movement of one robot; `relative` and `pushing` as in Movement."""
+        """Start a movement of one robot; see Movement for `relative` and `pushing`."""
         config = self.config
         tolerance = None
         if config.end_in_tolerance:
@@ -244,7 +257,7 @@ class Machine:
         return run
 
     def halt_axes(self, indices: Iterable[int], number: str) -> None:
-        """End what any of these axes takes part in, with the alarm `number` as its reason."""
+        """End all motion of these axes, with the alarm `number` as its reason."""
         axes = set(indices)
         self.motion.stop(self.now_us, self.positions, number, axes)
         if self.origins.moves(axes):
@@ -253,19 +266,19 @@ class Machine:
     def switch_servos_off(
         self, number: str, *, lock: bool = False, stop_programs: bool = True
     ) -> None:
-        """All servos; what runs ends with the alarm `number` as its reason.
+        """Switch all servos off and end all motion, with the alarm `number` as its reason.
 
         Args:
-            number: Of the alarm.
-            lock: All brakes, also of free axes (guide, 4.2.20); else as the configuration says.
-            stop_programs: The robot programs stop, too.
+            number: The number of the alarm.
+            lock: Apply all brakes, also of free axes (guide, 4.2.20); else as configured.
+            stop_programs: Stop the robot programs, too.
         """
         self.servos.switch_all_off(keep_free=not (lock or self.config.servo_off_brakes_free_axes))
         self.pending.pop("servo_on_delay", None)
         self._halt(number, stop_programs=stop_programs)
 
     def draw_us(self, key: str) -> int:
-        """A delay of the configuration [us], drawn from the seed where it is a range."""
+        """Return a configured delay [us]; a range is resolved by a random draw from the seed."""
         delay = getattr(self.config, key)
         low, high = delay if isinstance(delay, tuple) else (delay, delay)
         return self.rng.randint(round(low * 1000), round(high * 1000))
@@ -273,9 +286,10 @@ class Machine:
     def switch_mode(
         self, *, auto_input: bool | None = None, manual_lock: bool | None = None
     ) -> None:
-        """The SAFETY connector's AUTO input, or the programming box's manual lock.
+        """Switch the SAFETY connector's AUTO input or the programming box's manual lock.
 
-        AUTO mode needs the one ON and the other OFF. Any other mode stops the program.
+        AUTO mode needs the AUTO input ON and the lock OFF. Leaving it stops the program if so
+        configured.
         """
         self.auto_input = self.auto_input if auto_input is None else auto_input
         self.manual_lock = self.manual_lock if manual_lock is None else manual_lock
@@ -293,7 +307,7 @@ class Machine:
             self.schedule("auto_mode_delay")
 
     def _answer_next(self) -> bool:
-        """Give the answer that is due first; False if none is due yet."""
+        """Execute the pending answer that is due first; return False if none is due yet."""
         name = min(self.pending, key=lambda key: self.pending[key])
         if self.pending[name] > self.now_us:
             return False
@@ -302,33 +316,41 @@ class Machine:
         return True
 
     def schedule(self, key: str) -> None:
-        """Let an answer (`_on_...`) come when its delay of the configuration is over."""
+        """Schedule an answer (`_on_<key>`) after its configured delay.
+
+        A pending answer keeps its time.
+        """
         if key not in self.pending:  # else a skipped cycle would shift all later draws
             self.pending[key] = self.now_us + self.draw_us(key)
 
     def pendant_blocks(self) -> bool:
-        """The programming box has authority, and dedicated inputs have none."""
+        """Return whether the programming box has authority and so blocks dedicated inputs."""
         return self.pendant_authority and self.config.pendant_blocks_inputs
 
     def may_switch_servo_on(self) -> bool:
-        """Nothing is in the way of servo ON."""
+        """Return whether all conditions of servo ON are met."""
         alarm = self.alarms.serious and not self.config.servo_on_with_alarm
         return not self.emergency and self.mp_ready and not alarm and not self.pendant_blocks()
 
     def may_move(self) -> bool:
-        """Neither a stop nor an alarm keeps the axes from moving."""
+        """Return whether no stop and no serious alarm prevents movements."""
         return not self.emergency and not self.stopped and not self.alarms.serious
 
     def may_run_program(self) -> bool:
-        """Nothing is in the way of a program start."""
+        """Return whether all conditions of a program start are met."""
         servo = self.servo_on or not self.config.program_needs_servo
         return self.mode_allows_start() and servo and self.may_move()
 
     def mode_allows_start(self) -> bool:
-        """The mode is one in which programs are started."""
+        """Return whether programs may be started in the current mode."""
         return self.auto_mode or not self.config.start_needs_auto
 
     def _follow_stops(self) -> None:
+        # Emergency stop and sequence follow the levels of their inputs, not their edges. Each
+        # change of state takes a configured delay. If the level changes back during the delay of
+        # a release or of the sequence, the pending answer is cancelled. An emergency stop that
+        # has been requested is never cancelled. A stop input that is OFF ends motion in every
+        # cycle, so that a movement cannot start in the same cycle and continue.
         ignored = self.inputs_disabled and not self.config.safety_keeps_stops
         wanted = self.hard_wired_stop or not (self.si00 or ignored)
         if not self.booted:
@@ -350,7 +372,7 @@ class Machine:
             self.sequence_running = False
 
     def _stop(self) -> None:
-        """The stop input is OFF: program and movements end (12.400)."""
+        """End the program and the movements because a stop input is OFF (12.400)."""
         if self.program.busy and "program_stop_delay" not in self.pending:
             self.schedule("program_stop_delay")
             self.raise_alarm(STOP)
@@ -366,7 +388,7 @@ class Machine:
         return self.origins.interrupt(number)
 
     def _halt(self, number: str, *, stop_programs: bool = True) -> None:
-        """Programs, movements and return-to-origin end at once."""
+        """End movements, return-to-origin and (with `stop_programs`) programs at once."""
         self.motion.stop(self.now_us, self.positions, number)
         self._stop_origin(number)
         if stop_programs:
@@ -377,7 +399,10 @@ class Machine:
         self.program.pause(self.now_us)
         self.pending.pop("program_stop_delay", None)
 
-    # What is due: one method for each key of `pending`.
+    # Handlers of the pending answers: one method for each key of `pending`. The key is also the
+    # name of the configured delay (`boot_time`, `servo_on_delay`). `schedule` enters a key with the
+    # time at which it is due. `_answer_next` calls the handler at that time. Conditions are checked
+    # again in the handler, because they may have changed during the delay.
 
     def _on_boot_time(self) -> None:
         self.booted = True

@@ -1,4 +1,4 @@
-"""What the controller stores: it survives a power cycle, and remote commands read and write it."""
+"""The controller's stored data: they survive a power cycle; remote commands read and write them."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ _Number = TypeVar("_Number", Fraction, float)
 
 
 def is_real(number: int) -> bool:
-    """The variable of that number is one of SGR0 to SGR31."""
+    """Return whether the variable of that number is one of SGR0 to SGR31."""
     return number >= FIRST_REAL
 
 
 class Memory:
-    """All stored data by their numbers; robot 0 is robot 1.
+    """All stored data by their numbers; robot number 0 means robot 1.
 
     Attributes:
         points: Point data.
@@ -77,7 +77,7 @@ class Memory:
         self.parameters = Parameters(config)
 
     def point(self, number: int) -> Point:
-        """Point data.
+        """Return point data.
 
         Raises:
             CommandError: the point is not defined.
@@ -87,17 +87,17 @@ class Memory:
         return self.points[number]
 
     def comment(self, number: int) -> str:
-        """The comment of a point, whether the point is defined or not.
+        """Return the comment of a point, whether the point is defined or not.
 
         Raises:
-            CommandError: there is none, and the configuration has an alarm for it.
+            CommandError: there is no comment, and the configuration has an alarm for it.
         """
         if number not in self.comments:
             self._undefined_data()
         return self.comments.get(number, "")
 
     def pallet(self, number: int) -> Pallet:
-        """Pallet data.
+        """Return pallet data.
 
         Raises:
             CommandError: the pallet is not defined.
@@ -107,15 +107,15 @@ class Memory:
         return self.pallets[number]
 
     def work_point(self, pallet: int, work: int) -> Point:
-        """A work position of a pallet, with unit, hand and arm rotation of its first point.
+        """Return a work position of a pallet, with unit, hand and arm rotation of its first point.
 
         Args:
             pallet: Number of the pallet, 0 to 39.
             work: Number of the work position, from 1.
 
         Raises:
-            CommandError: pallet, work position or a point that counts for it is not defined, or
-                these points do not have the same unit.
+            CommandError: the pallet, the work position or a required point is not defined, or these
+                points do not have the same unit.
         """
         found = self.pallet(pallet)
         if not 1 <= work <= found.count:
@@ -129,7 +129,7 @@ class Memory:
         return self.changed(first, data)
 
     def changed(self, point: Point, data: tuple[int, ...]) -> Point:
-        """A point with other data.
+        """Return a point with other data.
 
         Raises:
             CommandError: a value does not fit into 32 bits.
@@ -139,20 +139,20 @@ class Memory:
         return Point(data, point.mm, point.hand, point.arm1, point.arm2)
 
     def shift(self, number: int) -> Shift:
-        """Shift data; all 0 where none were defined. Shift 0 is there from the start.
+        """Return shift data; all 0 if they are not defined. Shift 0 always exists.
 
         Raises:
-            CommandError: there are none, and the configuration has an alarm for it.
+            CommandError: they are not defined, and the configuration has an alarm for it.
         """
         if number and number not in self.shifts:
             self._undefined_data()
         return self.shifts.get(number, (0, 0, 0, 0))
 
     def hand(self, robot: int, number: int) -> Hand:
-        """Hand data; all 0 where none were defined. Hand 0 is there from the start.
+        """Return hand data; all 0 if they are not defined. Hand 0 always exists.
 
         Raises:
-            CommandError: there are none, and the configuration has an alarm for it.
+            CommandError: they are not defined, and the configuration has an alarm for it.
         """
         key = (robot or 1, number)
         if number and key not in self.hands:
@@ -165,7 +165,7 @@ class Memory:
 
 
 class Parameters:
-    """The parameters of all robots and axes; a robot's two payloads are one, in kg and in g."""
+    """The parameters of all robots and axes; a robot's payloads in kg and g are the same value."""
 
     def __init__(self, config: RobotConfig) -> None:
         self._config = config
@@ -177,14 +177,17 @@ class Parameters:
                 self._put(name, place, value)
 
     def get(self, robot: int, name: str, axis: int = 0) -> int:
-        """A value as in the guide's table; robot 0 is robot 1, `axis` is 0 to 5 in the robot."""
+        """Return a value as in the guide's table.
+
+        Robot 0 is robot 1, `axis` is 0 to 5 in the robot.
+        """
         place = self._place(robot, name, axis)
         if name == "WEIGHT":
             return self.get(robot, "WEIGHTG") // _GRAMS
         return self._values.get((name, place), _DEFAULTS[name])
 
     def set(self, robot: int, name: str, value: int, axis: int = 0) -> None:
-        """Store a value; its range is the caller's."""
+        """Store a value; the caller checks its range."""
         self._put(name, self._place(robot, name, axis), value)
 
     def _put(self, name: str, place: int, value: int) -> None:
@@ -193,7 +196,7 @@ class Parameters:
         self._values[name, place] = value
 
     def _place(self, robot: int, name: str, axis: int) -> int:
-        """The robot's index, or the axis' index into the controller's axes."""
+        """Return the robot's index, or the axis' index into the controller's axes."""
         if name in ROBOT_PARAMETERS:
             return (robot or 1) - 1
         return self._config.axes_of(robot)[axis]
@@ -217,14 +220,14 @@ class Variables:
             self.assign(number, value)
 
     def value(self, number: int) -> int | float:
-        """The variable with that number."""
+        """Return the variable with that number."""
         return self.reals[number - FIRST_REAL] if is_real(number) else self.integers[number]
 
     def assign(self, number: int, value: float) -> None:
-        """Give a variable a value that is finite in single precision; it takes the variable's type.
+        """Assign a value that is finite in single precision, converted to the variable's type.
 
         Raises:
-            CommandError: it is too large for an integer.
+            CommandError: the value is too large for an integer.
         """
         if is_real(number):
             self.reals[number - FIRST_REAL] = single(value)
@@ -232,13 +235,13 @@ class Variables:
         self.integers[number] = self._integer(Fraction(value))
 
     def calculate(self, number: int, operator: str, value: float) -> None:
-        """Variable = variable `operator` value; the operator is `+`, `-`, `*` or `/`.
+        """Assign variable `operator` value to the variable; the operator is `+`, `-`, `*` or `/`.
 
-        Two integers are calculated without loss, all else in single precision; then the result
-        takes the variable's type.
+        Two integers are calculated exactly, all other values in single precision. The result is
+        then converted to the variable's type.
 
         Raises:
-            CommandError: division by 0, or the result is too large; the variable stays as it was.
+            CommandError: division by 0, or the result is too large; the variable does not change.
         """
         own = self.value(number)
         if operator == "/" and value == 0:
@@ -260,7 +263,7 @@ class Variables:
 
 
 def _result(first: _Number, operator: str, second: _Number) -> _Number:
-    """What the operator makes of two numbers."""
+    """Return the result of an operator on two numbers."""
     if operator == "+":
         return first + second
     if operator == "-":
@@ -269,15 +272,18 @@ def _result(first: _Number, operator: str, second: _Number) -> _Number:
 
 
 def _weights(pallet: Pallet, work: int) -> Mapping[int, Fraction]:
-    """How much each defining point counts for a work position.
+    """Return the weight of each defining point for a work position.
+
+    The corners 0 to 3 are weighted bilinearly in X and Y. The end in Z adds the vector from the
+    first point with its own weight, so the weight of the first point is reduced by it.
 
     Args:
         pallet: Its work positions in X, Y and Z direction.
         work: Number of the work position from 1; X counts first, then Y, then Z.
 
     Returns:
-        Weight by offset from the pallet's first point, without those that do not count: 0 is the
-        first work position, 1 the end in X, 2 the end in Y, 3 the corner of both, 4 the end in Z.
+        Weight by offset from the pallet's first point, without zero weights: 0 is the first work
+        position, 1 the end in X, 2 the end in Y, 3 the corner of both, 4 the end in Z.
     """
     rest, x = divmod(work - 1, pallet.nx)
     z, y = divmod(rest, pallet.ny)
@@ -289,7 +295,7 @@ def _weights(pallet: Pallet, work: int) -> Mapping[int, Fraction]:
 def _interpolated(
     data: Mapping[int, tuple[int, ...]], weight: Mapping[int, Fraction]
 ) -> tuple[int, ...]:
-    """The data of a work position per axis, from those of the points by offset."""
+    """Return the data of a work position per axis, from the data of the points by offset."""
     axes = zip(*(data[offset] for offset in weight), strict=True)
     return tuple(
         nearest(sum((w * v for w, v in zip(weight.values(), axis, strict=True)), Fraction(0)))
@@ -298,5 +304,5 @@ def _interpolated(
 
 
 def _share(index: int, count: int) -> Fraction:
-    """Part of the way from the first to the last of `count` positions."""
+    """Return the part of the way from the first to the last of `count` positions."""
     return Fraction(index, count - 1) if count > 1 else Fraction(0)

@@ -1,4 +1,4 @@
-"""What moves: at most one movement of each robot, each robot for itself; and returns to origin."""
+"""Movements, at most one per robot and independent of each other, and returns to origin."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class Movement:
 
     Attributes:
         path: Its way.
-        start_us: When it started.
+        start_us: Time of its start.
         duration_us: From start to target [us].
-        relative: What makes it the same relative movement again (MOVEI, DRIVEI), else None.
-        tolerance: Per axis, how near to its target it counts as arrived [pulses].
+        relative: Key by which a relative movement (MOVEI, DRIVEI) is recognised again, else None.
+        tolerance: Per axis, the distance to its target at which it counts as arrived [pulses].
         pushing: It stops at workpieces.
-        done: It has reached its target, or is near enough to it.
+        done: It has reached its target, or its tolerance.
         finished: It has reached its target.
         stopped_by: Number of the alarm that stopped it on its way, else empty.
-        blocked_us: Since when a pushing axis stands at a workpiece, else None.
+        blocked_us: Time since which a pushing axis is stopped by a workpiece, else None.
     """
 
     path: Path
@@ -43,11 +43,11 @@ class Movement:
     blocked_us: int | None = None
 
     def __post_init__(self) -> None:
-        """How long it takes."""
+        """Calculate the duration."""
         self.duration_us = math.ceil(round(self.path.seconds * 1e6, 3))  # no cycle more for 1e-9 us
 
     def advance(self, now_us: int, positions: list[int], workpieces: Mapping[int, int]) -> None:
-        """Put the moving axes of `positions` [pulses] where they are at `now_us`."""
+        """Move the axes in `positions` [pulses] to their places at `now_us`."""
         passed = now_us - self.start_us
         arrived = passed >= self.duration_us
         places = self.path.target if arrived else self.path.at(passed / 1e6)
@@ -63,7 +63,7 @@ class Movement:
         self.done = self.finished or (near and not blocked)
 
     def _hold_at(self, workpieces: Mapping[int, int], positions: list[int]) -> bool:
-        """Keep the axes from going through workpieces; True if one stands there."""
+        """Stop the axes at workpieces in their way; return True if there is one."""
         held = False
         for index, start in self.path.at(0.0).items():
             if index in workpieces:
@@ -86,7 +86,7 @@ class Motion:
     """All movements, by robot.
 
     Attributes:
-        workpieces: Index of an axis, and where something stands that a pushing axis stops at.
+        workpieces: Position [pulses] of the workpiece that stops a pushing axis, by axis index.
     """
 
     def __init__(self) -> None:
@@ -96,21 +96,21 @@ class Motion:
 
     @property
     def under_way(self) -> bool:
-        """Any robot moves."""
+        """Return whether any robot moves."""
         return bool(self._movements)
 
     def moving(self, robot: int) -> bool:
-        """That robot moves."""
+        """Return whether the robot moves."""
         movement = self._movements.get(robot)
         return movement is not None and not movement.done
 
     def start(self, robot: int, movement: Movement) -> None:
-        """Start a movement; what was interrupted before is no longer remembered."""
+        """Start a movement, and forget an interrupted one."""
         self.forget(robot)
         self._movements[robot] = movement
 
     def advance(self, now_us: int, positions: list[int]) -> None:
-        """Let all robots go on."""
+        """Advance the movements of all robots."""
         for robot, movement in list(self._movements.items()):
             movement.advance(now_us, positions, self.workpieces)
             if movement.finished:
@@ -119,13 +119,13 @@ class Motion:
     def stop(
         self, now_us: int, positions: list[int], number: str, axes: Collection[int] | None = None
     ) -> None:
-        """An alarm: what has not arrived by now stays where it is.
+        """Stop movements because of an alarm; their axes stay where they are.
 
         Args:
-            now_us: When the axes stop.
+            now_us: Time of the stop.
             positions: Of all axes [pulses]; changed.
             number: The alarm.
-            axes: Only movements in which one of these takes part; None: all movements.
+            axes: Stop only movements with one of these axes; None: all movements.
         """
         self.advance(now_us, positions)
         for robot, movement in list(self._movements.items()):
@@ -138,13 +138,13 @@ class Motion:
                     self._interrupted[robot] = (movement.relative, movement.path.target)
 
     def cancel(self, robot: int) -> None:
-        """End a movement where it is, without an alarm."""
+        """End a movement at its current position, without an alarm."""
         self._movements.pop(robot, None)
 
     def forget(self, robot: int | None = None) -> None:
-        """A relative movement that was interrupted begins anew from where the robot is.
+        """Forget the interrupted relative movement of a robot, or of all robots.
 
-        Without a robot this is so for all of them.
+        Its repetition then starts from the current position.
         """
         if robot is None:
             self._interrupted.clear()
@@ -152,7 +152,7 @@ class Motion:
             self._interrupted.pop(robot, None)
 
     def kept_target(self, robot: int, relative: Hashable) -> Mapping[int, int] | None:
-        """Where an interrupted movement was to end, index to pulses; None if it was another one."""
+        """Return the target of an interrupted movement, index to pulses; None if it is another."""
         key, target = self._interrupted.get(robot, (None, None))
         return target if key == relative else None
 
@@ -162,10 +162,10 @@ class OriginRun:
     """One return-to-origin.
 
     Attributes:
-        groups: Axes that are on their way; one group after the other, the first is moving.
-        done: All have arrived.
+        groups: Axes that have not arrived; one group after the other, the first is moving.
+        done: All axes have arrived.
         stopped_by: Number of the alarm that stopped it, else empty.
-        by_command: A remote command waits for its end, and tells the alarm that stops it.
+        by_command: A remote command waits for its end and reports the alarm that stops it.
     """
 
     groups: list[tuple[int, ...]]
@@ -175,15 +175,15 @@ class OriginRun:
 
     @property
     def axes(self) -> set[int]:
-        """The axes that have not arrived."""
+        """Return the axes that have not arrived."""
         return {index for group in self.groups for index in group}
 
 
 class Origins:
-    """Which axes know their origin, and which are on the way to it.
+    """The origin state of each axis, and the return-to-origin under way.
 
     Attributes:
-        complete: Per axis: its return-to-origin is complete.
+        complete: Per axis, whether its return-to-origin is complete.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -192,7 +192,7 @@ class Origins:
         self._run: OriginRun | None = None
 
     def plan(self, name: str) -> list[tuple[int, ...]]:
-        """The groups of axes that an input (`SI14`, `SI17`) moves; none if it has no effect."""
+        """Return the groups of axes that `SI14` or `SI17` moves; empty if it has no effect."""
         if name == "SI14":
             return [group] if (group := self._axes(_OTHERS)) else []
         marked = [k for k, axis in enumerate(self._config.axes) if axis.origin_method == "mark"]
@@ -202,17 +202,17 @@ class Origins:
         return [group for kind in types if (group := self._axes(kind))]
 
     def moves(self, axes: Collection[int]) -> bool:
-        """Any of these axes is on its way, or will be."""
+        """Return whether any of these axes moves, or will move, in the return-to-origin."""
         return self._run is not None and not self._run.axes.isdisjoint(axes)
 
     def begin(self, groups: Iterable[tuple[int, ...]], *, by_command: bool = False) -> OriginRun:
-        """Start with the first group."""
+        """Start a return-to-origin with the first group."""
         self._run = OriginRun(list(groups), by_command)
         self._leave(self._run)
         return self._run
 
     def arrive(self, positions: list[int]) -> bool:
-        """The first group has arrived; True if another one follows."""
+        """End the movement of the first group; return True if another group follows."""
         run = self._run
         if run is None:
             return False
@@ -229,7 +229,7 @@ class Origins:
         return False
 
     def interrupt(self, number: str) -> OriginRun | None:
-        """A stop: what was moving has no origin now, what was to follow does not move."""
+        """Stop the return-to-origin; moving axes lose their origin, later groups do not move."""
         run, self._run = self._run, None
         if run:
             self._mark(run.groups[0], False)
@@ -237,7 +237,7 @@ class Origins:
         return run
 
     def lose_power(self) -> None:
-        """Without power only absolute axes keep their origin."""
+        """Reset the origins of all but absolute axes, if so configured."""
         if self._config.power_loses_origin:
             kept = self._config.axes
             self.complete = [
@@ -246,7 +246,7 @@ class Origins:
             ]
 
     def _leave(self, run: OriginRun) -> None:
-        """The first group leaves its place."""
+        """Start the first group; its axes lose their origin if so configured."""
         if self._config.origin_clears_complete:
             self._mark(run.groups[0], False)
 

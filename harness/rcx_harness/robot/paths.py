@@ -1,9 +1,9 @@
-"""The ways that a robot can take, each a function of the time since its start.
+"""The paths of a robot, each a function of the time since its start.
 
 PTP: all axes start and end together. Line and arc: the tool follows a curve in millimetres. Arch:
-one axis gets out of the way, the others follow, and it comes back. Positions are in pulses. The
-manual gives no motion times; each way is done with constant acceleration, constant speed and
-constant deceleration, without the speed phase where it is too short for it.
+one axis moves out of the way, the others follow, and it returns. Positions are in pulses. The
+manual gives no motion times. Each path has constant acceleration, constant speed and constant
+deceleration; a short path has no phase of constant speed.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ __all__ = [
     "plan_ptp",
 ]
 
-_TURNING_SAMPLES = 256  # into how many parts a line is cut on which the hand or an arm turns
+_TURNING_SAMPLES = 256  # parts of a line on which the hand or an arm turns
 
 
 @dataclass(frozen=True)
 class Profile:
-    """Seconds of acceleration, constant speed and deceleration."""
+    """A speed profile: seconds of acceleration, constant speed and deceleration."""
 
     up: float = 0.0
     even: float = 0.0
@@ -47,7 +47,10 @@ class Profile:
 
     @classmethod
     def over(cls, way: float, speed: float, acceleration: float, deceleration: float) -> Profile:
-        """The fastest profile over `way` (not below 0), in any unit, that unit/s and unit/s^2."""
+        """Return the fastest profile over `way` (not below 0).
+
+        The way may be in any unit, the limits in that unit/s and unit/s^2.
+        """
         peak = min(
             speed,
             math.sqrt(2 * way * acceleration * deceleration / (acceleration + deceleration)),
@@ -59,11 +62,11 @@ class Profile:
 
     @property
     def seconds(self) -> float:
-        """From start to end."""
+        """Return the time from start to end [s]."""
         return self.up + self.even + self.down
 
     def share(self, t: float) -> float:
-        """Part of the way that is done `t` seconds after the start, 0 to 1."""
+        """Return the part of the way that is done `t` seconds after the start, 0 to 1."""
         if t >= self.seconds:
             return 1.0
         whole = self._whole
@@ -75,7 +78,7 @@ class Profile:
         return 1.0 - left * left / (2 * self.down) / whole
 
     def when(self, share: float) -> float:
-        """Seconds after the start when that part of the way is done, 0 to 1: `share` reversed."""
+        """Return the time [s] at which a part of the way, 0 to 1, is done; inverse of `share`."""
         done = share * self._whole
         if done < self.up / 2:
             return math.sqrt(2 * done * self.up)
@@ -85,7 +88,7 @@ class Profile:
 
     @property
     def _whole(self) -> float:
-        """The way, in units of the peak speed."""
+        """Return the way, in units of the peak speed."""
         return self.up / 2 + self.even + self.down / 2
 
 
@@ -102,46 +105,46 @@ class AxisMove:
 
     @property
     def way(self) -> int:
-        """From start to target [pulses], with its sign."""
+        """Return the way from start to target [pulses], with its sign."""
         return self.target - self.start
 
     def profile(self) -> Profile:
-        """As fast as this axis can."""
+        """Return the fastest profile of this axis."""
         return Profile.over(abs(self.way), self.speed, self.acceleration, self.deceleration)
 
 
 class Path(Protocol):
-    """A way to a target; it never changes."""
+    """The interface of a path to a target; paths never change."""
 
     @property
     def target(self) -> Mapping[int, int]:
-        """Index of each axis that moves, and where it ends."""
+        """Return the target [pulses] of each moving axis by its index."""
 
     @property
     def seconds(self) -> float:
-        """From start to target."""
+        """Return the time from start to target [s]."""
 
     @property
     def arrival(self) -> str:
-        """Parameter that says how near to its target an axis counts as arrived."""
+        """Return the parameter with the distance at which an axis counts as arrived."""
 
     @property
     def approach(self) -> float:
-        """Seconds after the start from when on it can count so: it may pass there before."""
+        """Return the time [s] from which on an axis can count as arrived; it may pass earlier."""
 
     def at(self, t: float) -> Mapping[int, float]:
-        """Where the moving axes are `t` seconds after the start, before the target is reached."""
+        """Return the positions of the moving axes `t` seconds after the start, before the end."""
 
 
 class _Fixed:
-    """What never changes is its own copy, so that snapshots are cheap."""
+    """An immutable object; its deep copy is the object itself, which keeps snapshots cheap."""
 
     def __deepcopy__(self, memo: object) -> _Fixed:
         return self
 
 
 class PtpPath(_Fixed):
-    """All axes start and end together; the slowest of them moves as fast as it can."""
+    """A PTP path: all axes start and end together; the slowest axis moves as fast as it can."""
 
     arrival = "TOLE"
 
@@ -154,13 +157,13 @@ class PtpPath(_Fixed):
         self.approach = 0.0
 
     def at(self, t: float) -> Mapping[int, float]:
-        """Every axis has done the same part of its way."""
+        """Return the positions; every axis has done the same part of its way."""
         share = self._profile.share(t)
         return {move.axis: move.start + move.way * share for move in self._moves}
 
 
 class CurvePath(_Fixed):
-    """The tool follows a curve; the axes are where its place in millimetres puts them."""
+    """A path of the tool along a curve; the axes follow from its place in millimetres."""
 
     arrival = "TOLE"
 
@@ -168,7 +171,7 @@ class CurvePath(_Fixed):
         self, curve: Curve, profile: Profile | Schedule, frame: Frame, axes: Mapping[int, int],
         target: Mapping[int, int],
     ) -> None:  # fmt: skip
-        """`axes` gives the index of each axis that moves by its place in the robot, 0 to 5."""
+        """Move the axes in `axes`, which has their indices by their places in the robot, 0 to 5."""
         self._curve, self._profile, self._frame = curve, profile, frame
         self._axes = dict(axes)
         self.target = dict(target)
@@ -176,17 +179,17 @@ class CurvePath(_Fixed):
         self.approach = profile.seconds / 2
 
     def at(self, t: float) -> Mapping[int, float]:
-        """Where the curve is after that part of its length."""
+        """Return the positions after the part of the curve that is done at that time."""
         pulses = self._frame.to_pulses(self._curve.at(self._profile.share(t)))
         return {index: pulses[place] for place, index in self._axes.items()}
 
 
 class ArchPath(_Fixed):
-    """One axis to its arch position, the others, and that axis to its target (guide, 4.2.1).
+    """An arch: one axis to its arch position, the others, that axis to its target (guide, 4.2.1).
 
     The others start once the arch axis has done distance 1, at the latest at the arch position. The
-    arch axis leaves that position so that distance 2 remains to it when the others arrive; a
-    distance longer than its way means that it waits for them.
+    arch axis leaves that position so that distance 2 remains to it when the others arrive. If the
+    distance is longer than its way, it waits for the others.
     """
 
     arrival = "OUTPOS"
@@ -194,7 +197,7 @@ class ArchPath(_Fixed):
     def __init__(
         self, rise: AxisMove, fall: AxisMove, others: PtpPath, distance1: int, distance2: int
     ) -> None:
-        """`rise` and `fall` are the ways of the arch axis; distances in pulses, from 0 on."""
+        """Combine `rise` and `fall` of the arch axis with the others; distances in pulses."""
         self._rise, self._fall, self._others = rise, fall, others
         self._up, self._down = rise.profile(), fall.profile()
         self._others_start = self._up.when(_part(distance1, rise.way))
@@ -206,7 +209,7 @@ class ArchPath(_Fixed):
         self.seconds = self._fall_start + self._down.seconds
 
     def at(self, t: float) -> Mapping[int, float]:
-        """The arch axis on its way up, waiting, or on its way down; the others beside it."""
+        """Return the positions; the arch axis rises, waits or falls while the others move."""
         if t < self._fall_start:
             arch = self._rise.start + self._rise.way * self._up.share(t)
         else:
@@ -216,19 +219,19 @@ class ArchPath(_Fixed):
 
 
 def _part(distance: int, way: int) -> float:
-    """Part of the way that a distance is, at most all of it."""
+    """Return the distance as a part of the way, at most 1."""
     return min(1.0, distance / abs(way)) if way else 1.0
 
 
 @dataclass(frozen=True)
 class Pace:
-    """How fast a movement is.
+    """The speed and the accelerations of a movement.
 
     Attributes:
         share: Speed as a part of the maximum: of the axes, on lines and arcs of the tool.
-        up: Acceleration as a part of the maximum; None: each axis as its parameter ACCEL says.
-        down: Deceleration likewise, parameter DECEL.
-        mm_per_s: Speed of the tool on lines and arcs; `share` is that of the axes only then.
+        up: Acceleration as a part of the maximum; None: parameter ACCEL of each axis.
+        down: Deceleration as a part of the maximum; None: parameter DECEL of each axis.
+        mm_per_s: Speed of the tool on lines and arcs; `share` then limits only the axes.
     """
 
     share: float = 1.0
@@ -248,7 +251,7 @@ class Arch:
 
 
 def plan_ptp(arm: Arm, target: Mapping[int, int], pace: Pace) -> PtpPath:
-    """All axes start and end together.
+    """Plan a PTP path: all axes start and end together.
 
     Raises:
         CommandError: the target is beyond a soft limit.
@@ -260,7 +263,7 @@ def plan_ptp(arm: Arm, target: Mapping[int, int], pace: Pace) -> PtpPath:
 
 
 def plan_arch(arm: Arm, target: Mapping[int, int], pace: Pace, arch: Arch) -> Path:
-    """The arch axis to its arch position, the others to the target, the arch axis to its own.
+    """Plan an arch: arch axis to its arch position, others to the target, arch axis to its target.
 
     Raises:
         CommandError: the target or the arch position is beyond a soft limit.
@@ -278,7 +281,7 @@ def plan_arch(arm: Arm, target: Mapping[int, int], pace: Pace, arch: Arch) -> Pa
 
 
 def plan_line(arm: Arm, target: Mapping[int, int], pace: Pace) -> Path:
-    """The tool on a straight line; what turns does so in proportion.
+    """Plan a straight line of the tool; rotations are in proportion.
 
     Raises:
         CommandError: the target or a place on the way is beyond a soft limit.
@@ -289,7 +292,7 @@ def plan_line(arm: Arm, target: Mapping[int, int], pace: Pace) -> Path:
 
 
 def plan_arc(arm: Arm, via: Mapping[int, int], target: Mapping[int, int], pace: Pace) -> Path:
-    """The tool on the circle through where it is, `via` and the target.
+    """Plan an arc of the tool from its current place through `via` to the target.
 
     Raises:
         CommandError: the three lie on a line, or a place on the way is beyond a soft limit.
@@ -304,7 +307,7 @@ def plan_arc(arm: Arm, via: Mapping[int, int], target: Mapping[int, int], pace: 
 
 
 def _axis_move(arm: Arm, place: int, way: tuple[int, int], pace: Pace) -> AxisMove:
-    """The way of one axis from here to there [pulses]; there within the soft limits."""
+    """Return the move of one axis [pulses]; raise CommandError if it ends beyond a soft limit."""
     axis = arm.axes[place]
     if not axis.soft_low <= way[1] <= axis.soft_high:
         raise CommandError(SOFT_LIMIT, axis=place + 1)
@@ -313,7 +316,7 @@ def _axis_move(arm: Arm, place: int, way: tuple[int, int], pace: Pace) -> AxisMo
 
 
 def _ramps(arm: Arm, place: int, pace: Pace) -> tuple[float, float]:
-    """Acceleration and deceleration of an axis [pulses/s^2]."""
+    """Return acceleration and deceleration of an axis [pulses/s^2]."""
     up, down = (
         arm.parameter(name, place) / 100 if given is None else given
         for name, given in (("ACCEL", pace.up), ("DECEL", pace.down))
@@ -323,12 +326,12 @@ def _ramps(arm: Arm, place: int, pace: Pace) -> tuple[float, float]:
 
 
 def _completed(arm: Arm, target: Mapping[int, int]) -> tuple[int, ...]:
-    """Pulses of all axes at the target."""
+    """Return the pulses of all axes at the target."""
     return tuple(target.get(place, now) for place, now in enumerate(arm.here))
 
 
 def _curve(arm: Arm, frame: Frame, curve: Curve, target: Mapping[int, int], pace: Pace) -> Path:
-    """The fastest way along a curve on which no axis is faster than it can."""
+    """Plan the fastest path along a curve on which no axis exceeds its limits."""
     turning = frame.turning_hand or not frame.straight
     samples = max(curve.samples, _TURNING_SAMPLES if turning else 1)
     every = [frame.to_pulses(curve.at(k / samples)) for k in range(samples + 1)]
@@ -354,7 +357,7 @@ def _curve(arm: Arm, frame: Frame, curve: Curve, target: Mapping[int, int], pace
 
 
 def _even(length: float, speed: float, limits: Sequence[AxisLimits], samples: int) -> Profile:
-    """One speed on the whole way, with one acceleration and deceleration."""
+    """Return a profile with one speed on the whole way and one acceleration and deceleration."""
     speeds, ramps = [speed], []
     for axis in limits:
         step = max(abs(after - before) for before, after in pairwise(axis.places))
@@ -369,10 +372,10 @@ def _even(length: float, speed: float, limits: Sequence[AxisLimits], samples: in
 def _keep_hand(
     arm: Arm, frame: Frame, every: Sequence[Sequence[float]], end: Sequence[int]
 ) -> None:
-    """A curve is done with one hand system, and not too near to the stretched arm.
+    """Check that a curve uses one hand system and does not come too near to the stretched arm.
 
     Raises:
-        CommandError: the way or its end is otherwise.
+        CommandError: the way or its end violates this.
     """
     bends = [bend for pulses in every if (bend := frame.bend(pulses)) is not None]
     if not bends:
@@ -385,7 +388,7 @@ def _keep_hand(
 
 
 def _leaves(values: Sequence[float], low: int, high: int) -> bool:
-    """The way goes beyond the soft limits; one that only leads back from there does not."""
+    """Return whether the way goes beyond the soft limits; a way back from there is allowed."""
     start, *_, end = (round(value) for value in values)
     far = round(min(values)) < min(low, start) or round(max(values)) > max(high, start)
     return far or not low <= end <= high

@@ -16,9 +16,9 @@ _FIRST_FREE = 2  # ports 0 and 1 are dedicated, as are words 0 and 1
 _WORDS = range(_FIRST_FREE, 16)
 _EXTENDED = range(24, 128)
 
-#: Ports that are not in the areas, and how many there are of each kind; SI and SO from 16() on.
+#: Ports outside of the areas: number of ports of each kind. SI and SO are those from 16() on.
 _BANKS = {"DI": 24, "DO": 24, "MO": 24, "LO": 2, "TO": 1, "SI": 24, "SO": 24}
-#: Those of them that are memory in the controller.
+#: Kinds of internal outputs: memory in the controller.
 _INTERNAL = ("MO", "LO", "TO")
 
 _NAME = re.compile(r"S([IO])(?:([WD])\(?(\d+)\)?|(1?[0-7])\(\)|\(?(1?[0-7])([0-7])\)?)")
@@ -27,9 +27,9 @@ _OTHER = re.compile(r"(D[IO]|MO|LO|TO)(?:([0-2]?[0-7])\(\)|\(([0-2]?[0-7])([0-7]
 
 @dataclass(frozen=True)
 class Port:
-    """Where a port lies: `size` bytes at `at`; one bit of the byte if `bit` is not None.
+    """The position of a port: `size` bytes at `at`; one bit of the byte if `bit` is not None.
 
-    `bank` is its kind where it does not lie in the areas, else empty.
+    `bank` is its kind if it is not part of the areas, else empty.
     """
 
     name: str
@@ -41,21 +41,21 @@ class Port:
 
     @property
     def signed(self) -> bool:
-        """SID and SOD are signed, all others are not (manual chapter 1, 4.1)."""
+        """Return whether the port is signed: only SID and SOD are (manual chapter 1, 4.1)."""
         return self.size == 4
 
     def check(self, size: int) -> None:
-        """Refuse a word that an area of `size` bytes does not have (InputError)."""
+        """Raise InputError if an area of `size` bytes does not contain the port."""
         if not self.bank and self.at + self.size > size:
             raise InputError(f"{self.name} needs the extended area", hint="set size = 256")
 
 
 @cache
 def port(name: str) -> Port:
-    """The port with a name of the robot language: `SO(20)`, `SO2()`, `SOW(2)`, `SOD(2)`, `MO(20)`.
+    """Return the port of a name such as `SO(20)`, `SO2()`, `SOW(2)`, `SOD(2)` or `MO(20)`.
 
     Raises:
-        InputError: no such port, or one that is not general-purpose.
+        InputError: the port does not exist, or it is not general-purpose.
     """
     text = name.replace(" ", "").upper()
     if other := _OTHER.fullmatch(text):
@@ -75,11 +75,11 @@ def port(name: str) -> Port:
 
 
 def port_of(kind: str, number: int, bit: int | None = None) -> Port:
-    """A port of the robot language by its kind, such as `DO`.
+    """Return a port of the robot language by its kind, such as `DO`.
 
     Args:
         kind: DI, DO, MO, LO, TO, SI or SO.
-        number: As in its name, counted: 10() is the eighth.
+        number: Index of the port: its name is octal, so 10() is port 8.
         bit: One bit of it; None: all eight.
     """
     name = f"{kind}{number:o}()" if bit is None else f"{kind}({number:o}{bit})"
@@ -105,11 +105,11 @@ def _word(text: str, output: bool, *, double: bool, number: int) -> Port:
 
 
 class Ports:
-    """The general-purpose part of both areas, and the ports that are not in them.
+    """The general-purpose part of both areas, and the ports outside of the areas.
 
     Attributes:
-        inputs: The area as the master sent it last.
-        outputs: What the robot programs wrote, as an area.
+        inputs: The last area that the master sent.
+        outputs: The outputs of the robot programs, as an area.
         banks: All other ports by kind: one byte each.
     """
 
@@ -119,10 +119,10 @@ class Ports:
         self.outputs = bytearray(size)
 
     def lose_power(self, *, clears_internal: bool) -> None:
-        """All OFF or 0 but what need not be lost with the power.
+        """Set all ports to OFF or 0 that lose their values with the power.
 
-        That are the outputs that are memory in the controller, unless these are cleared, too; and
-        the inputs of the parallel I/O board, which are the surroundings'.
+        Internal outputs keep their values unless `clears_internal` is set. The inputs of the
+        parallel I/O board always keep their values, because they come from outside.
         """
         self.forget_inputs()
         self.outputs = bytearray(len(self.outputs))
@@ -131,18 +131,18 @@ class Ports:
                 bank[:] = bytes(len(bank))
 
     def forget_inputs(self) -> None:
-        """There is no connection: all inputs are OFF or 0."""
+        """Set all inputs to OFF or 0, because there is no connection."""
         self.inputs = bytes(len(self.inputs))
 
     def clear_outputs(self) -> None:
-        """All outputs OFF or 0."""
+        """Set all outputs to OFF or 0."""
         self.outputs = bytearray(len(self.outputs))
         for kind, bank in self.banks.items():
             if kind[1] == "O":
                 bank[:] = bytes(len(bank))
 
     def read(self, place: Port) -> int:
-        """The value of an input or output."""
+        """Return the value of an input or output."""
         self._check(place)
         area: bytes | bytearray = self.outputs if place.output else self.inputs
         if place.bank:
@@ -153,10 +153,10 @@ class Ports:
         return value if place.bit is None else value >> place.bit & 1
 
     def write(self, place: Port, value: int) -> None:
-        """Set an output; of a value that is too long the lower bits count.
+        """Set an output; if the value is too long, its lower bits are written.
 
         Raises:
-            InputError: an input, or a word beyond the area.
+            InputError: the port is an input, or a word beyond the area.
         """
         if not place.output:
             raise InputError(f"{place.name} is an input of the robot", hint="outputs can be set")
@@ -167,7 +167,7 @@ class Ports:
         """Set an input that does not come from the master: `DI(20)` or `DI2()`.
 
         Raises:
-            InputError: any other port.
+            InputError: the port is any other port.
         """
         if place.output or not place.bank:
             raise InputError(f"{place.name} is not an input of the parallel I/O board")

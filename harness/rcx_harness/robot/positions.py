@@ -1,4 +1,4 @@
-"""Where the robots are, for the trace: as the controller answers the position commands."""
+"""The positions of the robots for the trace, as the controller answers the position commands."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from structured_text.errors import InputError
 __all__ = ["axes_of", "where"]
 
 _PULSES, _MM = "pulses", "mm"
-#: Coordinates of a robot (robot/geometry.py); what turns is in degrees.
+#: Coordinates of a robot (robot/geometry.py); rotations are in degrees.
 _COORDINATES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "axis 6 [mm, deg]")
 
 
 def axes_of(controllers: Sequence[Controller], unit: str) -> list[list[str]]:
-    """What the values of `where` are, for each controller: `Position X [mm]`; none without a unit.
+    """Return the titles of the values of `where` per controller: `Position X [mm]`.
+
+    The titles are empty without a unit.
 
     Raises:
-        InputError: no such unit.
+        InputError: the unit does not exist.
     """
     if unit not in ("", _PULSES, _MM):
         raise InputError(f"positions are in {unit!r}", hint=f"use {_PULSES} or {_MM}")
@@ -37,9 +39,9 @@ def _titles(controller: Controller, unit: str) -> list[str]:
 
 
 def where(controller: Controller, unit: str) -> tuple[float, ...]:
-    """The position of each axis, robot by robot, in pulses, or in mm and degrees.
+    """Return the position of each axis, robot by robot, in pulses, or in mm and degrees.
 
-    In mm it is the tool, in the coordinates of the selected shift and hand.
+    In mm it is the position of the tool, in the coordinates of the selected shift and hand.
     """
     found: list[float] = []
     for robot in range(1, ROBOTS + 1):

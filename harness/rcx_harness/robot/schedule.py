@@ -1,4 +1,4 @@
-"""Where the tool is when, on a curve on which the joints do not turn evenly."""
+"""The timing of the tool on a curve on which the joints do not move evenly."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ __all__ = ["AxisLimits", "Schedule"]
 
 @dataclass(frozen=True)
 class AxisLimits:
-    """One axis on the way.
+    """One axis on the way, with its limits.
 
     Attributes:
-        places: Where it is at even steps of the way [pulses].
-        speed: The highest one [pulses/s].
+        places: Its positions at even steps of the way [pulses].
+        speed: Highest speed [pulses/s].
         up: Acceleration [pulses/s^2].
         down: Deceleration [pulses/s^2].
     """
@@ -29,13 +29,14 @@ class AxisLimits:
 
 
 class Schedule:
-    """Times at even steps of a way, as fast as all axes can; between two of them it speeds evenly.
+    """The times at even steps of a way, as short as the limits of all axes allow.
 
-    Half of an axis' acceleration is for the bends of its own way, half for the tool's acceleration.
+    Between two steps the acceleration is constant. Half of an axis' acceleration is reserved for
+    the curvature of its own way, half for the acceleration of the tool.
     """
 
     def __init__(self, length: float, speed: float, axes: Sequence[AxisLimits]) -> None:
-        """The length of the way, in any unit, is above 0; `speed` in that unit/s."""
+        """Plan a way of `length` (any unit, above 0) with at most `speed` in that unit/s."""
         steps = len(axes[0].places) - 1
         step = length / steps
         speeds, ups, downs = [speed] * (steps + 1), [math.inf] * steps, [math.inf] * steps
@@ -51,6 +52,10 @@ class Schedule:
             for k, (before, after) in enumerate(pairwise(rates), 1):
                 if bend := abs(after - before) / step:
                     speeds[k] = min(speeds[k], math.sqrt(ramp / bend))
+        # `speeds` now has the highest speed at each step, from the axes' speeds and curvatures. It
+        # must also be reachable. The forward pass limits each speed to what the acceleration
+        # allows from the step before (v^2 = v0^2 + 2 a s). The backward pass does the same with
+        # the deceleration, so that the tool stops at the end.
         speeds[0] = speeds[-1] = 0.0
         for k in range(steps):
             speeds[k + 1] = min(speeds[k + 1], math.sqrt(speeds[k] ** 2 + 2 * ups[k] * step))
@@ -62,11 +67,11 @@ class Schedule:
 
     @property
     def seconds(self) -> float:
-        """From start to end."""
+        """Return the time from start to end [s]."""
         return self._times[-1]
 
     def share(self, t: float) -> float:
-        """Part of the way that is done `t` seconds after the start, 0 to 1."""
+        """Return the part of the way that is done `t` seconds after the start, 0 to 1."""
         if t >= self.seconds:
             return 1.0
         k = min(bisect_right(self._times, t), self._steps) - 1

@@ -1,4 +1,4 @@
-"""What a robot program does, step by step, in a small part of the robot language.
+"""The steps of a robot program, in a small part of the robot language.
 
     WAIT SI(20)=1        SO(20)=1        SOW(2)=256      A%=SIW(3)       DELAY 500
     SET SO(20)           SO2()=A         SOD(2)=&H11111  C=SID(2)        START 2
@@ -7,9 +7,9 @@
     HALT
 
 DELAY and the time of OUT are in ms. START starts another program, by its number (its place in the
-list of programs), as a task beside this one; SUSPEND holds its task and RESTART lets it go on.
-GOSUB does the steps from a label to RETURN. END goes to the end of the program, as RETURN does
-where no GOSUB went before it. HALT ends all tasks.
+list of programs), as a task beside this one. SUSPEND stops its task and RESTART continues it.
+GOSUB executes the steps from a label to RETURN. END goes to the end of the program, and so does
+RETURN without a GOSUB. HALT ends all tasks.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _HINT = "write one of: WAIT SI(20)=1, SO(20)=1, SOW(2)=256, A=SIW(3), DELAY 500,
 
 
 class World(Protocol):
-    """What a step acts on."""
+    """The interface on which a step acts; see Programs."""
 
     ports: Ports
     variables: dict[str, int]
@@ -47,7 +47,7 @@ class World(Protocol):
 
 @dataclass(frozen=True)
 class Wait:
-    """Go on once an input has a value."""
+    """A step that waits until an input has a value."""
 
     place: Port
     value: int
@@ -55,14 +55,14 @@ class Wait:
 
 @dataclass(frozen=True)
 class Delay:
-    """Go on after a time."""
+    """A step that waits for a time."""
 
     us: int
 
 
 @dataclass(frozen=True)
 class Task:
-    """Start program `number` (1 is the first) as a task, or act on its task.
+    """A step that starts program `number` (1 is the first) as a task, or acts on its task.
 
     `what` is `START`, `SUSPEND` or `RESTART`.
     """
@@ -73,31 +73,31 @@ class Task:
 
 @dataclass(frozen=True)
 class Gosub:
-    """Go on behind the label that is step `at`, until a RETURN."""
+    """A step that jumps behind the label at step `at`, until a RETURN."""
 
     at: int
 
 
 @dataclass(frozen=True)
 class Return:
-    """Back behind the GOSUB."""
+    """A step that returns behind the GOSUB."""
 
 
 @dataclass(frozen=True)
 class End:
-    """To the end of the program."""
+    """A step that jumps to the end of the program."""
 
 
-#: A step that waits, acts on a task, goes elsewhere, or is done at once.
+#: A step that waits, acts on a task, jumps, or is executed at once.
 Step = Wait | Delay | Task | Gosub | Return | End | Callable[[World], None]
 
 
 @cache
 def script(lines: tuple[str, ...], size: int) -> tuple[Step, ...]:
-    """The steps of a program on a robot whose areas have `size` bytes.
+    """Return the steps of a program on a robot with areas of `size` bytes.
 
     Raises:
-        InputError: a line that is not understood, or a port or label that is not there.
+        InputError: a line cannot be parsed, or a port or label does not exist.
     """
     texts = tuple(line.upper().strip() for line in lines)
     labels = {text.rstrip(": "): k for k, text in enumerate(texts) if text.startswith("*")}
@@ -174,7 +174,7 @@ def _halt(world: World) -> None:
 
 
 def _pass(world: World) -> None:
-    """A label."""
+    """Do nothing: the step is a label."""
 
 
 _FORMS: tuple[tuple[re.Pattern[str], Callable[..., Step]], ...] = tuple(

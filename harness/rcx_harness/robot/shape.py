@@ -1,4 +1,4 @@
-"""What a robot looks like, as JSON: its arms, limits, points, pallets, work areas and its pose.
+"""The appearance of a robot as JSON: arms, limits, points, pallets, work areas and pose.
 
 `robot.js` (rcx_harness.trace.view) draws it. Lengths are in mm, angles in degrees, in the own
 coordinates of the robot: Z is positive downwards.
@@ -17,7 +17,7 @@ from rcx_harness.robot.stored import ROBOTS, Point
 
 __all__ = ["MOST_POINTS", "poses", "shapes"]
 
-#: So many points of a robot are drawn, and work positions of all pallets.
+#: Limit of drawn points per robot, and of drawn work positions of all pallets.
 MOST_POINTS = 300
 _UNIT = 1000
 _LEFT = 2
@@ -28,25 +28,25 @@ _TURNING = {
 
 
 def shapes(controller: Controller) -> list[dict[str, Any]]:
-    """Each robot of a controller, in the order of its positions in a trace.
+    """Return the shape of each robot of a controller, in the order of its positions in a trace.
 
-    `robot` is its number, `name` its type, `kind` is `scara`, `cartesian` or, where the robot file
-    names no type, `axes`; `arms` are lengths of arm 1 and 2. Each of `axes` has its soft limits
+    `robot` is its number, `name` its type, `kind` is `scara`, `cartesian` or, if the robot file
+    names no type, `axes`; `arms` are the lengths of arm 1 and 2. Each of `axes` has its soft limits
     `low` and `high` in `unit` (`mm`, `deg`), `per` pulses, and `zero` [pulses]. `points` have
-    `number`, perhaps a `name`, and either `mm`, the tool's place in shifted coordinates, or
-    `joints`; `pallets` have `number`, `corners` and `places` like those of points in mm, `areas` a
-    `name`, and opposite corners `from` and `to`. What there is none of is left out; a robot whose
-    type is not named has but its axes.
+    `number`, an optional `name`, and either `mm`, the tool's place in shifted coordinates, or
+    `joints`. `pallets` have `number`, `corners` and `places` like those of points in mm. `areas`
+    have a `name`, and opposite corners `from` and `to`. Empty entries are left out; a robot without
+    a type has only its axes.
     """
     arms = [controller.machine.arm(robot) for robot in range(1, ROBOTS + 1)]
     return [_shape(one, controller.machine.memory) for one in arms if one.indices]
 
 
 def poses(controller: Controller) -> list[dict[str, Any]]:
-    """How each robot is set, besides its position; what is as at first is left out.
+    """Return the settings of each robot that change its appearance; default values are left out.
 
-    `left`: its arm is left-handed; `shift`: the selected one; `hand`: data 1 to 3 of the selected
-    hand [mm; data 1 of one beside the R axis in degrees], then 1 if it is on the R axis.
+    `left`: its arm is left-handed; `shift`: the selected shift; `hand`: data 1 to 3 of the selected
+    hand [mm; data 1 of a hand beside the R axis in degrees], then 1 if it is on the R axis.
     """
     arms = [controller.machine.arm(robot) for robot in range(1, ROBOTS + 1)]
     return [_pose(one, controller.machine.memory) for one in arms if one.indices]
@@ -112,7 +112,7 @@ def _point(arm: Arm, number: int, point: Point, name: str) -> dict[str, Any]:
 
 
 def _pallets(memory: Memory) -> Iterator[dict[str, Any]]:
-    """Those of points in mm, which are the same place to each robot."""
+    """Yield the pallets of points in mm, which are at the same place for each robot."""
     room = MOST_POINTS
     for number, pallet in sorted(memory.pallets.items()):
         corners = [memory.points.get(pallet.first + k) for k in (0, 1, 3, 2)]

@@ -1,4 +1,4 @@
-"""Dedicated signals, connection and LEDs: what they ask of the machine and show of it."""
+"""Dedicated outputs, effects of the dedicated inputs, link state and LEDs of the machine."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MASKS = tuple(OUTPUTS[name] for name in _SHOWN)
 
 
 class Led(Enum):
-    """What an LED of the EtherNet/IP module shows (manual chapter 1, 3 and chapter 4, 2)."""
+    """The states of an LED of the EtherNet/IP module (manual chapter 1, 3 and chapter 4, 2)."""
 
     OFF = "off"
     GREEN = "green"
@@ -36,7 +36,7 @@ class Led(Enum):
 
 
 def lose_link(machine: Machine, *, in_operation: bool) -> None:
-    """There is no connection: SI(00), SI(06), SI(10) turn off inside (manual chapter 1, 5)."""
+    """Turn off SI(00), SI(06), SI(10) inside: there is no connection (manual chapter 1, 5)."""
     config = machine.config
     machine.si00 = machine.si06 = machine.si10 = False
     machine.link = "lost" if in_operation else "none"
@@ -49,7 +49,7 @@ def lose_link(machine: Machine, *, in_operation: bool) -> None:
 
 
 def regain_link(machine: Machine) -> None:
-    """The connection is there (again)."""
+    """Process the (re-)established connection."""
     machine.link = "normal"
     machine.pending.pop("link_error_delay", None)
     if not machine.config.link_error_latches:
@@ -57,7 +57,7 @@ def regain_link(machine: Machine) -> None:
 
 
 def dedicated_outputs(machine: Machine) -> int:
-    """Ports SO0() (low byte) and SO1() (manual chapter 5, 1)."""
+    """Return ports SO0() (low byte) and SO1() as one word (manual chapter 5, 1)."""
     faults = machine.config.cpu_fault_alarms
     states = (
         machine.emergency,  # SO00
@@ -76,7 +76,7 @@ def dedicated_outputs(machine: Machine) -> int:
 
 
 def module_led(machine: Machine) -> Led:
-    """Module Status: power, self-test, fault, connection with the master."""
+    """Return the Module Status LED: power, self-test, fault, connection with the master."""
     if not machine.booted:
         return Led.SELF_TEST if machine.powered else Led.OFF
     config = machine.config
@@ -88,7 +88,7 @@ def module_led(machine: Machine) -> Led:
 
 
 def network_led(machine: Machine) -> Led:
-    """Network Status: power, self-test, IP address, connection, time-out."""
+    """Return the Network Status LED: power, self-test, IP address, connection, time-out."""
     address = machine.config.ip_address
     if not machine.booted and machine.powered:
         return Led.SELF_TEST
@@ -100,7 +100,8 @@ def network_led(machine: Machine) -> Led:
     return states.get(machine.link, Led.GREEN_FLASHING)
 
 
-# What the inputs ask for; each is refused silently, as the real outputs are.
+# Requests of the dedicated inputs. A request that is not possible is ignored without an answer, as
+# by the real controller.
 
 
 def _servo_on(machine: Machine) -> None:
@@ -141,7 +142,7 @@ def _origin(machine: Machine, name: str) -> None:
         machine.return_to_origin(groups)
 
 
-#: By input; called at its OFF to ON edge.
+#: Request by dedicated input; called at the OFF to ON edge of the input.
 REQUESTS: dict[str, Callable[[Machine], None]] = {
     "SI01": _servo_on,
     "SI12": _program_start,

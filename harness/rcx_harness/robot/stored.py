@@ -1,4 +1,4 @@
-"""What the controller stores and shows besides programs: kinds of data, their numbers and names."""
+"""Stored and shown data of the controller besides programs: kinds, numbers and names."""
 
 from __future__ import annotations
 
@@ -41,19 +41,19 @@ __all__ = [
 
 AXES = 6
 ROBOTS = 4
-#: How many there are of each; they are numbered from 0 (guide, 4.3).
+#: Number of each kind of data; they are numbered from 0 (guide, 4.3).
 COUNTS = {"points": 30000, "comments": 30000, "pallets": 40, "shifts": 40, "hands": 32}
 #: A pallet is defined by this many points in a row.
 PALLET_POINTS = 5
-#: How many static variables there are of each type; SGR0 has the number 256 (guide, 4.4.1).
+#: Number of static variables of each type; SGR0 has the number 256 (guide, 4.4.1).
 VARIABLES = 32
 FIRST_REAL = 256
 #: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
 ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
 
-#: What a word of the real time output can show (guide, 4.9). The list of item numbers is in another
-#: manual; only motor duty, item 13, is in this one. So items are given by name, and the
-#: configuration says which number each of them has. Of an axis: option 1 is the robot, 2 the axis.
+#: Quantities of the real time output (guide, 4.9). The list of item numbers is in another manual;
+#: this guide gives only motor duty, item 13. Items are therefore named, and the configuration maps
+#: their numbers to the names. For an axis, option 1 is the robot and option 2 the axis.
 QUANTITIES_OF_AXIS = (
     "motor_duty",
     "torque_of_max",
@@ -91,7 +91,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Pallet:
-    """Pallet data (guide, 4.3.3): work positions in X, Y and Z, the first of its five points."""
+    """Pallet data (guide, 4.3.3): numbers of work positions in X, Y and Z, and its first point."""
 
     nx: int
     ny: int
@@ -100,7 +100,7 @@ class Pallet:
 
     @property
     def count(self) -> int:
-        """Number of its work positions; they are numbered from 1."""
+        """Return the number of its work positions; they are numbered from 1."""
         return self.nx * self.ny * self.nz
 
 
@@ -115,7 +115,7 @@ class Hand:
 
     @property
     def on_r_axis(self) -> bool:
-        """It turns with the R axis."""
+        """Return whether the hand turns with the R axis."""
         return self.data[3] == 1
 
 
@@ -129,7 +129,7 @@ EXAMPLE_POINTS = {
 
 
 def variable_number(name: str) -> int | None:
-    """Number of `SGI5` or `SGR5` in remote commands; None if there is no such variable."""
+    """Return the number of `SGI5` or `SGR5` in remote commands; None without such a variable."""
     found = re.fullmatch(r"SG([IR])0*([0-9]{1,2})", name)
     if not found or int(found[2]) >= VARIABLES:
         return None
@@ -138,39 +138,39 @@ def variable_number(name: str) -> int | None:
 
 @lru_cache(maxsize=1)
 def parameter_names() -> Mapping[int, str]:
-    """Names of the parameters by number, from the table of remote commands."""
+    """Return the names of the parameters by number, from the table of remote commands."""
     field = next(part for part in command("WriteParameter").request if part.name == "parameter")
     return {number: text.partition(",")[0] for number, text in field.values.items()}
 
 
 @lru_cache(maxsize=1)
 def parameter_ranges() -> Mapping[str, tuple[float, float]]:
-    """Lowest and highest value of each parameter by name, from the same table."""
+    """Return lowest and highest value of each parameter by name, from the same table."""
     field = next(part for part in command("WriteParameter").request if part.name == "value")
     return {parameter_names()[k]: (pair[0], pair[-1]) for k, pair in field.ranges.items()}
 
 
-# Numbers as the controller keeps them: 32 bit integers and single-precision real numbers.
+# Numbers in the controller's format: 32 bit integers and single-precision real numbers.
 
 
 def fits_integer(value: int) -> bool:
-    """It is a signed number of 32 bits."""
+    """Return whether the value fits into a signed integer of 32 bits."""
     return -(2**31) <= value < 2**31
 
 
 def nearest(value: Fraction) -> int:
-    """The nearest integer; a half goes away from 0."""
+    """Return the nearest integer; a half is rounded away from 0."""
     size = math.floor(abs(value) + Fraction(1, 2))
     return size if value >= 0 else -size
 
 
 def toward_zero(value: Fraction) -> int:
-    """The integer without what is behind the point."""
+    """Return the integer part."""
     return math.trunc(value)
 
 
 def single(value: float) -> float:
-    """The nearest single-precision number; infinite where it is too large."""
+    """Return the nearest single-precision number; infinity if the value is too large."""
     try:
         return from_bits(to_bits(value))
     except OverflowError:
@@ -178,16 +178,16 @@ def single(value: float) -> float:
 
 
 def from_bits(bits: int) -> float:
-    """The single-precision number with these 32 bits (signed or not)."""
+    """Return the single-precision number with these 32 bits (signed or not)."""
     value: float = struct.unpack("<f", struct.pack("<I", bits & 0xFFFFFFFF))[0]
     return value
 
 
 def to_bits(value: float) -> int:
-    """The bits of a single-precision number as a signed integer.
+    """Return the bits of a single-precision number as a signed integer.
 
     Raises:
-        OverflowError: it is too large for single precision.
+        OverflowError: the value is too large for single precision.
     """
     bits: int = struct.unpack("<i", struct.pack("<f", value))[0]
     return bits

@@ -1,8 +1,8 @@
-"""The robot programs and their tasks: which runs, how far it has come, what SO(13) and SO(14) show.
+"""The robot programs and their tasks: states, progress, and the sources of SO(13) and SO(14).
 
-Every program has one place in the list of programs, which is its number, and one `Task`. That is
-in the table of tasks once the program is registered there: by a remote command, by START, or as the
-main program, which is in task 1 from power-on.
+Every program has one place in the list of programs, which is its number, and one `Task`. The task
+is in the table of tasks once the program is registered there: by a remote command, by START, or as
+the main program, which is in task 1 from power-on.
 """
 
 from __future__ import annotations
@@ -18,17 +18,18 @@ __all__ = ["NEXT", "RUN", "STEP", "TASKS", "Programs", "Task"]
 
 #: Numbers of the tasks.
 TASKS = range(1, 17)
-#: How far a task goes that is started: on and on, one line, or one line with its subroutine.
+#: Modes of a start: run without limit, one line, or one line with its subroutine.
 RUN, STEP, NEXT = "run", "step", "next"
 
-#: Steps of a task in one controller cycle; a program that never waits goes on in the next one.
+#: Limit of steps of a task in one controller cycle; a program that never waits continues in the
+#: next cycle, so an endless loop of steps cannot block the controller.
 _STEPS = 100
 #: Priority of the main program and of programs that others start.
 _PRIORITY = 32
 
 
 class Task:
-    """One program as a task. `elapsed_us` is how far it has come without counting its stops.
+    """One program as a task. `elapsed_us` is its progress without the time of its stops.
 
     `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
 
@@ -49,17 +50,17 @@ class Task:
         self.since_us = 0
 
     def __deepcopy__(self, memo: object) -> Task:
-        """A copy; the program never changes."""
+        """Return a copy that shares the program, because programs never change."""
         copied = Task.__new__(Task)
         copied.__dict__.update(self.__dict__)
         return copied
 
     def rewind(self) -> None:
-        """To the first step."""
+        """Go back to the first step."""
         self.at = 0
         self.elapsed_us = 0
         self.until_us: int | None = None
-        """When the delay under way ends, counted as `elapsed_us`; None without one."""
+        """The end of the delay under way, counted as `elapsed_us`; None without a delay."""
         self.waits = False
         self.calls: tuple[int, ...] = ()
         """The GOSUBs that have not returned yet, by their places."""
@@ -68,56 +69,56 @@ class Task:
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """Its steps; without any it lasts `duration`."""
+        """Return the steps of the program; a program without steps is a delay of `duration`."""
         if self.program.steps:
             return script(self.program.steps, self._size)
         return (Delay(round(self.program.duration * 1000)),)
 
     @property
     def line(self) -> int:
-        """The line that it executes, from 1 on."""
+        """Return the line that is executed, from 1."""
         return self.at + 1
 
     @property
     def endless(self) -> bool:
-        """It runs and does nothing at all, for ever."""
+        """Return whether the task runs forever without executing any step."""
         return self.program.loop and not self.program.steps and self.mode == RUN
 
     def go(self, now_us: int, mode: str = RUN) -> None:
-        """Start, or go on after a stop, as far as the mode says."""
+        """Start, or continue after a stop, as far as the mode says."""
         self.state = "running"
         self.since_us = now_us
         self.mode = mode
         self.depth = len(self.calls)
 
     def pause(self, now_us: int, state: str = "stopped") -> None:
-        """A stop, or another `state` to wait in: the time until it goes on does not count."""
+        """Stop, or wait in another `state`; the time until the task continues does not count."""
         if self.state == "running":
             self.state = state
             self.elapsed_us += now_us - self.since_us
 
     def end(self) -> None:
-        """It has come to its end; its next start begins at the beginning."""
+        """End the task; its next start begins at the first step."""
         if self.state in ("running", "stopped", "suspended"):
             self.state = "ended"
             self.rewind()
         self._leave()
 
     def reset(self) -> None:
-        """To its beginning, and not running."""
+        """Reset the task to its first step; it does not run."""
         self.rewind()
         self.state = "ready"
         self._leave()
 
     def skip(self) -> None:
-        """Leave out the line where it stands."""
+        """Skip the current line."""
         self.until_us, self.waits = None, False
         self.state = "stopped"
         self.at += 1
         self.come_round()
 
     def come_round(self) -> None:
-        """If it stands behind its last line now: back to the first, or its end."""
+        """Go back to the first line, or end, if the task is behind its last line."""
         if self.at < len(self.steps):
             return
         self.rewind()
@@ -126,11 +127,11 @@ class Task:
 
     @property
     def has_done_its_line(self) -> bool:
-        """It was to do one line only, and has."""
+        """Return whether the task was started for one line only and has finished it."""
         return self.mode == STEP or (self.mode == NEXT and len(self.calls) <= self.depth)
 
     def due_us(self, now_us: int) -> int | None:
-        """When it goes on by itself; None if it waits for an input, or does not run."""
+        """Return when the task continues by itself; None if it waits for an input or is stopped."""
         if self.state != "running" or self.endless or self.waits:
             return None
         if self.until_us is None:
@@ -143,7 +144,7 @@ class Task:
 
 
 class Programs:
-    """All tasks, and what they act on: ports and variables.
+    """All tasks, with the ports and variables on which they act.
 
     Attributes:
         ports: The controller's general-purpose ports.
@@ -166,31 +167,31 @@ class Programs:
 
     @property
     def main(self) -> Task:
-        """The main program: that in task 1, else the first."""
+        """Return the main program: the program in task 1, else the first program."""
         return self.in_task(TASKS[0]) or self.tasks[0]
 
     @property
     def running(self) -> bool:
-        """The robot program is being executed: SO(13)."""
+        """Return SO(13): whether the robot program is being executed."""
         if self._config.running_shows_all_tasks:
             return self.busy
         return self.main.state == "running"
 
     @property
     def busy(self) -> bool:
-        """Any task runs."""
+        """Return whether any task runs."""
         return any(task.state == "running" for task in self.tasks)
 
     def in_task(self, number: int) -> Task | None:
-        """What is registered in a task."""
+        """Return the program that is registered in a task, or None."""
         return next((task for task in self.tasks if task.number == number), None)
 
     def register(self, task: Task, number: int, priority: int, *, temporary: bool = False) -> bool:
-        """Register a program in a task; what was there before leaves the table.
+        """Register a program in a task; the previous program leaves the table.
 
         Args:
-            task: The program's.
-            number: 1 to 16; 0: the lowest vacant one, where its own counts as vacant.
+            task: The program's task.
+            number: 1 to 16; 0: the lowest vacant task, where its own task counts as vacant.
             priority: 1 to 64.
             temporary: See Task.
 
@@ -210,28 +211,33 @@ class Programs:
         return True
 
     def order_start(self, modes: Mapping[int, str] | None, *, beside: bool = False) -> None:
-        """What the next `start` is to start.
+        """Define which tasks the next `start` starts.
 
         Args:
-            modes: RUN, STEP or NEXT by place in `tasks`; None: run all that can run.
-            beside: What was ordered before is still to be started, too.
+            modes: RUN, STEP or NEXT by place in `tasks`; None: run all tasks that can run.
+            beside: Earlier orders remain valid.
         """
         before = self._to_start if beside else {}
         self._to_start = None if before is None or modes is None else {**before, **modes}
 
     def order_reset(self, places: Collection[int] | None, *, beside: bool = False) -> None:
-        """What the next `reset` is to reset: places in `tasks`, None for all; as order_start."""
+        """Define which tasks the next `reset` resets.
+
+        Args:
+            places: Places in `tasks`; None: all tasks.
+            beside: Earlier orders remain valid.
+        """
         before = self._to_reset if beside else ()
         self._to_reset = None if before is None or places is None else (*before, *places)
 
     @property
     def resets_running(self) -> bool:
-        """The next `reset` would reset a task that runs."""
+        """Return whether the next `reset` would reset a running task."""
         places = range(len(self.tasks)) if self._to_reset is None else self._to_reset
         return any(self.tasks[place].state == "running" for place in places)
 
     def start(self, now_us: int) -> None:
-        """Start what was ordered."""
+        """Start the ordered tasks."""
         modes = self._to_start
         if modes is None:
             modes = dict.fromkeys(self._startable(), RUN)
@@ -243,12 +249,12 @@ class Programs:
         self.is_reset = False
 
     def pause(self, now_us: int) -> None:
-        """A stop of all tasks."""
+        """Stop all tasks."""
         for task in self.tasks:
             task.pause(now_us)
 
     def reset(self) -> None:
-        """Bring what was ordered to its beginning."""
+        """Reset the ordered tasks."""
         if self._to_reset is not None:
             for place in self._to_reset:
                 self.tasks[place].reset()
@@ -267,7 +273,7 @@ class Programs:
             task.end()
 
     def end_main(self) -> None:
-        """The main program has come to its end."""
+        """End the main program."""
         self.main.end()
         if self._config.main_ends_tasks:
             self.halt()
@@ -278,7 +284,7 @@ class Programs:
         self._pulses.append((self._now_us + 1000 * ms, place))
 
     def advance(self, now_us: int) -> None:
-        """Let every running task do what it can, those of a high priority first."""
+        """Execute the steps of all running tasks, in the order of their priorities."""
         self._now_us = now_us
         for due_us, place in self._pulses:
             if due_us <= now_us:
@@ -292,7 +298,7 @@ class Programs:
                 self._work(task, now_us)
 
     def next_due_us(self, now_us: int) -> int | None:
-        """When something goes on by itself."""
+        """Return when a task or a pulse continues by itself; None if nothing is due."""
         due = [due_us for due_us, _ in self._pulses]
         for task in self.tasks:
             if task.state == "running" and (task_us := task.due_us(now_us)) is not None:
@@ -300,7 +306,7 @@ class Programs:
         return min(due, default=None)
 
     def _startable(self) -> list[int]:
-        """Places of the registered tasks that go on or begin; if there are none, of the ended."""
+        """Return the places of registered tasks that can start; if none can, of ended tasks."""
         registered = [place for place, task in enumerate(self.tasks) if task.number]
         waiting = [k for k in registered if self.tasks[k].state in ("stopped", "ready")]
         if waiting or self.busy:
@@ -315,7 +321,7 @@ class Programs:
                 return
             if not self._done(task, steps[task.at], now_us):
                 return
-            if task.state == "suspended":  # by itself: it goes on behind that line
+            if task.state == "suspended":  # by its own SUSPEND: it continues behind that line
                 task.at += 1
             if task.state != "running":
                 return
@@ -326,7 +332,7 @@ class Programs:
                 return
 
     def _done(self, task: Task, step: Step, now_us: int) -> bool:
-        """Do a step; False if the task has to wait in it."""
+        """Execute a step; return False if the task has to wait in it."""
         if isinstance(step, Wait):
             task.waits = self.ports.read(step.place) != step.value
             return not task.waits

@@ -1,4 +1,4 @@
-"""What happened, line by line, and its pictures."""
+"""Traces of runs, line by line, and the pictures made from them."""
 
 from rcx_harness.trace.records import (
     FORMAT,

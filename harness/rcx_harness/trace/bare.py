@@ -1,4 +1,4 @@
-"""The records of a program without a robot, for what takes those of a cell."""
+"""Conversion of the records of a program without a robot into records of a cell."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ __all__ = ["heard"]
 
 
 def heard(take: Callable[[Record], None]) -> Callable[[Any], None]:
-    """What takes the records of a cell, for those of a bench: its scans have no areas."""
+    """Return a listener for the records of a bench that passes them on as records of a cell.
+
+    A scan of a bench has empty areas.
+    """
 
     def hear(record: Any) -> None:
         if isinstance(record, Sample):

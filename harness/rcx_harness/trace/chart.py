@@ -1,7 +1,7 @@
-"""The timing chart of a run, as the manual draws them: which signal changed when.
+"""The timing chart of a run, as the manual draws them: the changes of each signal over time.
 
-Columns are the instants at which something changed, each under its time, so that 100 ms of
-interval and a 5 ms answer are both seen. Long runs go on in bands below each other.
+Columns are the instants at which something changed, each under its time. Therefore a 5 ms answer is
+as visible as 100 ms of interval. Long runs continue in bands below each other.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from structured_text.language.types import ElementaryType, Type
 __all__ = ["LONGEST_TEXT", "MOST_INSTANTS", "NOTHING", "Band", "Glyphs", "Lane", "Timeline"]
 __all__ += ["column_widths", "glyphs", "name_width", "text_chart", "time_labels"]
 
-#: More instants than this make no chart that anybody reads; a wave file holds them all.
+#: Limit of instants in a chart, to keep it readable; a wave file has all of them.
 MOST_INSTANTS = 400
 
-#: Characters for the names: at least, at most; in between two fifths of the width.
+#: Minimum and maximum of characters for the names; in between two fifths of the width.
 _LABEL = (26, 50)
-#: A watched variable that changes more often makes no columns of its own.
+#: A watched variable with more changes does not get columns of its own.
 _OFTEN = 50
 #: With more watched variables than this, those that never change are left out.
 _MOST_STILL = 16
 #: For a longer text a column is not made wider.
 LONGEST_TEXT = 24
-#: Letters of a text that nobody understands without those behind them.
+#: A text cut to this number of letters is not shown, because it is not understandable.
 _TOO_FEW = 2
 
 _WORD = ElementaryType("WORD")
@@ -55,14 +55,14 @@ class Lane:
     """One signal: its changes as (time in microseconds, new value).
 
     Attributes:
-        name: What stands beside it.
-        kind: `input`, `output`, `variable` or `event` for what is ON or OFF, `word` for a word,
-            `value` for what stands there as text, `stage` for the names of an enumeration, `curve`
-            for a number over time, `finding` for broken rules.
+        name: The text beside it.
+        kind: `input`, `output`, `variable` or `event` for ON or OFF, `word` for a word, `value` for
+            values as text, `stage` for the names of an enumeration, `curve` for a number over time,
+            `finding` for broken rules.
         changes: In order of time.
         first: The value before the first change.
-        show: A value as text; without it a word has its hexadecimal digits.
-        always: It is drawn even while there is nothing to see but OFF.
+        show: Converts a value to text; without it a word has its hexadecimal digits.
+        always: It is drawn even if it is OFF all the time.
     """
 
     name: str
@@ -73,43 +73,43 @@ class Lane:
     always: bool = False
 
     def note(self, t_us: int, value: Any) -> None:
-        """The value from `t_us` on."""
+        """Record the value from `t_us` on."""
         if value != (self.changes[-1][1] if self.changes else self.first):
             self.changes.append((t_us, value))
 
     def text(self, value: Any) -> str:
-        """A value as text."""
+        """Return a value as text."""
         if self.show is not None:
             return self.show(value)
         return f"0x{value:04X}" if self.kind == "word" else str(value)
 
     def short(self, value: Any) -> str:
-        """A value as text for a terminal, where there is little room."""
+        """Return a value as short text for a terminal."""
         return self.text(value).removeprefix("0x")
 
     @property
     def is_text(self) -> bool:
-        """In columns its values stand there as text."""
+        """Return whether its values are written as text in columns."""
         return self.kind in ("word", "value", "curve")
 
     def is_idle(self, value: Any) -> bool:
-        """Is it a value for which there is but a line: the word 0?"""
+        """Return whether the value is drawn as a line only: the word 0."""
         return self.kind == "word" and not value
 
     @property
     def is_curve(self) -> bool:
-        """To scale it is a curve: a position, or a number that changes all the time."""
+        """Return whether it is drawn as a curve to scale: a position, or a restless number."""
         if self.kind == "curve":
             return True
         return self.kind == "value" and self.is_restless and isinstance(self.first, (int, float))
 
     @property
     def is_restless(self) -> bool:
-        """It changes so often that each change is worth no column."""
+        """Return whether it changes too often for a column per change."""
         return len(self.changes) > _OFTEN
 
     def spans(self, begin_us: int, end_us: int) -> Iterator[tuple[int, int, Any]]:
-        """From, to, value, within these times; values that come and go in no time are left out."""
+        """Yield start, end and value within these times, without values that last no time."""
         inside = [change for change in self.changes if begin_us < change[0] < end_us]
         starts = [(begin_us, self.value_at(begin_us)), *inside]
         ends = [*(t_us for t_us, _ in inside), end_us]
@@ -118,30 +118,33 @@ class Lane:
                 yield start, stop, value
 
     def value_at(self, t_us: int) -> Any:
-        """The value from `t_us` on."""
+        """Return the value from `t_us` on."""
         found = bisect_right(self.changes, t_us, key=_when)
         return self.changes[found - 1][1] if found else self.first
 
     def tells(self, first_us: int, last_us: int) -> bool:
-        """Is there anything but OFF to see from `first_us` to `last_us`?"""
+        """Return whether the lane must be drawn from `first_us` to `last_us`.
+
+        Bits that are OFF and findings without a mark are left out.
+        """
         if self.always:
             return True
         on = self.kind == "word" or (self.kind != "finding" and self.value_at(first_us - 1))
         return bool(on) or self.count(first_us, last_us + 1) > 0
 
     def limits(self) -> tuple[float, float]:
-        """The least and the greatest number among its values."""
+        """Return the least and the greatest number among its values."""
         values = (self.first, *(value for _, value in self.changes))
         numbers = [v for v in values if isinstance(v, (int, float)) and math.isfinite(v)]
         return min(numbers, default=0), max(numbers, default=0)
 
     def count(self, begin_us: int, end_us: int) -> int:
-        """How many changes there are from `begin_us` on, before `end_us`."""
+        """Return the number of changes from `begin_us` on, before `end_us`."""
         first = bisect_left(self.changes, begin_us, key=_when)
         return bisect_left(self.changes, end_us, key=_when) - first
 
     def changes_at(self, t_us: int) -> bool:
-        """Is there a change at exactly this time?"""
+        """Return whether there is a change at exactly this time."""
         return self.count(t_us, t_us + 1) > 0
 
 
@@ -155,7 +158,7 @@ class Band:
 
 
 class _Signals:
-    """The lanes of one controller; those of all but the first bear its number."""
+    """The lanes of one controller; lanes of all controllers but the first have its number."""
 
     def __init__(self, controller: int) -> None:
         table, who = signals(), "" if controller == 1 else f"{controller}: "
@@ -163,7 +166,7 @@ class _Signals:
         self.outputs = [(one.byte, one.bit, _lane(one, "output", who)) for one in table.output]
         self._codes = [one.signal for one in (*table.input, *table.output)]
         self.alarms: set[str] = set()
-        """What remote commands have ended abnormally with."""
+        """The alarms that ended remote commands."""
         self.code = Lane(f"{who}Remote command code", "word", show=command_name)
         self.status = Lane(f"{who}Remote status", "word")
         self._si = self._so = b""
@@ -184,10 +187,10 @@ class _Signals:
                 lane.note(scan.t_us, scan.si[byte] >> bit & 1)
 
     def lanes(self, told: Collection[str]) -> list[Lane]:
-        """The bits that changed or explain something, the command code and the status.
+        """Return the bits that changed or explain something, the command code and the status.
 
         Args:
-            told: The bits that explain something, besides those that the wire says.
+            told: The bits that explain something, besides those that follow from the wire.
         """
         bits = [lane for _, _, lane in self.inputs + self.outputs]
         ever_on = {code for code, lane in zip(self._codes, bits, strict=True) if lane.changes}
@@ -199,7 +202,7 @@ class _Signals:
 
 
 class _Variables:
-    """The lanes of the watched variables: of structures and arrays for each member and element."""
+    """The lanes of the watched variables; structures and arrays have a lane per part."""
 
     def __init__(self, watched: Mapping[str, Type]) -> None:
         self._changed = Changed(watched)
@@ -213,14 +216,14 @@ class _Variables:
             if part.type == _WORD:
                 self.words.add(held)
             if isinstance(held, float) and math.isnan(held):
-                held = "nan"  # the same one again is no change
+                held = "nan"  # NaN differs from itself: without this each scan is a change
             if part.path in self._lanes:
                 self._lanes[part.path].note(t_us, held)
             else:
                 self._lanes[part.path] = _of_variable(part.path, part.type, held)
 
     def lanes(self) -> list[Lane]:
-        """Those that changed, or all if they are few."""
+        """Return the lanes that changed, or all lanes if they are few."""
         every = list(self._lanes.values())
         return every if len(every) <= _MOST_STILL else [lane for lane in every if lane.changes]
 
@@ -236,9 +239,9 @@ def _text_of(kind: Type, value: Any) -> str:
 
 
 class Timeline:
-    """Collects the changes of the dedicated signals, as the PLC reads and writes them.
+    """The changes of the dedicated signals, as the PLC reads and writes them.
 
-    With a trace also those of the watched variables and positions that it records. Give `take` to
+    With a trace it also collects the changes of recorded variables and positions. Give `take` to
     `Trace.listen`. Memory grows with the changes, not with the time.
     """
 
@@ -278,15 +281,15 @@ class Timeline:
             lane.note(record.t_us, value)
 
     def explain(self, errors: Iterable[int]) -> None:
-        """Take ErrorIDs: the signals that their causes name are drawn, also while they are OFF."""
+        """Add ErrorIDs: the signals that their causes name are drawn even while they are OFF."""
         self._named |= of_errors(errors)
 
     def lanes(self) -> list[Lane]:
-        """Signals of each controller, variables, positions; broken rules if there are any.
+        """Return signals of each controller, variables, positions, and broken rules if any.
 
-        A signal that has never been ON is left out, unless it explains why nothing came of what
-        the program did: a broken rule or the cause of an ErrorID names it, an alarm that ended a
-        remote command is about it, or an input has been ON for which it is the answer, or needed.
+        A signal that has never been ON is left out unless it explains why a request had no effect:
+        a broken rule or the cause of an ErrorID names it, an alarm that ended a remote command
+        concerns it, or it is the answer to an input that has been ON, or a condition of it.
         """
         told = {*self._named, *of_errors(self._variables.words)}
         every = [lane for one in self._controllers.values() for lane in one.lanes(told)]
@@ -294,16 +297,16 @@ class Timeline:
         return [*every, *([self._findings] if self._findings.changes else [])]
 
     def _of_cell(self) -> list[Lane]:
-        """Variables and positions."""
+        """Return the lanes of variables and positions."""
         found = self._variables.lanes()
         for lanes in self._positions:
             found += [lane for lane in lanes if lane.first is not None]
         return found
 
     def instants(self) -> list[int]:
-        """The times at which something changed, in order.
+        """Return the times at which something changed, in order.
 
-        What moves, or changes all the time, counts only if there is nothing else.
+        Curves and restless lanes count only if there are no other changes.
         """
         moving = {id(one) for one in self._of_cell() if one.kind == "curve" or one.is_restless}
         lanes = self.lanes()
@@ -311,13 +314,13 @@ class Timeline:
         return _times(calm) or _times(lanes)
 
     def bands(self, widths: Sequence[int], room: int) -> list[Band]:
-        """The chart in bands as wide as there is room.
+        """Return the chart in bands of at most the given width.
 
         A bit that is OFF all through a band is left out of it.
 
         Args:
-            widths: Of the columns of all instants.
-            room: For the columns of a band; one at least.
+            widths: Widths of the columns of all instants.
+            room: Width for the columns of a band; a band has at least one column.
         """
         instants = self.instants()[: len(widths)]
         found = []
@@ -331,7 +334,7 @@ class Timeline:
         return found
 
     def left_out(self) -> int:
-        """How many instants the chart does not show."""
+        """Return how many instants the chart does not show."""
         return max(0, len(self.instants()) - MOST_INSTANTS)
 
 
@@ -345,7 +348,7 @@ def _times(lanes: Iterable[Lane]) -> list[int]:
 
 
 def _breaks(widths: Sequence[int], room: int) -> Iterator[int]:
-    """Where bands begin, but for the first."""
+    """Yield the columns at which bands begin, except the first."""
     used = 0
     for number, width in enumerate(widths):
         if number and used + width > room:
@@ -355,12 +358,12 @@ def _breaks(widths: Sequence[int], room: int) -> Iterator[int]:
 
 
 def column_widths(timeline: Timeline, narrow: int, need: Callable[[int], int]) -> list[int]:
-    """The widths of the columns of a chart: so that values can be read, as far as they are short.
+    """Return the widths of the columns of a chart, wide enough for short values.
 
     Args:
-        timeline: What is drawn.
-        narrow: Of a column at least.
-        need: How wide a text of so many characters is, with what is beside it.
+        timeline: The changes to draw.
+        narrow: Minimum width of a column.
+        need: Returns the width of a text of so many characters, with its margins.
     """
     instants = timeline.instants()[:MOST_INSTANTS]
     widths = [narrow] * len(instants)
@@ -377,17 +380,17 @@ def column_widths(timeline: Timeline, narrow: int, need: Callable[[int], int]) -
 
 
 def time_labels(instants: Sequence[int]) -> list[str]:
-    """Milliseconds, with as many decimals as these times need."""
+    """Return the times in milliseconds, with as many decimals as they need."""
     units = (1_000, 100, 10, 1)
     decimals = next(k for k, unit in enumerate(units) if all(t % unit == 0 for t in instants))
     return [f"{t_us / 1000:.{decimals}f}" for t_us in instants]
 
 
 def text_chart(timeline: Timeline, width: int = 100, *, ascii_only: bool = False) -> str:
-    """The chart for a terminal.
+    """Return the chart for a terminal.
 
     Args:
-        timeline: What to draw.
+        timeline: The changes to draw.
         width: Characters per line, at least 60.
         ascii_only: For terminals without Unicode.
     """
@@ -409,7 +412,7 @@ def text_chart(timeline: Timeline, width: int = 100, *, ascii_only: bool = False
 
 
 def name_width(names: Iterable[str], width: int) -> int:
-    """Characters for the names of the lanes of a chart that is so wide."""
+    """Return the number of characters for the names of the lanes in a chart of that width."""
     return min(max(map(len, names)), max(_LABEL[0], width * 2 // 5), _LABEL[1])
 
 
@@ -419,7 +422,7 @@ def _with_edge(letters: int) -> int:
 
 @dataclass(frozen=True)
 class Glyphs:
-    """The characters that a chart on a terminal is drawn with; `levels` from low to high."""
+    """The characters of a chart on a terminal; `levels` from low to high."""
 
     low: str
     high: str
@@ -432,16 +435,16 @@ class Glyphs:
     levels: str
 
     def finished(self, lines: Iterable[str]) -> str:
-        """The chart; what a terminal without Unicode does not have is a question mark."""
+        """Return the chart; a terminal without Unicode gets question marks for other characters."""
         chart = "\n".join(lines).rstrip() + "\n"
         return chart.encode("ascii", "replace").decode() if self is _ASCII else chart
 
     def name(self, name: str, width: int) -> str:
-        """The beginning of a line: the name, cut to so many characters."""
+        """Return the beginning of a line: the name, cut to that width."""
         return f"{self.cut(name, width):<{width}} "
 
     def cut(self, text: str, room: int) -> str:
-        """A text in so little room; nothing where it would not be understood."""
+        """Return a text cut to the given width; empty if too few letters would remain."""
         if len(text) <= room:
             return text
         return text[: room - 1] + self.more if room > _TOO_FEW + 1 else ""
@@ -452,7 +455,7 @@ _ASCII = Glyphs("_", '"', "/", "\\", "-", "X", "!", "~", "_.:-=+*#")
 
 
 def glyphs(ascii_only: bool) -> Glyphs:
-    """The characters for a terminal with or without Unicode."""
+    """Return the characters for a terminal with or without Unicode."""
     return _ASCII if ascii_only else _UNICODE
 
 
@@ -475,7 +478,10 @@ def _line(lane: Lane, band: Band, names: int, drawn: Glyphs) -> str:
 
 
 def _texts(lane: Lane, band: Band, drawn: Glyphs) -> Iterator[str]:
-    """The word 0 is a plain line; any other value stands where it begins, and at a band's start."""
+    """Yield the pieces of a lane: a plain line for the word 0, else the value at its start.
+
+    A value is also written at the start of a band.
+    """
     before = lane.value_at(band.instants[0] - 1)
     values = [lane.value_at(t_us) for t_us in band.instants]
     begins = [k for k, value in enumerate(values) if not k or value != values[k - 1]]

@@ -1,7 +1,7 @@
-"""Timing charts as SVG pictures: the one drawer of lanes, and the chart of a run.
+"""Timing charts as SVG pictures: the drawing of lanes, and the chart of a run.
 
-Drawn here and not by a library: the charts of wavedrom are one endless row, their names and
-values are cut to a brick's width, and they cannot print a time above each change.
+No library is used, because the charts of wavedrom are one endless row, cut names and values to the
+width of a brick, and cannot print a time above each change.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ += ["document", "draw_lane", "rule", "svg_chart", "text"]
 CURVE = 40
 
 _COLUMN, _ROW = 74, 30
-#: Width of a letter of a name, of one in a small box, of one of a value.
+#: Width of a letter of a name, in a small box, and of a value.
 _LETTER, _SMALL, _VALUE = 7.6, 5.9, 7.3
 #: Room for the columns of a band.
 _ROOM = 12 * _COLUMN
@@ -38,8 +38,8 @@ _LEAD = 24
 _HEAD = 46
 _GAP = 18
 
-#: A curve that does not change for so long is at rest; on the way it has a point so often; a step
-#: takes so long [us].
+#: A curve is at rest after this time without a change; time between its points; time of a step
+#: [us].
 _REST_US, _FINE_US, _STEP_US = 20_000, 15_000, 5_000
 
 #: Colour of a wave by the kind of its lane.
@@ -64,13 +64,13 @@ STYLE = (
     "path{fill:none;stroke-width:1.8;stroke-linejoin:round}"
 )
 
-#: From x to x, value.
+#: Start position, end position, value.
 _Span = tuple[float, float, Any]
 
 
 @dataclass(frozen=True)
 class Columns:
-    """An axis with a column for each instant, that of number k at `xs[k]`; not to scale."""
+    """A time axis with a column per instant, column k at `xs[k]`; not to scale."""
 
     left: int
     right: int
@@ -78,7 +78,7 @@ class Columns:
     instants: Sequence[int]
 
     def spans(self, lane: Lane) -> list[_Span]:
-        """The values of a lane from left to right."""
+        """Return the values of a lane from left to right."""
         found: list[tuple[float, Any]] = [(self.left, lane.value_at(self.instants[0] - 1))]
         for x, t_us in zip(self.xs, self.instants, strict=True):
             value = lane.value_at(t_us)
@@ -88,14 +88,14 @@ class Columns:
         return [(x, end, value) for (x, value), end in zip(found, ends, strict=True)]
 
     def marks(self, lane: Lane) -> list[float]:
-        """Where a lane has a change."""
+        """Return the positions at which a lane has a change."""
         columns = zip(self.xs, self.instants, strict=True)
         return [x for x, t_us in columns if lane.changes_at(t_us)]
 
 
 @dataclass(frozen=True)
 class Scale:
-    """An axis that is true to scale."""
+    """A time axis that is true to scale."""
 
     left: int
     right: int
@@ -103,21 +103,21 @@ class Scale:
     end_us: int
 
     def x(self, t_us: int) -> float:
-        """Where a time is; a tenth of a pixel is enough, and the same on every machine."""
+        """Return the position of a time, rounded to 0.1 pixel to be equal on every machine."""
         scale = (self.right - self.left) / (self.end_us - self.begin_us)
         return round(self.left + (t_us - self.begin_us) * scale, 1)
 
     def spans(self, lane: Lane) -> list[_Span]:
-        """The values of a lane from left to right; nothing is before time began."""
+        """Return the values of a lane from left to right; times before 0 are left out."""
         spans = lane.spans(max(self.begin_us, 0), self.end_us)
         return [(self.x(start), self.x(stop), value) for start, stop, value in spans]
 
     def marks(self, lane: Lane) -> list[float]:
-        """Where a lane has a change."""
+        """Return the positions at which a lane has a change."""
         return [self.x(t_us) for t_us, _ in lane.changes if self.begin_us <= t_us < self.end_us]
 
     def round_times(self, steps_us: Sequence[int], most: int) -> Iterator[tuple[int, float]]:
-        """Times to mark, each with its place: at the first of the steps that gives few of them."""
+        """Yield times to mark with their positions, at the first step with at most `most` marks."""
         whole = self.end_us - self.begin_us
         step = next((one for one in steps_us if whole / one <= most), steps_us[-1])
         for t_us in range(-(-max(self.begin_us, 0) // step) * step, self.end_us + 1, step):
@@ -126,16 +126,16 @@ class Scale:
 
 @dataclass(frozen=True)
 class Look:
-    """How lanes look, in pixels.
+    """The appearance of lanes, in pixels.
 
     Attributes:
-        high: From OFF to ON.
+        high: Height from OFF to ON.
         edge: Half the width of an edge.
-        digits: Where a word's digits begin, right of its edge and above OFF.
+        digits: Position of a word's digits, right of its edge and above OFF.
         room: Six digits are left out of a box that is narrower than this.
-        filled: What is ON is filled, and a word's box shows its digits as a tip.
-        whole: A curve reaches over the values of the whole run, not only over those it shows, and
-            has as many points as can be seen.
+        filled: ON is filled, and a word's box shows its digits as a tip.
+        whole: A curve covers the values of the whole run, not only the shown ones, and has as many
+            points as are visible.
     """
 
     high: int = 18
@@ -150,20 +150,20 @@ _PLAIN = Look()
 
 
 def text(x: float, y: float, words: str, kind: str = "") -> str:
-    """A line of text, of a class of the style sheet."""
+    """Return a line of text with a class of the style sheet."""
     shown = f' class="{kind}"' if kind else ""
     return f'<text{shown} x="{x:g}" y="{y:g}">{escape(words)}</text>'
 
 
 def rule(kind: str, x1: float, y1: float, x2: float, y2: float) -> str:
-    """A straight line, of a class of the style sheet."""
+    """Return a straight line with a class of the style sheet."""
     return f'<line class="{kind}" x1="{x1:g}" y1="{y1:g}" x2="{x2:g}" y2="{y2:g}"/>'
 
 
 def document(
     width: int, height: int, style: str, body: Iterable[str], before: Iterable[str] = ()
 ) -> str:
-    """The text of an SVG file; `before` stands above its style sheet."""
+    """Return the text of an SVG file; `before` is placed above its style sheet."""
     size = f'width="{width}" height="{height}"'
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {width} {height}">',
@@ -176,17 +176,17 @@ def document(
 
 
 def draw_lane(lane: Lane, axis: Columns | Scale, base: int, look: Look = _PLAIN) -> list[str]:
-    """The elements of one lane.
+    """Return the elements of one lane.
 
     A word or a value is drawn as boxes with its text, a stage as boxes with its names, a broken
-    rule as a mark, and any other lane as a wave, or as boxes where it has other values than 0
-    and 1. What is a curve is a line over its least and greatest value, but in columns a value.
+    rule as a mark, and any other lane as a wave, or as boxes if it has other values than 0 and 1. A
+    curve is drawn as a line between its least and greatest value, but in columns as values.
 
     Args:
-        lane: What to draw.
-        axis: Where its times are.
-        base: Where OFF is drawn.
-        look: How it looks.
+        lane: The lane to draw.
+        axis: Converts times to positions.
+        base: Position of OFF.
+        look: Appearance of the lane.
     """
     colour = COLOURS[lane.kind]
     if lane.kind == "finding":
@@ -221,7 +221,7 @@ def _wave(spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[st
 
 
 def _texts(lane: Lane, spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[str]:
-    """The word 0 is a line in the middle, any other value a box, with its text if there is room."""
+    """Return a line for the word 0, and a box with its text, if it fits, for any other value."""
     middle, top, edge = base - look.high // 2, base - look.high, look.edge
     parts = []
     for x, end, value in spans:
@@ -242,7 +242,7 @@ def _texts(lane: Lane, spans: Sequence[_Span], base: int, colour: str, look: Loo
 
 
 def _fitting(whole: str, width: float, look: Look) -> str:
-    """As much of a text as its box has room for; nothing where that would not be understood."""
+    """Return the part of a text that fits into its box; empty if it would not be understandable."""
     if look.room:
         return whole if width >= look.room * len(whole) / 6 else ""
     letters = int((width - look.digits[0] - look.edge) / _VALUE)
@@ -257,7 +257,7 @@ def _box(x: float, end: float, base: int, more: str, look: Look) -> str:
 
 
 def _names(lane: Lane) -> dict[Any, str]:
-    """How the values of a lane are shown: those of an enumeration without what all begin with."""
+    """Return the names of a lane's values; those of an enumeration without their common prefix."""
     shown = {value: str(value) for _, value in lane.changes}
     if lane.kind != "stage":
         return shown
@@ -269,7 +269,7 @@ def _names(lane: Lane) -> dict[Any, str]:
 def _boxes(
     spans: Sequence[_Span], base: int, colour: str, names: dict[Any, str], look: Look
 ) -> list[str]:
-    """A box for each value, its name in it where there is room."""
+    """Return a box for each value, with its name if it fits."""
     parts = []
     for x, end, value in spans:
         parts.append(_box(x, end, base, f'fill="#f6f3fa" stroke="{colour}"', look))
@@ -281,7 +281,7 @@ def _boxes(
 
 
 def _curve(lane: Lane, axis: Scale, base: int, colour: str, look: Look) -> list[str]:
-    """A number over time, its least and its greatest value at the left."""
+    """Return a number over time, with its least and its greatest value at the left."""
     numbers = (int, float)
     spans = [
         span
@@ -310,7 +310,7 @@ def _curve(lane: Lane, axis: Scale, base: int, colour: str, look: Look) -> list[
 
 
 def _bends(spans: Sequence[tuple[int, int, Any]], fine_us: int) -> Iterator[tuple[int, Any, int]]:
-    """The points of a curve that are worth a line: time, value, where a rest before it ended."""
+    """Yield the drawn points of a curve: time, value, end of the rest before it (0: none)."""
     drawn_us = spans[0][0]
     for (before_us, _, _), (start, stop, value) in pairwise(spans):
         rested = start - before_us > _REST_US
@@ -320,10 +320,10 @@ def _bends(spans: Sequence[tuple[int, int, Any]], fine_us: int) -> Iterator[tupl
 
 
 def svg_chart(timeline: Timeline, title: str = "") -> str:
-    """The chart of a run; the same run gives the same bytes.
+    """Return the chart of a run; the same run gives the same bytes.
 
     Args:
-        timeline: What to draw.
+        timeline: The changes to draw.
         title: A line above the chart.
     """
     bands = timeline.bands(column_widths(timeline, _COLUMN, _box_width), _ROOM)
@@ -351,7 +351,7 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
 
 
 def _lead(band: Band) -> int:
-    """Room before the first column: for what ends there."""
+    """Return the space before the first column, for values that end there."""
     wanted = [_LEAD]
     for lane in band.lanes:
         before, then = (lane.value_at(band.instants[0] - back) for back in (1, 0))

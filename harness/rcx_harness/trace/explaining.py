@@ -1,6 +1,6 @@
-"""Which dedicated signals explain why nothing comes of what a program does, though they are OFF.
+"""The dedicated signals that are OFF but explain why a request of a program has no effect.
 
-A chart leaves out a signal that is OFF all the time, but for these.
+A chart leaves out all other signals that are OFF all the time.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["named", "of_alarms", "of_errors", "shown_errors", "unanswered"]
 _SIGNAL = re.compile(r"\bS[IO]\(\d\d\)")
 _WORD = ElementaryType("WORD")
 
-#: Of each dedicated input its answer, and what it needs (manual chapter 5, 2 and 3).
+#: The answer to each dedicated input, and its conditions (manual chapter 5, 2 and 3).
 _REQUESTS: dict[str, tuple[str, tuple[str, ...]]] = {
     "SI(01)": ("SO(02)", ("SI(00)",)),
     "SI(10)": ("SO(12)", ()),
@@ -28,7 +28,7 @@ _REQUESTS: dict[str, tuple[str, tuple[str, ...]]] = {
     "SI(15)": ("SO(14)", ("SO(10)",)),
     "SI(17)": ("SO(11)", ("SI(00)", "SI(06)")),
 }
-#: What an alarm says of a signal; names of alarms: spec/alarms.toml and public_alarms.toml.
+#: The signal of an alarm; names of alarms: spec/alarms.toml and public_alarms.toml.
 _ALARMS = {
     "0.20": "SO(10)",  # illegal mode
     "6.300": "SO(02)",  # motor power off
@@ -45,9 +45,9 @@ def named(texts: Iterable[str]) -> set[str]:
 
 
 def unanswered(ever_on: Collection[str]) -> set[str]:
-    """Return the answers that never came and what was missing for them.
+    """Return the answers that never came and the conditions that were missing for them.
 
-    SI(00) is among them where it has never released the emergency stop that SO(00) shows.
+    SI(00) is included if it has never released the emergency stop that SO(00) shows.
 
     Args:
         ever_on: The signals that have been ON.
@@ -64,7 +64,7 @@ def unanswered(ever_on: Collection[str]) -> set[str]:
 
 
 def of_alarms(numbers: Iterable[str]) -> set[str]:
-    """Return the signals that alarms are about, which have ended remote commands."""
+    """Return the signals of alarms that have ended remote commands."""
     return {_ALARMS[number] for number in numbers if number in _ALARMS}
 
 

@@ -1,4 +1,4 @@
-"""What happened in a run: JSON lines, one per PLC scan, controller cycle and broken rule."""
+"""The records of a run: JSON lines, one per PLC scan, controller cycle and broken rule."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Scan(NamedTuple):
     controller: int = 1
 
     def line(self) -> str:
-        """The record as JSON; `vars` only when variables are watched."""
+        """Return the record as JSON; `vars` only if variables are watched."""
         which = _which(self.controller)
         head = f'{{"t_us":{self.t_us},"scan":{self.scan}{which},"so":"{self.so.hex()}"'
         if self.vars is None:
@@ -53,8 +53,8 @@ class Scan(NamedTuple):
 class Cycle(NamedTuple):
     """One controller cycle: the area sampled (empty without a connection), the area answered.
 
-    `positions` are those after it, where they are recorded and have changed; `poses` say of each
-    robot how it stands besides (`rcx_harness.robot.shape.poses`), where that has changed.
+    `positions` are the positions after it, if they are recorded and have changed. `poses` are the
+    poses of the robots (`rcx_harness.robot.shape.poses`), if they have changed.
     """
 
     t_us: int
@@ -66,7 +66,7 @@ class Cycle(NamedTuple):
     poses: tuple[Mapping[str, Any], ...] | None = None
 
     def line(self) -> str:
-        """The record as JSON; `positions` only when they are recorded and have changed."""
+        """Return the record as JSON; `positions` only if they are recorded and have changed."""
         head = (
             f'{{"t_us":{self.t_us},"cycle":{self.cycle}{_which(self.controller)},'
             f'"rcx_si":"{self.rcx_si.hex()}","rcx_so":"{self.rcx_so.hex()}"'
@@ -80,31 +80,31 @@ class Cycle(NamedTuple):
 
 Record = Scan | Cycle | Violation
 
-#: The largest whole number that the page, too, has exactly.
+#: The largest whole number that JavaScript (the page) represents exactly.
 _LARGEST = (1 << 53) - 1
 _DAY_US = 86_400_000_000
-#: Progress is told after so many lines.
+#: Progress is reported after this number of lines.
 _REPORT_EVERY = 20_000
 
-#: How a broken rule begins, with its name: `plc, scan 3: interval: `.
+#: Beginning of a broken rule, with its name: `plc, scan 3: interval: `.
 _RULE = re.compile(r"(?:controller \d+: )?(?:plc, scan|robot, cycle) \d+: ([a-z -]+): ")
 
 
 def _which(controller: int) -> str:
-    """Which controller of a cell it is of, if it is not the first."""
+    """Return the JSON entry of the controller's number; empty for the first controller."""
     return f',"controller":{controller}' if controller > 1 else ""
 
 
 class Trace(samples.Trace[Record]):
-    """The records of a run, streamed to a file as they come; the latest also in memory.
+    """The records of a run, streamed to a file as they come; the latest are also in memory.
 
     Args:
-        header: As for the trace of a bench, as all that is not named here.
+        header: As for the trace of a bench, which also takes all other arguments.
         path: File to write; None for memory only.
-        axes: What positions are recorded of, for each controller; as `positions` in the header.
-        robots: What the robots look like, for each controller (`rcx_harness.robot.shape.shapes`);
-            as `robots` in the header.
-        more: What the trace of a bench takes.
+        axes: Titles of the recorded positions, for each controller; `positions` in the header.
+        robots: Shapes of the robots, for each controller (`rcx_harness.robot.shape.shapes`);
+            `robots` in the header.
+        more: Arguments of the trace of a bench.
 
     Raises:
         InputError: the file cannot be written.
@@ -126,16 +126,19 @@ class Trace(samples.Trace[Record]):
         super().__init__(header, path, last=last, **more)
 
     def scans(self) -> list[Scan]:
-        """The PLC scans in memory."""
+        """Return the PLC scans in memory."""
         return self._of(Scan)
 
     def cycles(self) -> list[Cycle]:
-        """The controller cycles in memory."""
+        """Return the controller cycles in memory."""
         return self._of(Cycle)
 
 
 class CutOffError(InputError):
-    """The last line of a trace is not whole: what wrote it was ended. The records before it are."""
+    """The error of a trace with an incomplete last line: its writer was ended.
+
+    The records before it are valid.
+    """
 
 
 def read_trace(
@@ -145,14 +148,14 @@ def read_trace(
 
     Args:
         path: The file.
-        progress: Is called at times with the share of the file that has been read.
+        progress: Called at times with the share of the file that has been read.
 
     Returns:
-        The header, and an iterator over the records that reads as it goes.
+        The header, and an iterator over the records that reads the file step by step.
 
     Raises:
-        InputError: not readable, not of this format, or a line that is no record; of those also
-            the iterator's, which is `CutOffError` where it is the last line and not whole.
+        InputError: the file is not readable or not of this format, or a line is not a record. The
+            iterator raises it, too, as `CutOffError` if the last line is incomplete.
     """
     file = open_file(path, TRACE)  # the iterator closes it
     length = max(1, os.fstat(file.fileno()).st_size)
@@ -217,11 +220,11 @@ def _records(
 
 
 class _Order:
-    """The order of scans and cycles in a trace, which shows lines that are missing.
+    """The order of scans and cycles in a trace, which reveals missing lines.
 
     Args:
-        changes: Only records with changes are in it, as `rcx serve` writes them: their numbers have
-            gaps, and two changes may fall into one cycle.
+        changes: The trace has only records with changes, as written by `rcx serve`: their numbers
+            have gaps, and two changes may be in one cycle.
     """
 
     def __init__(self, *, changes: bool) -> None:
@@ -229,7 +232,7 @@ class _Order:
         self._last: dict[tuple[str, int], tuple[int, int]] = {}
 
     def wrong(self, record: Record) -> str:
-        """Return what is wrong with the place of a record; empty if nothing is."""
+        """Return the error in the place of a record; empty if there is none."""
         if isinstance(record, Violation):
             return ""
         kind, number = "cycle", record[1]
@@ -251,7 +254,7 @@ def _too_long(path: str | Path, number: int) -> InputError:
 
 
 def _next_line(file: BinaryIO, path: str | Path, number: int) -> bytes:
-    """The next line with its end; nothing at the end of the file."""
+    """Return the next line with its end; empty at the end of the file."""
     try:
         line = file.readline(MOST_LINE_BYTES + 1)
     except OSError as error:
@@ -275,12 +278,16 @@ def _load(line: bytes, path: str | Path, number: int) -> dict[str, Any]:
 
 
 def _no_constant(word: str) -> None:
-    """Refuse what Python reads beyond JSON."""
+    """Raise ValueError for a constant that Python accepts beyond JSON."""
     raise ValueError(f"{word} is not a number of JSON")
 
 
 def _whole(entry: Mapping[str, Any], key: str, low: int) -> int:
-    """A whole number of a record."""
+    """Return a whole number of a record.
+
+    Raises:
+        ValueError: it is not a whole number from `low`.
+    """
     number = entry[key]
     if type(number) is not int or not low <= number <= _LARGEST:
         raise ValueError(f"{key} is not a whole number from {low}")

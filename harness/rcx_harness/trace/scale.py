@@ -1,6 +1,6 @@
-"""Timing charts whose time axis is true to scale: nothing is stretched, no gap is left out.
+"""Timing charts with a time axis that is true to scale, without gaps.
 
-A chart goes on in lines below each other, each of which is so much time.
+A chart continues in lines below each other, each of the same time.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, dra
 
 __all__ = ["scaled_svg", "scaled_text"]
 
-#: Lines of a chart whose scale nobody has chosen; lines that are drawn at most.
+#: Number of lines of a chart without a chosen scale; limit of drawn lines.
 _LINES, _MOST_LINES = 6, 100
 _MS, _S, _MIN = 1_000, 1_000_000, 60_000_000
-#: What a line may be, and its time marks [us].
+#: Possible times of a line, and of the steps between its time marks [us].
 _STEPS = (
     *(k * unit for unit in (_MS, 10 * _MS, 100 * _MS) for k in (1, 2, 5)),
     *(k * _S for k in (1, 2, 5, 10, 20, 30)),
@@ -32,13 +32,13 @@ _ROW, _TOP, _HEAD, _GAP = 28, 44, 34, 16
 _MARKS = 10
 _STYLE = STYLE + ".m{font-size:10px;fill:#777}.e{text-anchor:end}"
 _LOOK = Look(edge=0, digits=(5, 5), whole=True)
-#: Between two time marks on a terminal, at least [characters].
+#: Minimum distance of two time marks on a terminal [characters].
 _APART = 10
 
 
 @dataclass(frozen=True)
 class _Line:
-    """One line of a chart: from when, until when, and how far that is of a whole line."""
+    """One line of a chart: its start, its end, and its part of a whole line."""
 
     begin_us: int
     end_us: int
@@ -47,13 +47,13 @@ class _Line:
 
 
 def _lines(timeline: Timeline, line_us: int) -> list[_Line]:
-    """The lines of the chart, none where nothing has changed."""
+    """Return the lines of the chart; empty if nothing has changed."""
     if not timeline.instants():
         return []
     found = []
     last_us = max(timeline.end_us, 1)
     for begin in range(0, last_us, line_us)[:_MOST_LINES]:
-        # What happens with the last record is a microsecond long.
+        # A change at the time of the last record is drawn a microsecond long.
         end = begin + line_us if begin + line_us < last_us else last_us + 1
         lanes = tuple(lane for lane in timeline.lanes() if lane.tells(begin, end - 1))
         found.append(_Line(begin, end, min(1.0, (end - begin) / line_us), lanes))
@@ -61,7 +61,7 @@ def _lines(timeline: Timeline, line_us: int) -> list[_Line]:
 
 
 def _chosen(timeline: Timeline, line_us: int) -> int:
-    """How long a line is: as asked for, or so that there are few of them."""
+    """Return the time of a line: as requested, or long enough for few lines."""
     if line_us:
         return line_us
     few = (step for step in _STEPS if timeline.end_us <= _LINES * step)
@@ -76,12 +76,12 @@ def _left_out(timeline: Timeline, line_us: int) -> str:
 
 
 def scaled_svg(timeline: Timeline, title: str = "", line_us: int = 0) -> str:
-    """The chart of a run, true to scale; the same run gives the same bytes.
+    """Return the chart of a run, true to scale; the same run gives the same bytes.
 
     Args:
-        timeline: What to draw.
+        timeline: The changes to draw.
         title: A line above the chart.
-        line_us: Time of a line [us]; 0: so that there are few lines.
+        line_us: Time of a line [us]; 0: chosen for few lines.
     """
     line_us = _chosen(timeline, line_us)
     names = max(len(lane.name) for lane in timeline.lanes())
@@ -120,23 +120,23 @@ def _drawn(line: _Line, left: int, top: int) -> Iterator[str]:
 
 
 def _marks(axis: Scale, most: int) -> Iterator[tuple[int, float]]:
-    """The times to mark; that at the end of a line stands at the beginning of the next."""
+    """Yield the times to mark; a mark at the end of a line belongs to the next line."""
     return ((t_us, x) for t_us, x in axis.round_times(_STEPS, most) if t_us < axis.end_us)
 
 
 def scaled_text(
     timeline: Timeline, width: int = 100, *, ascii_only: bool = False, line_us: int = 0
 ) -> str:
-    """The chart for a terminal, true to scale.
+    """Return the chart for a terminal, true to scale.
 
-    A character is a piece of time: an edge is one change in it, a cross several. Curves are in
-    eight steps from their least to their greatest value, which stand at the line's end.
+    A character is a piece of time: an edge is one change in it, a cross several. Curves have eight
+    levels from their least to their greatest value; both are written beside the name.
 
     Args:
-        timeline: What to draw.
+        timeline: The changes to draw.
         width: Characters per line, at least 60.
         ascii_only: For terminals without Unicode.
-        line_us: Time of a line [us]; 0: so that there are few lines.
+        line_us: Time of a line [us]; 0: chosen for few lines.
     """
     line_us = _chosen(timeline, line_us)
     drawn = glyphs(ascii_only)
@@ -154,7 +154,7 @@ def scaled_text(
 
 
 def _title(lane: Lane) -> str:
-    """Its name, of a curve also what it goes from and to in the whole run."""
+    """Return the name of a lane; for a curve with its least and greatest value in the run."""
     if not lane.is_curve:
         return lane.name
     low, high = lane.limits()
@@ -162,7 +162,7 @@ def _title(lane: Lane) -> str:
 
 
 def _labels(axis: Scale, room: int) -> str:
-    """The times above their characters."""
+    """Return the times above their characters."""
     line = ""
     for t_us, x in _marks(axis, max(1, axis.right // _APART)):
         label = time_labels([t_us])[0]
@@ -198,7 +198,7 @@ def _level(lane: Lane, value: object, drawn: Glyphs) -> str:
 
 
 def _texts(lane: Lane, values: list[Any], counts: list[int], drawn: Glyphs) -> Iterator[str]:
-    """A piece from each change on; its text where there is room."""
+    """Yield a piece from each change on, with its text if it fits."""
     begins = [0, *(k for k, count in enumerate(counts) if count and k)]
     for begin, end in pairwise([*begins, len(values)]):
         value, width = values[begin], end - begin

@@ -1,6 +1,6 @@
-"""The run as a VCD file for wave viewers: all dedicated bits and words, on both sides.
+"""Runs as VCD files for wave viewers: all dedicated bits and words, on both sides.
 
-Also what the trace was asked to show: watched variables by their paths, and positions.
+The file also has the watched variables by their paths, and the positions, if they are recorded.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from structured_text.output.files import OutputFile
 __all__ = ["Wave"]
 
 _WORDS = 16
-#: Bits of the elementary types that are whole numbers; the negative ones in two's complement.
+#: Bits of the elementary types of whole numbers; negative numbers are in two's complement.
 _BITS = {
     "BOOL": 1,
     **dict.fromkeys(("BYTE", "SINT", "USINT"), 8),
@@ -55,7 +55,7 @@ class _Area:
         ]
 
     def take(self, t_us: int, area: bytes) -> None:
-        """Note the changes of an area; without a connection nothing changes."""
+        """Record the changes of an area; without a connection nothing changes."""
         if not area or area == self._before:
             return
         before = self._before or bytes(len(area))
@@ -74,8 +74,8 @@ class _Area:
 class _Values:
     """The watched variables, each in the scopes of its path below `variables`.
 
-    BOOLs and bit strings are wires, whole numbers integers, REAL and LREAL numbers; durations are
-    numbers, too, in ms. All others are texts: an enumeration has its member's name.
+    BOOLs and bit strings are wires, whole numbers integers, REAL and LREAL real numbers; durations
+    are real numbers in ms. All others are texts, for example the member names of an enumeration.
     """
 
     def __init__(self, writer: VCDWriter, watched: Mapping[str, Type]) -> None:
@@ -90,14 +90,14 @@ class _Values:
         return self._writer.register_var(("variables", *scope), last, form, size), shown
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
-        """Note the changes of a scan."""
+        """Record the changes of a scan."""
         for part, value in self._changed.take(values):
             variable, shown = self._known[part.path]
             self._writer.change(variable, t_us, shown(value))
 
 
 def _form(kind: Type) -> tuple[str, int | None, Callable[[Any], Any]]:
-    """The form of a variable in the file, its bits, and its values for it."""
+    """Return the form of a variable in the file, its bits, and its conversion."""
     name = kind.name if isinstance(kind, ElementaryType) else ""
     if name in _BITS:
         return "wire" if name in _UNSIGNED else "integer", _BITS[name], int
@@ -109,24 +109,24 @@ def _form(kind: Type) -> tuple[str, int | None, Callable[[Any], Any]]:
 
 
 def _readable(kind: Type, value: Any) -> str:
-    """A text in the characters that a wave file has."""
+    """Return a text in ASCII, the character set of a wave file."""
     shown = value if isinstance(value, str) else value_text(kind, value)
     return shown.encode("unicode_escape").decode("ascii")
 
 
 def _which(controllers: int) -> list[str]:
-    """What the scopes of each controller end with."""
+    """Return the ends of the scope names of each controller."""
     return ["", *(f"_{k}" for k in range(2, controllers + 1))][:controllers]
 
 
 class Wave:
-    """Writes a VCD file as the run goes; give `take` to `Trace.listen`.
+    """A writer of a VCD file during the run; give `take` to `Trace.listen`.
 
     Args:
         path: File to write.
-        controllers: How many there are, maybe none; the scopes of all but the first bear their
+        controllers: Number of controllers, possibly 0; the scopes of all but the first have their
             number.
-        trace: Whose watched variables and positions it shows, too.
+        trace: The trace with the watched variables and positions to write, too.
 
     Raises:
         InputError: the file cannot be written.

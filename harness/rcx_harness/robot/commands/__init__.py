@@ -1,7 +1,7 @@
-"""What the remote commands do, by the guide's categories; category 1 is in three modules.
+"""The remote commands, by the guide's categories; category 1 is in three modules.
 
-A module registers its commands by code; the format of their telegrams is in
-spec/remote_commands.toml and checked before they are called. A new module is imported here.
+A module registers its commands by code. The format of their telegrams is in
+spec/remote_commands.toml and is checked before they are called. New modules are imported here.
 """
 
 from rcx_harness.robot.commands import (  # noqa: F401  (register)

@@ -1,4 +1,4 @@
-"""How a remote command is written: a function that acts at once, or a class that takes time."""
+"""The form of a remote command: a function that acts at once, or a class that takes time."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ Response = Mapping[str, FieldValue]
 
 @dataclass(frozen=True)
 class Call:
-    """A command as the master gave it: code without R, the robot that it is for, and the fields.
+    """A command from the master: its code without R, the addressed robot, and the fields.
 
-    `designated` is R as it was sent, 0 to 4, for the commands where 0 is not robot 1.
+    `designated` is R as it was sent, 0 to 4. Some commands distinguish 0 from robot 1.
     """
 
     code: int
@@ -46,10 +46,10 @@ class Call:
 
     @property
     def places(self) -> tuple[int, ...]:
-        """The axes that it names with `axis_designation` and `axes`, else all of the robot.
+        """Return the axes that `axis_designation` and `axes` select, else all axes of the robot.
 
         Raises:
-            CommandError: the robot does not have one of them.
+            CommandError: the robot does not have a selected axis.
         """
         count = len(self.arm.axes)
         if not self.values.get("axis_designation", "axes" in self.values):
@@ -61,7 +61,7 @@ class Call:
 
     @property
     def indices(self) -> tuple[int, ...]:
-        """The same axes as indices into all axes of the controller."""
+        """Return the same axes as indices into all axes of the controller."""
         return tuple(self.arm.indices[place] for place in self.places)
 
 
@@ -69,26 +69,26 @@ class Execution(Protocol):
     """A command under way."""
 
     stoppable: bool
-    """The status reset command ends it (continuous output), which is then no mistake."""
+    """The status reset command may end it (continuous output), which is not a violation then."""
 
     def step(self, machine: Machine) -> Response | None:
-        """Go on in this cycle; the response once it has ended normally, else None.
+        """Continue in this cycle; return the response once it has ended normally, else None.
 
         Raises:
             CommandError: it ends abnormally.
         """
 
     def interim(self, machine: Machine) -> Response:
-        """What is shown together with status 0x0100."""
+        """Return the response that is shown with status 0x0100."""
 
 
 class Lasting:
-    """A command under way that the status reset command does not end, and that shows nothing."""
+    """A command under way without interim response; the status reset command does not end it."""
 
     stoppable = False
 
     def interim(self, machine: Machine) -> Response:
-        """Nothing is shown before the end."""
+        """Return nothing: no response is shown before the end."""
         return {}
 
 
@@ -106,7 +106,7 @@ def act(*codes: int, absent: bool = False) -> Callable[[_Action], _Action]:
 
     Args:
         codes: Without R.
-        absent: It answers for a robot that is not there, too.
+        absent: It also answers for a robot that does not exist.
     """
 
     def register(function: _Action) -> _Action:
@@ -119,17 +119,17 @@ def act(*codes: int, absent: bool = False) -> Callable[[_Action], _Action]:
 
 
 def acts_once(code: int) -> bool:
-    """The command acts once when its `command_delay` is over."""
+    """Return whether the command acts once when its `command_delay` is over."""
     return code in _ACTIONS
 
 
 def answers_absent(code: int) -> bool:
-    """The command answers for a robot that is not there."""
+    """Return whether the command answers for a robot that does not exist."""
     return code in _ABSENT
 
 
 def takes_time(*codes: int) -> Callable[[_S], _S]:
-    """Register a class, or a function that gives an Execution, for a command that takes time."""
+    """Register a class, or a function that returns an Execution, for a command that takes time."""
 
     def register(starter: _S) -> _S:
         _STARTERS.update(dict.fromkeys(codes, starter))
@@ -139,7 +139,7 @@ def takes_time(*codes: int) -> Callable[[_S], _S]:
 
 
 def registered() -> list[int]:
-    """The codes that have an effect in this controller, without R."""
+    """Return the codes that have an effect in this controller, without R."""
     return sorted({*_ACTIONS, *_STARTERS})
 
 
@@ -147,7 +147,7 @@ def start(machine: Machine, call: Call) -> Execution:
     """Begin a command.
 
     Raises:
-        CommandError: it cannot be executed, or has no effect in this controller yet.
+        CommandError: it cannot be executed, or it has no effect in this controller.
     """
     if call.code in _STARTERS:
         try:
@@ -160,9 +160,9 @@ def start(machine: Machine, call: Call) -> Execution:
 
 
 class Action(Lasting):
-    """A command that acts once, `command_delay` after it was taken.
+    """A command that acts once, `command_delay` after it was accepted.
 
-    One that is shorter than a cycle acts at once, so that the run status may be skipped.
+    If the delay is shorter than a cycle, it acts at once, so the run status may be skipped.
     """
 
     def __init__(self, machine: Machine, call: Call) -> None:
@@ -171,7 +171,7 @@ class Action(Lasting):
         self._due_us = machine.now_us + (0 if delay_us < CYCLE_US else delay_us)
 
     def step(self, machine: Machine) -> Response | None:
-        """Act when it is time."""
+        """Act when the delay is over."""
         if machine.now_us < self._due_us:
             return None
         return _ACTIONS[self._call.code](machine, self._call)

@@ -1,4 +1,4 @@
-"""Categories 2 and 3: stored data, and operations with them (guide, 4.3 and 4.4)."""
+"""Categories 2 and 3: stored data, and operations on them (guide, 4.3 and 4.4)."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def write_point(machine: Machine, call: Call) -> Response:
 
 @act(0x101)
 def read_point(machine: Machine, call: Call) -> Response:
-    """Give a point back in its own unit (4.3.1)."""
+    """Return a point in its own unit (4.3.1)."""
     number = call.values["point"]
     point = machine.memory.point(number)
     return {
@@ -59,7 +59,7 @@ def write_comment(machine: Machine, call: Call) -> Response:
 
 @act(0x105)
 def read_comment(machine: Machine, call: Call) -> Response:
-    """Give the comment of a point back, filled up behind the text."""
+    """Return the comment of a point, padded behind the text."""
     number = call.values["point"]
     filler = "\0" if machine.config.comment_filler == "zeros" else " "
     return {"point": number, "comment": machine.memory.comment(number).ljust(_LENGTH, filler)}
@@ -67,7 +67,7 @@ def read_comment(machine: Machine, call: Call) -> Response:
 
 @act(0x108)
 def write_pallet(machine: Machine, call: Call) -> Response:
-    """Define a pallet; its points are looked at only where a work position is wanted."""
+    """Define a pallet; its points are checked only when a work position is used."""
     values = call.values
     pallet = Pallet(values["nx"], values["ny"], values["nz"], values["first_point"])
     machine.memory.pallets[values["pallet"]] = pallet
@@ -76,7 +76,7 @@ def write_pallet(machine: Machine, call: Call) -> Response:
 
 @act(0x109)
 def read_pallet(machine: Machine, call: Call) -> Response:
-    """Give the definition of a pallet back."""
+    """Return the definition of a pallet."""
     number = call.values["pallet"]
     pallet = machine.memory.pallet(number)
     return {
@@ -97,14 +97,14 @@ def write_shift(machine: Machine, call: Call) -> Response:
 
 @act(0x10D)
 def read_shift(machine: Machine, call: Call) -> Response:
-    """Give a shift back."""
+    """Return a shift."""
     number = call.values["shift"]
     return {"shift": number, "shift_data": machine.memory.shift(number)}
 
 
 @act(0x110)
 def write_hand(machine: Machine, call: Call) -> Response:
-    """Define a hand of a robot; its data are kept as they are on the wire."""
+    """Define a hand of a robot; its data are stored as received."""
     values = call.values
     hand = Hand((values["data1"], values["data2"], values["data3"], values["data4"]))
     machine.memory.hands[call.arm.number, values["hand_number"]] = hand
@@ -113,7 +113,7 @@ def write_hand(machine: Machine, call: Call) -> Response:
 
 @act(0x111)
 def read_hand(machine: Machine, call: Call) -> Response:
-    """Give a hand of a robot back, with the number of the robot."""
+    """Return a hand of a robot, with the number of the robot."""
     number = call.values["hand_number"]
     hand = machine.memory.hand(call.arm.number, number)
     data = {f"data{k}": value for k, value in enumerate(hand.data, 1)}
@@ -122,7 +122,7 @@ def read_hand(machine: Machine, call: Call) -> Response:
 
 @act(0x200, 0x204, 0x208, 0x20C, 0x210)
 def assign_value(machine: Machine, call: Call) -> Response:
-    """Variable 1 = value, or variable 1 = variable 1 (+ - * /) value."""
+    """Assign: variable 1 = value, or variable 1 = variable 1 (+ - * /) value."""
     number, raw = call.values["variable1"], call.values["value"]
     value = from_bits(raw) if is_real(number) else raw
     if not math.isfinite(value):
@@ -133,7 +133,7 @@ def assign_value(machine: Machine, call: Call) -> Response:
 
 @act(0x201, 0x205, 0x209, 0x20D, 0x211)
 def assign_variable(machine: Machine, call: Call) -> Response:
-    """Variable 1 = variable 2, or variable 1 = variable 1 (+ - * /) variable 2."""
+    """Assign: variable 1 = variable 2, or variable 1 = variable 1 (+ - * /) variable 2."""
     value = machine.memory.variables.value(call.values["variable2"])
     _put(machine, call.code & ~1, call.values["variable1"], value)
     return {}
@@ -141,7 +141,7 @@ def assign_variable(machine: Machine, call: Call) -> Response:
 
 @act(0x214)
 def read_variable(machine: Machine, call: Call) -> Response:
-    """Give the value of a variable back; a real number as its bits."""
+    """Return the value of a variable; a real number as its bits."""
     number = call.values["variable"]
     value = machine.memory.variables.value(number)
     return {"variable": number, "value": to_bits(value) if is_real(number) else value}
@@ -159,7 +159,7 @@ def write_parameter(machine: Machine, call: Call) -> Response:
 
 @act(0x224)
 def read_parameter(machine: Machine, call: Call) -> Response:
-    """Give the value of a parameter back."""
+    """Return the value of a parameter."""
     value = call.arm.parameter(_name(call), _axis(call))
     asked = {key: call.values[key] for key in ("parameter", "axes")}
     return {**asked, "value": value}
@@ -167,14 +167,17 @@ def read_parameter(machine: Machine, call: Call) -> Response:
 
 @act(0x230)
 def assign_point(machine: Machine, call: Call) -> Response:
-    """Point 1 = point 2, with all that belongs to its data."""
+    """Assign: point 1 = point 2, with hand and arm rotation."""
     machine.points[call.values["point1"]] = machine.memory.point(call.values["point2"])
     return {}
 
 
 @act(0x234, 0x235)
 def add_point(machine: Machine, call: Call) -> Response:
-    """Point 1 = point 1 + point 2 or point 1 - point 2; point 1 keeps its hand and arm rotation."""
+    """Assign: point 1 = point 1 + point 2 or point 1 - point 2.
+
+    Point 1 keeps its hand and arm rotation.
+    """
     memory = machine.memory
     first, second = memory.point(call.values["point1"]), memory.point(call.values["point2"])
     if first.mm != second.mm:
@@ -187,7 +190,7 @@ def add_point(machine: Machine, call: Call) -> Response:
 
 @act(0x238)
 def assign_pallet_point(machine: Machine, call: Call) -> Response:
-    """Point = work position of a pallet."""
+    """Assign: point = work position of a pallet."""
     values = call.values
     machine.points[values["point"]] = machine.memory.work_point(values["pallet"], values["work"])
     return {}
@@ -226,13 +229,13 @@ def _name(call: Call) -> str:
 
 
 def _axis(call: Call) -> int:
-    """Place of the axis in the robot; 0 for a parameter of the robot."""
+    """Return the place of the axis in the robot; 0 for a parameter of the robot."""
     places = call.places
     return places[0] if places else 0
 
 
 def _replaced(machine: Machine, call: Call, data: Sequence[int]) -> tuple[int, ...]:
-    """The data with the value in the place (or places) that the data number designates."""
+    """Return the data with the value at the place (or places) that the data number selects."""
     bits, value = call.values["data_number"], call.values["value"]
     if bits & (bits - 1) and not machine.config.several_elements:
         raise CommandError(machine.config.format_alarm)

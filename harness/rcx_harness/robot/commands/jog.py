@@ -17,16 +17,16 @@ _PULSES = (0x020, 0x024)
 _TOOL = (0x022, 0x026)
 _R = 3
 _PROBE = 1000  # 1 mm or 1 degree: far enough to see which axes a direction moves
-_STEP = 250.0  # how closely a way on which something turns is looked at [0.001 mm, 0.001 degree]
-_FAR = 1e7  # no robot gets there [0.001 mm, 0.001 degree]
+_STEP = 250.0  # step of the search on a way with rotation [0.001 mm, 0.001 degree]
+_FAR = 1e7  # beyond the reach of any robot [0.001 mm, 0.001 degree]
 
 
 @takes_time(0x020, 0x021, 0x022)
 class Jog(Moving):
-    """Moves until the stop input goes OFF, at most to a soft limit.
+    """A jog: the axis moves until the stop input goes OFF, at most to a soft limit.
 
-    The stop is an abnormal end that shows the position; at the limit it ends with 2.334, or
-    normally where `jog_limit` says so.
+    The stop is an abnormal end that shows the position. At the limit the jog ends with 2.334, or
+    normally if `jog_limit` says so.
     """
 
     def __init__(self, machine: Machine, call: Call) -> None:
@@ -37,7 +37,11 @@ class Jog(Moving):
         super().__init__(call, movement)
 
     def step(self, machine: Machine) -> Response | None:
-        """The position where it was stopped, if it was asked for."""
+        """Return the position at the end, if requested.
+
+        Raises:
+            CommandError: the jog was stopped, or it has reached the soft limit.
+        """
         if self.movement.stopped_by == STOP:
             raise CommandError(STOP, position_output(self.call))
         response = super().step(machine)
@@ -58,26 +62,29 @@ def inch(machine: Machine, call: Call) -> Moving:
 
 
 def _axis(call: Call) -> tuple[int, int]:
-    """Place of the axis that is named, and +1 or -1."""
+    """Return the place of the selected axis, and +1 or -1."""
     (place,) = call.places
     return place, -1 if call.values["direction"] else 1
 
 
 def _end(call: Call) -> tuple[int, int]:
-    """Place of the axis and where its jog ends: at the limit, or here if that is behind it."""
+    """Return the place of the axis and the end of its jog.
+
+    The end is the soft limit, or the current position if that is beyond the limit.
+    """
     place, sign = _axis(call)
     axis, now = call.arm.axes[place], call.arm.here[place]
     return place, max(now, axis.soft_high) if sign > 0 else min(now, axis.soft_low)
 
 
 def _drive(machine: Machine, call: Call, place: int, target: int) -> Movement:
-    """One axis alone, to `target` [pulses]."""
+    """Move one axis alone to `target` [pulses]."""
     machine.check_movable(call.arm, (place,))
     return machine.move(call.arm.number, plan_ptp(call.arm, {place: target}, _manual(call)))
 
 
 def _follow(machine: Machine, call: Call, distance: Callable[[], float]) -> Movement:
-    """The tool along its direction by `distance` [0.001 mm or 0.001 degree]."""
+    """Move the tool along its direction by `distance` [0.001 mm or 0.001 degree]."""
     arm = call.arm
     places = arm.beyond(_ways(call, _PROBE), mm=True) if arm.frame.straight else None
     machine.check_movable(arm, places)
@@ -90,7 +97,7 @@ def _manual(call: Call) -> Pace:
 
 
 def _ways(call: Call, distance: float) -> Mapping[int, float]:
-    """What of each coordinate changes on such a way along the axis of the coordinates, by place."""
+    """Return the change of each coordinate on a way along the selected axis, by place."""
     place, sign = _axis(call)
     ways = {place: sign * distance}
     if call.code in _TOOL:
@@ -103,7 +110,11 @@ def _ways(call: Call, distance: float) -> Mapping[int, float]:
 
 
 def _reach(call: Call) -> float:
-    """How far the tool can go until an axis is at its soft limit [0.001 mm or 0.001 degree]."""
+    """Return the distance until an axis is at its soft limit [0.001 mm or 0.001 degree].
+
+    If all axes move evenly, it follows from the rates of the axes. If something turns, it is
+    searched.
+    """
     axes, frame = call.arm.axes, call.arm.frame
     start = frame.to_mm(call.arm.here)
     ways = _ways(call, 1.0)
@@ -136,7 +147,7 @@ def _reach(call: Call) -> float:
 
 
 def _last(inside: Callable[[float], bool], end: float) -> float:
-    """The last distance before the first one that is not inside, found in steps, then halving."""
+    """Return the last distance before the first one outside, by steps and then by bisection."""
     steps: Iterable[float] = (k * _STEP for k in range(1, int(end / _STEP) + 1))
     out = next((distance for distance in chain(steps, (end,)) if not inside(distance)), None)
     if out is None:

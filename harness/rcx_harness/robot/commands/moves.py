@@ -1,7 +1,7 @@
 """Category 1: programmed movements (guide, 4.2.1 to 4.2.5, 4.2.21, 4.2.23).
 
-MOVE, MOVEI and MOVET with all axes, DRIVE and DRIVEI with one, pallet movement and PUSH; and what
-all commands that move have in common.
+MOVE, MOVEI and MOVET with all axes, DRIVE and DRIVEI with one axis, pallet movement and PUSH; and
+the common part of all commands that move.
 """
 
 from __future__ import annotations
@@ -32,15 +32,15 @@ _R_AND_ARM = (0, 1, 3)
 
 
 class Moving(Lasting):
-    """A command that is done when its movement is."""
+    """A command that ends with its movement."""
 
     def __init__(self, call: Call, movement: Movement) -> None:
-        """`movement` is under way."""
+        """Take over `movement`, which is under way."""
         self.call = call
         self.movement = movement
 
     def step(self, machine: Machine) -> Response | None:
-        """The position at the end, if it was asked for.
+        """Return the position at the end, if requested.
 
         Raises:
             CommandError: the movement was stopped.
@@ -51,7 +51,7 @@ class Moving(Lasting):
 
 
 def position_output(call: Call) -> Response:
-    """The position in the unit that was asked for; nothing where the command has no such flags."""
+    """Return the position in the requested unit; nothing if the command has no such flags."""
     if "position_mm" not in call.values:
         return {}
     mm = bool(call.values["position_mm"])
@@ -63,7 +63,7 @@ def position_output(call: Call) -> Response:
 
 @takes_time(0x001, 0x003)
 def move_to_point(machine: Machine, call: Call) -> Moving:
-    """MOVE with PTP or linear interpolation to a point (4.2.1)."""
+    """Move with PTP or linear interpolation to a point (MOVE, 4.2.1)."""
     places = _movable_places(machine, call)
     point = machine.memory.point(call.values["point"])
     path = _plan(call)(call.arm, _target(call, point, places), _pace(call))
@@ -72,7 +72,7 @@ def move_to_point(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x002)
 def move_arch(machine: Machine, call: Call) -> Moving:
-    """In an arch to a point; an arch axis that is not designated comes back to where it was."""
+    """Move in an arch to a point; an arch axis that is not selected returns to its start."""
     places = _movable_places(machine, call)
     point = machine.memory.point(call.values["point"])
     arch = _arch(call)
@@ -82,7 +82,7 @@ def move_arch(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x004)
 def move_circular(machine: Machine, call: Call) -> Moving:
-    """On an arc through the first point to the second one, with all axes."""
+    """Move on an arc through the first point to the second one, with all axes."""
     places = _movable_places(machine, call)
     points = [machine.memory.point(call.values[name]) for name in ("point1", "point2")]
     via, target = (_target(call, point, places) for point in points)
@@ -92,7 +92,10 @@ def move_circular(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x006, 0x007)
 def move_direct(machine: Machine, call: Call) -> Moving:
-    """PTP to a position in the command; axis 4 of a SCARA robot takes axes 1 and 2 along in mm."""
+    """Move with PTP to a position in the command.
+
+    In mm, axis 4 of a SCARA robot also moves axes 1 and 2.
+    """
     mm = call.code in _MM
     places = _movable_places(machine, call)
     if mm and places == _R_ONLY and call.arm.scara:
@@ -105,7 +108,7 @@ def move_direct(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x009, 0x00A, 0x014)
 def move_by_point(machine: Machine, call: Call) -> Moving:
-    """MOVEI with PTP or linear interpolation (4.2.2), DRIVEI (4.2.4): by the data of a point."""
+    """Move by the data of a point: MOVEI with PTP or on a line (4.2.2), DRIVEI (4.2.4)."""
     places = _movable_places(machine, call)
     point = machine.memory.point(call.values["point"])
     ways = {place: point.data[place] for place in places}
@@ -116,28 +119,28 @@ def move_by_point(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x00E, 0x00F)
 def movei_direct(machine: Machine, call: Call) -> Moving:
-    """MOVEI by distances in the command."""
+    """Move by distances in the command (MOVEI)."""
     ways = {place: call.values["distances"][place] for place in _movable_places(machine, call)}
     return _go_by(machine, call, ways, mm=call.code in _MM, hand=_hand(call))
 
 
 @takes_time(0x016, 0x017)
 def drivei_direct(machine: Machine, call: Call) -> Moving:
-    """DRIVEI by the distance in the command."""
+    """Move one axis by the distance in the command (DRIVEI)."""
     ways = dict.fromkeys(_movable_places(machine, call), call.values["distance"])
     return _go_by(machine, call, ways, mm=call.code in _MM, one_axis=True)
 
 
 @takes_time(0x010, 0x012, 0x013)
 def drive(machine: Machine, call: Call) -> Moving:
-    """DRIVE: PTP with one axis to an absolute position (4.2.3)."""
+    """Move one axis with PTP to an absolute position (DRIVE, 4.2.3)."""
     target = _axis_target(machine, call)
     return _begin(machine, call, plan_ptp(call.arm, target, _pace(call)))
 
 
 @takes_time(0x018, 0x019)
 def move_to_work_position(machine: Machine, call: Call) -> Moving:
-    """To a work position of a pallet (4.2.5): all axes with PTP, or in an arch."""
+    """Move to a work position of a pallet (4.2.5): all axes with PTP, or in an arch."""
     places = _movable_places(machine, call)
     point = machine.memory.work_point(call.values["pallet"], call.values["work"])
     target = _target(call, point, places)
@@ -151,9 +154,9 @@ def move_to_work_position(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x044, 0x045)
 def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
-    """MOVET (4.2.21): from where the tool is, by the point's data along the axes of the tool.
+    """Move by the point's data along the axes of the tool, from its current place (MOVET, 4.2.21).
 
-    The designated axes are those of the tool: the robot's axes move as these need them.
+    The selected axes are those of the tool: the robot's axes move as required.
     """
     arm, places = call.arm, _movable_places(machine, call)
     point = machine.memory.point(call.values["point"])
@@ -177,11 +180,11 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x04B, 0x04C, 0x04D)
 class Push(Moving):
-    """One axis moves to a target and pushes what stands in its way (4.2.23).
+    """PUSH: one axis moves to a target and pushes against workpieces in its way (4.2.23).
 
-    It ends when the axis has pushed for the push time, or has reached its target. A time that is
-    not given is the axis' parameter PSHTIME; PSHSPD reduces the speed. The force is checked and has
-    no effect in this model.
+    It ends when the axis has pushed for the push time, or has reached its target. Without a time in
+    the command, the axis' parameter PSHTIME is used; PSHSPD reduces the speed. The force is checked
+    but has no effect in this model.
     """
 
     def __init__(self, machine: Machine, call: Call) -> None:
@@ -197,7 +200,7 @@ class Push(Moving):
         super().__init__(call, machine.move(arm.number, path, pushing=True))
 
     def step(self, machine: Machine) -> Response | None:
-        """The completion result: 1 after the push time, 0 at the target."""
+        """Return the completion result: 1 after the push time, 0 at the target."""
         reached = super().step(machine)
         if reached is not None:
             return {**reached, "push_done": 0}
@@ -209,7 +212,7 @@ class Push(Moving):
 
 
 def _movable_places(machine: Machine, call: Call) -> tuple[int, ...]:
-    """The places (0 to 5) of the axes that the command designates.
+    """Return the places (0 to 5) of the axes that the command selects.
 
     Raises:
         CommandError: the robot has no such axis, or these axes cannot move now.
@@ -220,10 +223,10 @@ def _movable_places(machine: Machine, call: Call) -> tuple[int, ...]:
 
 
 def _pace(call: Call) -> Pace:
-    """Speed, acceleration and deceleration that a command gives, or those that count without.
+    """Return speed, acceleration and deceleration of a command, or their defaults.
 
     Raises:
-        CommandError: more mm/s than such a robot may be told.
+        CommandError: the speed in mm/s is too high for this robot.
     """
     values, settings = call.values, call.arm.settings
     mode, speed = values.get("speed_mode", 0), values.get("speed", 0)
@@ -248,10 +251,10 @@ def _hand(call: Call) -> int:
 
 
 def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:
-    """Where a point is, by place [pulses].
+    """Return the position of a point, by place [pulses].
 
-    A point without a hand system has that of the arm designation, on lines and arcs that of the arm
-    as it stands.
+    A point without a hand system uses the arm designation; on lines and arcs it uses the current
+    arm.
     """
     arm = call.arm
     free = arm.hand_system if call.code in _ON_CURVE else arm.designated_hand
@@ -260,7 +263,7 @@ def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:
 
 
 def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
-    """Place of the one axis, and where it is to go [pulses]: point, or position in the command.
+    """Return the place of the axis and its target [pulses]: a point, or a position in the command.
 
     Raises:
         CommandError: no such axis or point, or the axis cannot move now.
@@ -273,7 +276,7 @@ def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
 
 
 def _arch(call: Call) -> Arch:
-    """The arch axis, its position and its distances [pulses].
+    """Return the arch axis, its position and its distances [pulses].
 
     Raises:
         CommandError: the robot has no such axis, or a distance is negative.
@@ -304,11 +307,11 @@ def _go_by(
 ) -> Moving:
     """Move each axis (by its place) by its way [pulses or 0.001 mm].
 
-    With `one_axis` no other axis may have to move for that.
+    With `one_axis` a movement that needs other axes is refused.
 
-    A movement that was interrupted goes on to where it was to end when the same command comes again
-    (parameter "MOVEI/DRIVEI start position": Keep); with Reset it starts anew from where it is. It
-    is the same again where code, axes and ways are the same; speed and output may differ.
+    If an interrupted movement is commanded again, it continues to its original target (parameter
+    "MOVEI/DRIVEI start position": Keep); with Reset it starts from the current position. The
+    command is the same if code, axes and ways are the same; speed and output may differ.
     """
     arm = call.arm
     again = (call.code, mm, tuple(sorted(ways.items())))
@@ -326,7 +329,7 @@ def _go_by(
 def _begin(
     machine: Machine, call: Call, path: Path, hand: int = 0, *, relative: Hashable | None = None
 ) -> Moving:
-    """Start a movement; a SCARA robot takes the hand system (1 right, 2 left) of its target."""
+    """Start a movement; a SCARA robot takes over its hand system (1 right, 2 left)."""
     movement = machine.move(call.arm.number, path, relative=relative)
     if hand and call.arm.scara:
         call.arm.settings.arm_status = hand - 1

@@ -1,7 +1,7 @@
 """Categories 4 and 5: ports and robot programs (guide, 4.5 and 4.6).
 
-A normal end of a command of category 5 says that it was received, as a key of the programming box
-is: programs start and are reset a moment later, which SO(13) and SO(14) show.
+A normal end of a command of category 5 only confirms its reception, like a key of the programming
+box. Programs start and are reset a moment later, which SO(13) and SO(14) show.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def write_port_bit(machine: Machine, call: Call) -> Response:
 
 @act(0x304)
 def read_port(machine: Machine, call: Call) -> Response:
-    """The eight bits of a port, and which one it is."""
+    """Return the eight bits of a port, with its type and number."""
     kind, number = _named(call)
     if kind == "SO" and number < _DEDICATED:
         pattern = dedicated_outputs(machine) >> 8 * number & 0xFF
@@ -68,7 +68,7 @@ def register(machine: Machine, call: Call) -> Response:
 
 @act(0x402)
 def execute(machine: Machine, call: Call) -> Response:
-    """Run programs (4.6.2); one that runs goes on."""
+    """Run programs (4.6.2); a running program continues."""
     _check_may_run(machine)
     program, modes = machine.program, None
     if call.values["method"] != _ALL:
@@ -80,7 +80,7 @@ def execute(machine: Machine, call: Call) -> Response:
 
 @act(0x403, 0x405)
 def execute_line(machine: Machine, call: Call) -> Response:
-    """Do one line of a program that does not run (4.6.2)."""
+    """Execute one line of a program that does not run (4.6.2)."""
     _check_may_run(machine)
     place = _stopped(machine, call)
     _order_start(machine, {place: _MODES[call.code]})
@@ -89,7 +89,7 @@ def execute_line(machine: Machine, call: Call) -> Response:
 
 @act(0x404)
 def skip(machine: Machine, call: Call) -> Response:
-    """Leave out one line of a program that does not run (4.6.2)."""
+    """Skip one line of a program that does not run (4.6.2)."""
     _check_auto(machine)
     place = _stopped(machine, call)
     machine.program.tasks[place].skip()
@@ -99,7 +99,7 @@ def skip(machine: Machine, call: Call) -> Response:
 
 @act(0x406)
 def reset(machine: Machine, call: Call) -> Response:
-    """Reset all programs or one, none of which runs (4.6.3)."""
+    """Reset all programs or one program; running programs are refused (4.6.3)."""
     _check_auto(machine)
     program = machine.program
     place = None if call.values["method"] == _ALL else _registered(machine, call)
@@ -114,7 +114,7 @@ def reset(machine: Machine, call: Call) -> Response:
 
 @act(0x408)
 def read_info(machine: Machine, call: Call) -> Response:
-    """Where a program stands (4.6.4)."""
+    """Return number, task, line, priority and name of a program (4.6.4)."""
     place = _registered(machine, call)
     task = machine.program.tasks[place]
     if task.state == "running" and not machine.config.program_info_while_running:
@@ -131,13 +131,13 @@ def read_info(machine: Machine, call: Call) -> Response:
 
 
 def _named(call: Call) -> tuple[str, int]:
-    """Kind and number, counted, of the port; its tens and units are octal digits."""
+    """Return kind and index of the port; its tens and units are octal digits."""
     tens, units = divmod(call.values["port"], 16)
     return _KINDS[call.values["port_type"]], 8 * tens + units
 
 
 def _place(machine: Machine, call: Call) -> int:
-    """Place of the designated program; of equal names the lowest."""
+    """Return the place of the selected program; of equal names the lowest."""
     tasks, values = machine.program.tasks, call.values
     if values["method"] == _TASK:
         task = machine.program.in_task(values["task"])
@@ -175,7 +175,7 @@ def _check_auto(machine: Machine) -> None:
 
 
 def _check_may_run(machine: Machine) -> None:
-    """Refuse what SI(12) could not start either; with the alarm that says why."""
+    """Raise CommandError with the reason if SI(12) could not start the program either."""
     if machine.emergency:
         raise CommandError(EMERGENCY_STOP)
     if machine.stopped:

@@ -1,4 +1,4 @@
-"""Category 6: what the controller tells of itself (guide, 4.7)."""
+"""Category 6: references, by which the controller reports its state (guide, 4.7)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _CONTROLLER, _SLOT = 1, 3  # kind and detail of a Place
 
 @act(0x501)
 def read_version(machine: Machine, call: Call) -> Response:
-    """Software versions (4.7.1); drivers that are not there show 0."""
+    """Return software versions (4.7.1); absent drivers show 0."""
     config = machine.config
     present = min(len(config.axes), _DRIVERS)
     return {
@@ -46,14 +46,14 @@ def read_version(machine: Machine, call: Call) -> Response:
 
 @act(0x502)
 def read_configuration(machine: Machine, call: Call) -> Response:
-    """Type of a robot and of its axes (4.7.2)."""
+    """Return the type of a robot and of its axes (4.7.2)."""
     types = tuple(axis.robot_type for axis in call.arm.axes)
     return {"robot_type": types[0], "axis_types": types}
 
 
 @act(0x513)
 def read_option_slots(machine: Machine, call: Call) -> Response:
-    """Units in the option slots (4.7.15); there is one controller."""
+    """Return the units in the option slots (4.7.15); there is one controller."""
     if call.values["controller"] != 1:
         raise CommandError(machine.config.absent_controller_alarm)
     return {"slots": machine.config.option_slots, "ivy2": machine.config.ivy2_unit}
@@ -61,7 +61,7 @@ def read_option_slots(machine: Machine, call: Call) -> Response:
 
 @act(0x505, 0x506)
 def read_position_once(machine: Machine, call: Call) -> Response:
-    """Current position (4.7.4)."""
+    """Return the current position (4.7.4)."""
     mm = call.code == _MM
     values = {"positions": call.arm.shown(mm=mm)}
     if not mm:
@@ -77,12 +77,12 @@ def read_position_once(machine: Machine, call: Call) -> Response:
 
 @takes_time(0x505, 0x506)
 def read_position(machine: Machine, call: Call) -> Execution:
-    """Current position, once or until the status reset command (4.7.4)."""
+    """Return the current position, once or until the status reset command (4.7.4)."""
     return _Continuous(call) if call.values["continuous"] else Action(machine, call)
 
 
 class _Continuous:
-    """Status 0x0100 with the position of every cycle; it has no end of its own."""
+    """Continuous output: status 0x0100 with the position of every cycle, until the status reset."""
 
     stoppable = True
 
@@ -98,14 +98,14 @@ class _Continuous:
 
 @act(0x503)
 def read_servos(machine: Machine, call: Call) -> Response:
-    """Servo and brake of each axis (4.7.3)."""
+    """Return servo and brake state of each axis (4.7.3)."""
     states = [machine.servos.states[index] for index in call.arm.indices]
     return {"servo_states": _six(states, _NO_AXIS)}
 
 
 @act(0x50A, absent=True)
 def read_speeds(machine: Machine, call: Call) -> Response:
-    """Automatic, manual and program speed (4.7.8); 0 for a robot without axes."""
+    """Return automatic, manual and program speed (4.7.8); 0 for a robot without axes."""
     if not call.arm.axes:
         return {}
     settings = call.arm.settings
@@ -118,7 +118,7 @@ def read_speeds(machine: Machine, call: Call) -> Response:
 
 @act(0x50B, 0x50C, absent=True)
 def read_arm(machine: Machine, call: Call) -> Response:
-    """The arm as it is designated (4.7.9) or as it stands (4.7.10); 0 for a robot without axes."""
+    """Return the arm designation (4.7.9) or the current arm (4.7.10); 0 without axes."""
     if not call.arm.axes:
         return {}
     if not call.arm.scara:
@@ -129,7 +129,7 @@ def read_arm(machine: Machine, call: Call) -> Response:
 
 @act(0x50F)
 def read_origins(machine: Machine, call: Call) -> Response:
-    """Which axes have their origin, or whether the entire system has (4.7.11)."""
+    """Return which axes have their origin, or whether the entire system has (4.7.11)."""
     if not call.designated:
         return {"origin_states": int(machine.origin_complete)}
     every = call.arm.indices
@@ -142,9 +142,9 @@ def read_origins(machine: Machine, call: Call) -> Response:
 
 @act(0x510, 0x516)
 def read_torques(machine: Machine, call: Call) -> Response:
-    """Current torques of the maximum (4.7.12) or of the rated one (4.7.18).
+    """Return current torques relative to the maximum (4.7.12) or the rated torque (4.7.18).
 
-    0 for axes that are not there, and for those that were not asked for.
+    The torque is 0 for absent axes and for axes that were not selected.
     """
     every = call.arm.indices
     asked = call.values["axes"] or ~0
@@ -157,25 +157,25 @@ def read_torques(machine: Machine, call: Call) -> Response:
 
 @act(0x514)
 def read_inching_amount(machine: Machine, call: Call) -> Response:
-    """How far an inching movement goes (4.7.16)."""
+    """Return the inching amount (4.7.16)."""
     return {"amount": call.arm.settings.inching_amount}
 
 
 @act(0x507)
 def read_states(machine: Machine, call: Call) -> Response:
-    """The states of eight tasks (4.7.5)."""
+    """Return the states of eight tasks (4.7.5)."""
     return {"task_states": tuple(_task_state(machine, task) for task in _tasks(machine, call))}
 
 
 @act(0x508)
 def read_lines(machine: Machine, call: Call) -> Response:
-    """The lines that eight tasks execute (4.7.6); 0 without a task."""
+    """Return the lines that eight tasks execute (4.7.6); 0 without a task."""
     return {"lines": tuple(task.line if task else 0 for task in _tasks(machine, call))}
 
 
 @act(0x509)
 def read_message(machine: Machine, call: Call) -> Response:
-    """An entry of the alarm history (4.7.7)."""
+    """Return an entry of the alarm history (4.7.7)."""
     config, history = machine.config, machine.alarms.history
     number = call.values["message"]
     if number > len(history):
@@ -187,27 +187,27 @@ def read_message(machine: Machine, call: Call) -> Response:
 
 @act(0x515)
 def read_latest(machine: Machine, call: Call) -> Response:
-    """The latest alarm in which a remote command ended (4.7.17); zeros before the first one."""
+    """Return the latest alarm that ended a remote command (4.7.17); zeros if there is none."""
     latest = machine.alarms.latest_of_command
     return _entry(machine, latest) if latest else {}
 
 
 @act(0x511)
 def read_date(machine: Machine, call: Call) -> Response:
-    """The date (4.7.13)."""
+    """Return the date (4.7.13)."""
     now = machine.data.clock.now(machine.now_us)
     return {"year": now.year % 100, "month": now.month, "day": now.day}
 
 
 @act(0x512)
 def read_time(machine: Machine, call: Call) -> Response:
-    """The time (4.7.14)."""
+    """Return the time (4.7.14)."""
     now = machine.data.clock.now(machine.now_us)
     return {"hour": now.hour, "minute": now.minute, "second": now.second}
 
 
 def _six(values: list[int], absent: int) -> tuple[int, ...]:
-    """Values of all axes that an answer has; `absent` for those that are not there."""
+    """Return the values of all axes in a response; `absent` for axes that do not exist."""
     return tuple(values + [absent] * (AXES - len(values)))
 
 
@@ -238,7 +238,7 @@ def _entry(machine: Machine, alarm: ActiveAlarm) -> Response:
 
 
 def _place(machine: Machine, number: str, group: int) -> Place:
-    """Controller 1; of the alarms of the network its option slot, as the manual's C1O1."""
+    """Return controller 1; for network alarms its option slot (the manual's C1O1)."""
     slots = machine.config.option_slots
     of_network = group == _NETWORK_GROUP and number not in (EMERGENCY_STOP, STOP)
     if not of_network or _ETHERNET_IP not in slots:

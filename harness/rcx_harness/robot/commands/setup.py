@@ -1,4 +1,4 @@
-"""Category 1 but for movements: teaching, origins, servos, settings (guide, 4.2.8 to 4.2.22)."""
+"""Category 1 except movements: teaching, origins, servos, settings (guide, 4.2.8 to 4.2.22)."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def change_setting(machine: Machine, call: Call) -> Response:
 def select_shift(machine: Machine, call: Call) -> Response:
     """Select a shift (4.2.17)."""
     number = call.values["shift"]
-    machine.memory.shift(number)  # ends the command where it would end a reference
+    machine.memory.shift(number)  # raises the same alarm as the shift reference
     call.arm.settings.shift = number
     return {}
 
@@ -54,7 +54,7 @@ def select_shift(machine: Machine, call: Call) -> Response:
 def select_hand(machine: Machine, call: Call) -> Response:
     """Select a hand (4.2.18)."""
     number = call.values["hand_number"]
-    machine.memory.hand(call.arm.number, number)  # as above
+    machine.memory.hand(call.arm.number, number)  # raises the same alarm as the hand reference
     call.arm.settings.hand = number
     return {}
 
@@ -78,9 +78,9 @@ def set_max_torque(machine: Machine, call: Call) -> Response:
 
 @act(0x028)
 def teach_point(machine: Machine, call: Call) -> Response:
-    """Store where the robot is as a point; axes that it does not have are 0.
+    """Store the current position as a point; axes that the robot does not have are 0.
 
-    The point has no hand system and no arm rotation, as the current position reference has none.
+    The point has no hand system and no arm rotation, as in the current position reference.
     """
     mm = bool(call.values["unit"])
     machine.points[call.values["point"]] = Point(call.arm.shown(mm=mm), mm=mm)
@@ -89,7 +89,7 @@ def teach_point(machine: Machine, call: Call) -> Response:
 
 @takes_time(0x030)
 def move_to_absolute_reset(machine: Machine, call: Call) -> Execution:
-    """Move a mark method axis to the nearest position that way where it can be reset (4.2.10)."""
+    """Move a mark method axis to the next position for an absolute reset (4.2.10)."""
     arm, place = call.arm, _mark_axis(call)
     machine.check_movable(arm, (place,))
     quarter = arm.axes[place].motor_rotation // _QUARTERS
@@ -102,7 +102,7 @@ def move_to_absolute_reset(machine: Machine, call: Call) -> Execution:
 
 @act(0x031)
 def absolute_reset(machine: Machine, call: Call) -> Response:
-    """Where a mark method axis is becomes its origin (4.2.11)."""
+    """Set the origin of a mark method axis to its current position (4.2.11)."""
     place = _mark_axis(call)
     if call.arm.here[place] % (call.arm.axes[place].motor_rotation // _QUARTERS):
         raise CommandError(machine.config.absolute_reset_alarm)
@@ -114,7 +114,7 @@ def absolute_reset(machine: Machine, call: Call) -> Response:
 
 @takes_time(0x032)
 def return_robot_to_origin(machine: Machine, call: Call) -> Execution:
-    """Return-to-origin of all axes, or of those that a flag chooses; robot 0 is all (4.2.12)."""
+    """Return all axes to their origins, or those that a flag selects; robot 0 is all (4.2.12)."""
     config, values = machine.config, call.values
     wanted = (call.designated,) if call.designated else range(1, ROBOTS + 1)
     indices = [index for robot in wanted for index in config.axes_of(robot)]
@@ -131,13 +131,13 @@ def return_robot_to_origin(machine: Machine, call: Call) -> Execution:
 
 @takes_time(0x033)
 def return_axis_to_origin(machine: Machine, call: Call) -> Execution:
-    """Return-to-origin of one axis (4.2.12)."""
+    """Return one axis to its origin (4.2.12)."""
     return _return_to_origin(machine, call.indices)
 
 
 @takes_time(0x034)
 def servo_on(machine: Machine, call: Call) -> Execution:
-    """Servo ON of an axis, or of all axes of the robot (4.2.13)."""
+    """Switch ON the servo of an axis, or of all axes of the robot (4.2.13)."""
     indices = call.indices or call.arm.indices
     _check_power(machine)
     if not machine.servos.motor_power and machine.config.servo_needs_motor_power:
@@ -147,7 +147,7 @@ def servo_on(machine: Machine, call: Call) -> Execution:
 
 @act(0x035, 0x036)
 def release(machine: Machine, call: Call) -> Response:
-    """Servo OFF with brakes, or free without (4.2.13); a movement of these axes ends."""
+    """Switch servos OFF with brakes, or free without (4.2.13); movements of these axes end."""
     indices = call.indices or call.arm.indices
     machine.halt_axes(indices, machine.config.servo_off_alarm)
     machine.servos.set(indices, BRAKE if call.code == _OFF else FREE)
@@ -156,7 +156,7 @@ def release(machine: Machine, call: Call) -> Response:
 
 @act(0x041)
 def motor_power_off(machine: Machine, call: Call) -> Response:
-    """Motor power and all servos OFF, with all brakes (4.2.20)."""
+    """Switch motor power and all servos OFF, with all brakes (4.2.20)."""
     config = machine.config
     programs = config.motor_power_stops_program
     machine.switch_servos_off(config.servo_off_alarm, lock=True, stop_programs=programs)
@@ -165,14 +165,14 @@ def motor_power_off(machine: Machine, call: Call) -> Response:
 
 @takes_time(0x042, 0x043)
 def motor_power_on(machine: Machine, call: Call) -> Execution:
-    """Motor power ON, with all servos or alone (4.2.20)."""
+    """Switch motor power ON, with all servos or alone (4.2.20)."""
     _check_power(machine)
     every = range(len(machine.config.axes))
     return _SwitchOn(machine, every if call.code == _WITH_SERVOS else ())
 
 
 def _return_to_origin(machine: Machine, chosen: Sequence[int]) -> Execution:
-    """Absolute axes first, as SI(17) does; mark method axes do not take part."""
+    """Start a return-to-origin, absolute axes first, as SI(17) does, without mark method axes."""
     config = machine.config
     for robot in range(1, ROBOTS + 1):
         arm = machine.arm(robot)
@@ -191,7 +191,7 @@ def _return_to_origin(machine: Machine, chosen: Sequence[int]) -> Execution:
 
 
 class _Returning(Lasting):
-    """A return-to-origin, until all its groups of axes have arrived."""
+    """A return-to-origin under way; it ends when all groups of axes have arrived."""
 
     def __init__(self, machine: Machine, groups: list[tuple[int, ...]]) -> None:
         run = machine.return_to_origin(groups, by_command=True) if groups else None
@@ -211,7 +211,7 @@ def _mark_axis(call: Call) -> int:
 
 
 def _check_power(machine: Machine) -> None:
-    """Refuse to switch on in emergency stop, at a serious alarm, or without main power."""
+    """Raise CommandError in emergency stop, at a serious alarm, or without main power."""
     if machine.emergency:
         raise CommandError(EMERGENCY_STOP)
     if not machine.may_switch_servo_on():
@@ -220,7 +220,7 @@ def _check_power(machine: Machine) -> None:
 
 
 class _SwitchOn(Lasting):
-    """Motor power and the servos of some axes come ON after `servo_on_delay`."""
+    """A servo ON under way: motor power and some servos are ON after `servo_on_delay`."""
 
     def __init__(self, machine: Machine, indices: Sequence[int]) -> None:
         self._indices = indices

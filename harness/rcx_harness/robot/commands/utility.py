@@ -9,7 +9,7 @@ from rcx_harness.robot.machine import Machine
 
 @act(0x602)
 def set_date(machine: Machine, call: Call) -> Response:
-    """Set the date (4.8.1), if there is such a day."""
+    """Set the date (4.8.1), if the day exists."""
     values = call.values
     try:
         machine.data.clock.set_date(machine.now_us, values["year"], values["month"], values["day"])
@@ -28,7 +28,7 @@ def set_time(machine: Machine, call: Call) -> Response:
 
 @act(0x604)
 def reset_alarm(machine: Machine, call: Call) -> Response:
-    """Reset the alarms (4.8.3); an alarm that stays ends the command with its own number."""
+    """Reset the alarms (4.8.3); a remaining alarm ends the command with its own number."""
     remaining = machine.reset_alarms()
     if remaining:
         raise CommandError(remaining)
@@ -63,7 +63,7 @@ def reset_all_data(machine: Machine, call: Call) -> Response:
 
 @act(0x701)
 def define(machine: Machine, call: Call) -> Response:
-    """Define what a word shows (4.9.1)."""
+    """Define the content of a word (4.9.1)."""
     values = call.values
     definition = Definition(values["item"], values["option1"], values["option2"])
     if not definition.sound(machine.config):
@@ -74,7 +74,7 @@ def define(machine: Machine, call: Call) -> Response:
 
 @act(0x702)
 def read_definition(machine: Machine, call: Call) -> Response:
-    """What a word is defined to show (4.9.2); item 0 for nothing."""
+    """Return the definition of a word (4.9.2); item 0 if it has none."""
     word = call.values["output_word"]
     definition = machine.data.real_time.definitions.get(word, Definition())
     return {
@@ -87,6 +87,6 @@ def read_definition(machine: Machine, call: Call) -> Response:
 
 @act(0x703)
 def enable(machine: Machine, call: Call) -> Response:
-    """Put the defined words out, or no longer (4.9.3)."""
+    """Start or stop the output of the defined words (4.9.3)."""
     machine.data.real_time.enable(bool(call.values["enabled"]))
     return {}

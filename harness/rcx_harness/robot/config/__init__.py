@@ -1,4 +1,4 @@
-"""What a controller and its robot are like: every property with its default."""
+"""The properties of a controller and its robots, with their defaults."""
 
 from rcx_harness.robot.config.config import SECTIONS, Axis, RobotConfig, RobotProgram
 

@@ -1,4 +1,4 @@
-"""What the value of a configuration key may be."""
+"""Checks of the values of configuration keys."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ __all__ = [
     "shown",
 ]
 
-#: How a work area is written.
+#: Hint that shows how to write a work area.
 AREA_HINT = "Feeder = [[100, 200], [180, 260]], two corners X, Y or X, Y, Z in mm"
 _LONGEST_NAME = 40
 #: The keys of stored data.
@@ -90,21 +90,20 @@ _PROGRAMS = 100
 #: Item numbers of the real time output (guide, 4.9.1).
 _ITEMS = range(1, 46)
 _SLOTS = 4
-#: Alarms that need not be.
+#: Alarms that can be empty: no alarm is raised then.
 _NO_ALARM = ("power_on_alarm", "main_power_alarm", "undefined_data_alarm")
-#: What an alarm's key holds, or that of several.
+#: Allowed values of a key with one alarm, and of a key with several alarms.
 _ALARMS = ('group and category as "12.600"', 'a list of alarms as ["12.600"]')
 _POSITIVE = ("pulses_per_mm", "max_speed", "max_acceleration")
 _INT32 = (-(2**31), 2**31 - 1)
-#: A number that must not be 0 is at least, any number at most: a year in milliseconds.
+#: Lower limit of numbers above 0, and upper limit of all numbers: a year in milliseconds.
 _LEAST, _MOST = 1e-6, 365 * 86_400_000
-#: Up to this length a hint lists all names [characters].
-#: Of a value a message shows so much [characters].
+#: Limit of a value in a message [characters].
 _SHOWN = 80
 
 
 def check_value(key: str, declared: str, value: Any) -> None:
-    """Refuse a value that the key cannot have.
+    """Raise InputError if the key cannot have the value.
 
     Args:
         key: Name of the key, for the message and the key's own limits.
@@ -112,7 +111,7 @@ def check_value(key: str, declared: str, value: Any) -> None:
         value: The value.
 
     Raises:
-        InputError: with what is allowed as the hint; the key is in single quotes.
+        InputError: with the allowed values as the hint; the key is in single quotes.
     """
     if key == "robot" and declared != "int":
         _check_models(key, value)
@@ -172,15 +171,15 @@ def _check_areas(key: str, value: Any) -> None:
 
 
 def check_stored(key: str, value: Any, axes: int) -> None:
-    """Refuse stored data that no controller could have.
+    """Raise InputError for stored data that no controller could have.
 
     Args:
         key: One of STORED.
-        value: What RobotConfig holds under that key.
-        axes: How many axes the controller has.
+        value: The value of that key in RobotConfig.
+        axes: Number of axes of the controller.
 
     Raises:
-        InputError: the key and what may stand there.
+        InputError: with the key and the allowed values.
     """
     seen: set[int | None] = set()
     for number, entry in value.items():
@@ -207,7 +206,7 @@ def check_stored(key: str, value: Any, axes: int) -> None:
 
 
 def check_programs(programs: Any, size: int) -> None:
-    """Refuse programs with steps that cannot be done on areas of `size` bytes (InputError)."""
+    """Raise InputError for programs with steps that are impossible on areas of `size` bytes."""
     seen = set[str]()
     for program in programs:
         steps = program.steps
@@ -225,17 +224,20 @@ def check_programs(programs: Any, size: int) -> None:
 
 
 def same_name(name: str) -> InputError:
-    """Return the error for two programs with one name: a remote command names one of them."""
+    """Return the error for two programs with the same name.
+
+    Remote commands select programs by name, so names must be unique.
+    """
     return InputError(
         f"'programs' has two programs named {name}", hint="give each program its own name"
     )
 
 
 def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
-    """Group and category of an alarm number.
+    """Return group and category of an alarm number.
 
     Raises:
-        InputError: not a number as `"12.600"`.
+        InputError: it is not a number like `"12.600"`.
     """
     match = re.fullmatch(r"(\d{1,5})\.(\d{1,5})", number) if isinstance(number, str) else None
     code = (int(match[1]), int(match[2])) if match else (-1, -1)
@@ -245,13 +247,13 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
 
 
 def _expect(condition: bool, key: str, value: Any, allowed: str) -> None:
-    """Refuse the value of a key unless the condition holds (InputError)."""
+    """Raise InputError for the value of a key unless the condition holds."""
     if not condition:
         raise InputError(f"'{key}' cannot be {shown(value)}", hint=f"it may be {allowed}")
 
 
 def shown(value: Any) -> str:
-    """A value for a message, not too long."""
+    """Return a value for a message, shortened if it is long."""
     try:
         text = repr(value)
     except ValueError:  # Python does not write it in decimal
@@ -260,12 +262,12 @@ def shown(value: Any) -> str:
 
 
 def is_number(value: Any) -> bool:
-    """It is a finite number."""
+    """Return whether the value is a finite number."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < math.inf
 
 
 def is_whole(value: Any, low: float = -math.inf, high: float = math.inf) -> bool:
-    """It is an integer from `low` to `high`."""
+    """Return whether the value is an integer from `low` to `high`."""
     return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 

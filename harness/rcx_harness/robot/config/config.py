@@ -1,7 +1,7 @@
-"""What a virtual controller is like: its properties by section, each a key of the robot file.
+"""The properties of a virtual controller by section; each is a key of the robot file.
 
-Every assumption the controller makes where the manual is silent has its knob here; spec/rules.toml
-says which. Times are in milliseconds.
+If the manual is silent, the controller's assumption is a property here; spec/rules.toml lists
+them. Times are in milliseconds.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from structured_text.output.toml_files import line_of, parse_toml, toml_text
 
 __all__ = ["SECTIONS", "Axis", "RobotConfig", "RobotProgram"]
 
-#: Milliseconds, fixed or as (shortest, longest), drawn anew each time from the seed.
+#: Milliseconds, fixed or as (shortest, longest); a range is drawn from the seed each time.
 Delay = float | tuple[float, float]
-#: X, Y, and Z where that matters [mm].
+#: X, Y and optionally Z [mm].
 Corner = tuple[float, ...]
 
 
@@ -34,7 +34,7 @@ Corner = tuple[float, ...]
 class Axis:
     """One axis. `pulses_per_mm` is per degree for a rotating axis; speeds are in pulses.
 
-    `max_acceleration` is that without a load, where the robot has a model.
+    `max_acceleration` is the acceleration without a load, if the robot has a model.
 
     `type` is `absolute`, `incremental` or `semi_absolute`; `origin_method` is `sensor`,
     `stroke_end` or `mark`.
@@ -60,7 +60,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class RobotProgram:
-    """A robot program that runs `duration` ms, or does its `steps` (see script.py).
+    """A robot program that runs `duration` ms, or executes its `steps` (see script.py).
 
     Then it ends, or begins again if `loop`.
     """
@@ -71,7 +71,7 @@ class RobotProgram:
     steps: tuple[str, ...] = ()
 
 
-#: Both inputs of a return-to-origin have something to do.
+#: Default axes, of two types, so that both inputs of a return-to-origin have an effect.
 _AXES = (Axis(), Axis(), Axis(type="incremental"), Axis(type="incremental"))
 
 
@@ -287,7 +287,7 @@ class Alarms:
     division_alarm: str = "6.203"
 
 
-#: The keys that are lists of tables, and what each table is.
+#: The keys that are lists of tables, with the class of their tables.
 _TABLES: dict[str, type] = {"axes": Axis, "programs": RobotProgram}
 
 
@@ -307,7 +307,7 @@ class RobotConfig(  # fields of the last one come first
     """A virtual controller's properties; immutable, shared between snapshots."""
 
     def __post_init__(self) -> None:
-        """Refuse values that no controller could have (InputError)."""
+        """Raise InputError for values that no controller could have."""
         if isinstance(self.robot, str):
             object.__setattr__(self, "robot", (self.robot,))
         if self.robot and self.axes is _AXES:
@@ -321,40 +321,40 @@ class RobotConfig(  # fields of the last one come first
         check_programs(self.programs, self.size)
 
     def __deepcopy__(self, memo: object) -> RobotConfig:
-        """Itself: it never changes, and snapshots are cheaper for it."""
+        """Return the object itself: it never changes, which keeps snapshots cheap."""
         return self
 
     def axes_of(self, robot: int) -> tuple[int, ...]:
-        """Indices into `axes` of robot 1 to 4; robot 0 is robot 1."""
+        """Return the indices into `axes` of robot 1 to 4; robot 0 is robot 1."""
         wanted = robot or 1
         return tuple(k for k, axis in enumerate(self.axes) if axis.robot == wanted)
 
     def axes_of_type(self, indices: Iterable[int], kind: str) -> tuple[int, ...]:
-        """Those of these axes that remote commands take for `absolute` or `incremental`."""
+        """Return the axes that remote commands treat as `absolute` or `incremental`."""
         kinds = {kind}
         if kind == "incremental" and self.semi_absolute_is_incremental:
             kinds.add("semi_absolute")
         return tuple(index for index in indices if self.axes[index].type in kinds)
 
     def model(self, robot: int) -> RobotModel | None:
-        """The type of robot 1 to 4, if it has a name."""
+        """Return the type of robot 1 to 4, if it has a name."""
         return model_of(self.robot[robot - 1]) if robot <= len(self.robot) else None
 
     @property
     def workpieces(self) -> Mapping[int, int]:
-        """Where something stands that PUSH meets: index into `axes` to pulses."""
+        """Return the positions of the workpieces for PUSH: index into `axes` to pulses."""
         given = ((index, axis.workpiece) for index, axis in enumerate(self.axes))
         return {index: place for index, place in given if place is not None}
 
     @classmethod
     def load(cls, path: str | Path) -> RobotConfig:
-        """Read a robot file: keys as the fields of this class.
+        """Read a robot file; its keys are the fields of this class.
 
-        Axes are `[[axes]]` tables, programs `[[programs]]` tables; config/file.py says how points
-        and the other stored data are written.
+        Axes are `[[axes]]` tables, programs `[[programs]]` tables. For the form of points and other
+        stored data see config/file.py.
 
         Raises:
-            InputError: unreadable file, unknown key (near names are given) or impossible value.
+            InputError: unreadable file, unknown key (the error suggests names) or impossible value.
         """
         file = Path(path)
         return _loaded(file, toml_text(file))
@@ -362,7 +362,7 @@ class RobotConfig(  # fields of the last one come first
 
 @lru_cache(maxsize=64)
 def _loaded(file: Path, text: str) -> RobotConfig:
-    """The properties that a file with this text says; they never change."""
+    """Return the properties in the text of a file; cached, because they never change."""
     table = parse_toml(text, file)
     try:
         table = _with_models(table)
@@ -375,7 +375,7 @@ def _loaded(file: Path, text: str) -> RobotConfig:
 
 
 def _with_models(table: Mapping[str, Any]) -> dict[str, Any]:
-    """A robot file whose `[[axes]]` are those of the models that it names, as it changes them."""
+    """Return a robot file with the `[[axes]]` of its models, changed by its own `[[axes]]`."""
     names, axes = table.get("robot", ()), table.get("axes", [])
     names = [names] if isinstance(names, str) else names
     check_value("robot", "models", tuple(names) if isinstance(names, list) else names)

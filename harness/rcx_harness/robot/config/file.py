@@ -1,6 +1,6 @@
-"""How a robot file is written, and where in it a mistake stands.
+"""The format of a robot file, and its reader.
 
-Its keys are the fields of RobotConfig; axes and programs are lists of tables. Stored data:
+The keys are the fields of RobotConfig; axes and programs are lists of tables. Stored data:
 
 `[points.19]` with `mm` or `pulses`, `hand`, `arm1`, `arm2`; `[comments]` with `50 = "WAIT ORG"`;
 `[pallets.10]` with `positions = [10, 15, 1]` and `first_point`; `[shifts]` with
@@ -32,25 +32,25 @@ __all__ = ["read_value"]
 
 _SCALE = {"mm": 1000, "pulses": 1}
 _UNITS = {"mm": "numbers in mm", "pulses": "whole numbers in pulses"}
-#: A key is shown up to this length [characters]; a longer one ends so.
+#: Limit of a key in a message [characters], and the end of a shortened key.
 _SHOWN, _CUT = 40, "..."
-#: More than there is of anything.
+#: Default limit of numbers in keys; larger than any count.
 _MANY = 100_000
-#: More than any number on the wire.
+#: Larger than any number on the wire.
 _MOST = 2**32
 
 
 def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[Any]]) -> Any:
-    """A TOML value as the field `key` of the data class `kind` wants it.
+    """Convert a TOML value to the type of the field `key` of the data class `kind`.
 
     Args:
-        kind: The class whose fields are the keys.
+        kind: The class with the keys as its fields.
         key: The key.
         value: The value under that key.
         tables: Classes of the keys that are lists of tables.
 
     Raises:
-        InputError: unknown key, or a value that is written otherwise; the key is in single quotes.
+        InputError: unknown key, or a value in a wrong form; the key is in single quotes.
     """
     check_keys([key], [entry.name for entry in fields(kind)])
     if key in tables:
@@ -80,7 +80,7 @@ def _table(kind: type[Any], entry: dict[str, Any], key: str) -> Any:
 
 
 def _items(key: str, value: Any) -> dict[int, str]:
-    """`real_time_items`: a table of item numbers and names."""
+    """Read `real_time_items`: a table of item numbers and names."""
     hint = f'write 13 = "motor_duty" in [{key}]'
     if not isinstance(value, dict):
         raise InputError(f"'{key}' must be a table", hint=hint)
@@ -88,7 +88,7 @@ def _items(key: str, value: Any) -> dict[int, str]:
 
 
 def _areas(key: str, value: Any) -> dict[str, Any]:
-    """`work_areas`: a table of names and pairs of corners."""
+    """Read `work_areas`: a table of names and pairs of corners."""
     if not isinstance(value, dict):
         raise InputError(f"'{key}' must be a table", hint=f"write {AREA_HINT} in [{key}]")
     return {
@@ -100,10 +100,10 @@ def _areas(key: str, value: Any) -> dict[str, Any]:
 
 
 def _stored(key: str, value: Any) -> dict[Any, Any]:
-    """One of the STORED keys of a robot file, as RobotConfig wants it.
+    """Convert one of the STORED keys of a robot file to its form in RobotConfig.
 
     Raises:
-        InputError: it is not written as the module's head says; the key is in single quotes.
+        InputError: it is not written as the module's docstring says; the key is in single quotes.
     """
     tables = {"points": "[points.19]", "pallets": "[pallets.10]", "hands": "[hands.1]"}
     if not isinstance(value, dict):
@@ -126,10 +126,10 @@ def _stored(key: str, value: Any) -> dict[Any, Any]:
 def _numbered(
     key: str, table: Mapping[str, Any], what: str, hint: str = "", count: int = _MANY
 ) -> Iterator[tuple[int, Any]]:
-    """The entries of a table whose keys are numbers.
+    """Yield the entries of a table with numbers as its keys.
 
     Raises:
-        InputError: one is no number below `count`, or is there twice, as `21` and `021`.
+        InputError: a key is not a number below `count`, or occurs twice, as `21` and `021`.
     """
     seen: set[int] = set()
     for text, entry in table.items():

@@ -1,4 +1,4 @@
-"""The axes of the robots that a robot file names, from the figures in spec/robots.toml."""
+"""The axes of the robot models in a robot file, from the figures in spec/robots.toml."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ __all__ = ["axis_keys", "merged", "model_of"]
 
 
 def model_of(name: str) -> RobotModel:
-    """The model of that name.
+    """Return the model of that name.
 
     Raises:
-        InputError: there is none.
+        InputError: the model does not exist.
     """
     check_value("robot", "models", name)
     return robot_models()[name]
 
 
 def axis_keys(name: str, robot: int) -> list[dict[str, Any]]:
-    """Keys of each axis of a model as robot number `robot`: what it has without a load."""
+    """Return the keys of each axis of a model as robot number `robot`, without a load."""
     model = model_of(name)
     return [
         {
@@ -39,10 +39,10 @@ def axis_keys(name: str, robot: int) -> list[dict[str, Any]]:
 
 
 def merged(names: Sequence[str], given: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Keys of all axes: those of the models, changed by the tables `[[axes]]` of a robot file.
+    """Return the keys of all axes: those of the models, changed by `[[axes]]` of a robot file.
 
-    The first table of a robot is for its axis 1, and so on; one that its model does not have is an
-    axis of its own. The model of robot 1 is the first name.
+    The first table of a robot belongs to its axis 1, and so on; a table beyond the axes of its
+    model adds an axis. The model of robot 1 is the first name.
     """
     axes = [keys for robot, name in enumerate(names, 1) for keys in axis_keys(name, robot)]
     own = {robot: [k for k, keys in enumerate(axes) if keys["robot"] == robot]

@@ -1,6 +1,6 @@
-"""A recording as one page of HTML that is looked at in a browser; `page.View` makes it."""
+"""Recordings as one page of HTML for a browser; `page.View` makes it."""
 
 __all__ = ["BEGINNING"]
 
-#: How each page begins: what begins so may be written over.
+#: Beginning of each page; a file with this beginning may be overwritten.
 BEGINNING = "<!doctype html>\n<!-- rcx view -->"

@@ -1,4 +1,4 @@
-"""What a recording is shown as: lanes with a name, in groups, from the records as they come."""
+"""The lanes of a recording, with names and in groups, made from the records as they come."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ __all__ = ["Group", "Lane", "Lanes", "Variables", "Wire"]
 
 _WORDS = 16
 _PORTS = range(DEDICATED_AT + 2, RESERVED_AT)
-#: Numbers that are shown as such; those of 64 bits are more than the page can count.
+#: Types that are shown as numbers; JavaScript cannot represent those of 64 bits exactly.
 _WHOLE = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT")
 _DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8}
 _PRECISION = {"REAL": 7, "LREAL": 15}
 _STRINGS = ("STRING", "WSTRING", "CHAR", "WCHAR")
-#: Of these a structure or block has one of each kind where it is called by the rules of PLCopen.
+#: Pins of the PLCopen rules: a block has at least one pin of each of these two sets.
 _ASKS, _ANSWERS = {"Execute", "Enable"}, {"Busy", "Done", "Error", "Valid"}
 
 
@@ -33,17 +33,15 @@ class Lane:
     """One line of the chart.
 
     Attributes:
-        name: What stands beside it.
+        name: The text beside it.
         packed: Its changes.
-        colour: Of which kind it is: `input`, `output`, `command`, `status`, `variable`, `curve` or
-            `rule`.
-        says: How a change is told: before the value `short`, behind it the rest of the name.
-        short: `SI(01)` of `SI(01) Servo ON input`.
-        idle: The text for which there is but a line.
-        show: How a number is shown: `digits` in hexadecimal, `precision`, `fine` for so many parts.
+        colour: Its kind: `input`, `output`, `command`, `status`, `variable`, `curve` or `rule`.
+        short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
+        idle: Number of the text that is drawn as a line only.
+        show: Format of a number: `digits` in hexadecimal, `precision`, `fine` for so many parts.
         is_curve: It is drawn as a line from value to value.
-        rests: It goes from value to value within a cycle, and not at once.
-        speed_of: The lane whose speed it shows; it has no changes of its own.
+        rests: It moves from value to value within a cycle, and not at once.
+        speed_of: The lane of which it shows the speed; it has no changes of its own.
     """
 
     name: str
@@ -59,7 +57,7 @@ class Lane:
 
 @dataclass
 class Group:
-    """Lanes that belong together; an `open` one is seen at first."""
+    """Lanes that belong together; an `open` group is visible at first."""
 
     title: str
     lanes: list[Lane]
@@ -77,38 +75,38 @@ class Lanes:
         self._numbers: dict[int, int] = {}
 
     def new(self, name: str, packed: Packed, colour: str, **more: Any) -> Lane:
-        """One more lane."""
+        """Add a lane, and return it."""
         lane = Lane(name, packed, colour, **more)
         self._numbers[id(lane)] = len(self.every)
         self.every.append(lane)
         return lane
 
     def number(self, lane: Lane) -> int:
-        """Which lane it is, from 0."""
+        """Return the number of a lane, from 0."""
         return self._numbers[id(lane)]
 
     def text(self, text: str) -> int:
-        """The number of a text in the table."""
+        """Return the number of a text in the table; add the text if it is new."""
         return self.texts.setdefault(text, len(self.texts))
 
     def note(self, lane: Lane, t_us: int, value: float, *, told: bool = True) -> None:
-        """The value of a lane from `t_us` on; a change that is `told` is among the events."""
+        """Record the value of a lane from `t_us` on; with `told` a change is an event."""
         if lane.packed.note(t_us, value) and told:
             self.order.append(self.number(lane))
 
     def add(self, lane: Lane, t_us: int, value: float) -> None:
-        """A change of a lane, whatever was before."""
+        """Record a change of a lane, even to the same value."""
         lane.packed.add(t_us, value)
         self.order.append(self.number(lane))
 
 
 class Wire:
-    """The areas of one controller, as PLC or controller see them.
+    """The areas of one controller, as the PLC or the controller sees them.
 
     Args:
-        lanes: Where its lanes go.
-        who: What the titles of its groups begin with.
-        plain: It is the side that people look at first, and whose changes are events.
+        lanes: Receives its lanes.
+        who: Prefix of the titles of its groups.
+        plain: It is the main side: its changes are events.
     """
 
     def __init__(self, lanes: Lanes, who: str, *, plain: bool = True) -> None:
@@ -141,7 +139,7 @@ class Wire:
         return self._lanes.new(f"{signal} {title}", Bits(), colour, short=signal)
 
     def take(self, t_us: int, si: bytes, so: bytes) -> None:
-        """The areas from `t_us` on; an empty one: nobody sends it."""
+        """Record the areas from `t_us` on; an empty area means that nobody sends it."""
         connected = bool(si and so)
         if connected != self._connected:
             self._connected = connected
@@ -176,7 +174,7 @@ class Wire:
         self._note(self._status, t_us, text)
 
     def _take_area(self, t_us: int, kind: str, before: bytes, area: bytes) -> None:
-        """The bits and ports of an area that are others than before."""
+        """Record the changed bits and ports of an area."""
         end = DEDICATED_AT + 2
         if before[DEDICATED_AT:end] != area[DEDICATED_AT:end]:
             for byte, bit, lane in self._bits[kind]:
@@ -194,7 +192,7 @@ class Wire:
         return lane
 
     def groups(self) -> Iterator[Group]:
-        """What is shown of it, from top to bottom."""
+        """Yield its groups, from top to bottom."""
         inputs, outputs = ([lane for *_, lane in self._bits[kind]] for kind in ("si", "so"))
         ports = [lane for _, lane in sorted(self._ports.items()) if _tells(lane)]
         wire = [self._connection, self._command, self._status]
@@ -213,7 +211,7 @@ def _tells(lane: Lane) -> bool:
 
 
 def _general(kind: str, area: bytes) -> Iterator[tuple[str, int, int]]:
-    """The general-purpose bytes of an area and its words beyond 48 bytes: name, digits, value."""
+    """Yield name, digits and value of the general-purpose bytes and the words beyond 48 bytes."""
     letter = kind[1].upper()
     for at in _PORTS:
         yield f"S{letter}{at - DEDICATED_AT:o}()", 2, area[at]
@@ -222,14 +220,14 @@ def _general(kind: str, area: bytes) -> Iterator[tuple[str, int, int]]:
 
 
 class Variables:
-    """The watched variables: of structures and arrays each member and element.
+    """The watched variables; structures and arrays have a lane per member or element.
 
     Args:
-        lanes: Where its lanes go.
+        lanes: Receives its lanes.
         watched: Their types by path, as in the header of a trace.
 
     Raises:
-        KeyError, TypeError, ValueError: these are no types.
+        KeyError, TypeError, ValueError: these are not types.
     """
 
     def __init__(self, lanes: Lanes, watched: Mapping[str, Any]) -> None:
@@ -260,7 +258,7 @@ class Variables:
         return self._lanes.new(path, packed, "variable", short=path, show=show)
 
     def _number(self, lane: Lane, kind: Type, value: Any) -> float:
-        """A value as its lane has it."""
+        """Return a value in the form of its lane."""
         if not isinstance(lane.packed, Texts):
             return float(value) if isinstance(lane.packed, Reals) else int(value)
         written = literal(value)
@@ -269,7 +267,7 @@ class Variables:
         return self._lanes.text(written if plain else value_text(kind, value))
 
     def groups(self) -> Iterator[Group]:
-        """Variables of the program, pins of each block, members of each structure."""
+        """Yield the groups: program variables, pins of each block, members of each structure."""
         found: dict[str, list[Lane]] = {}
         for path, lane in self._made.items():
             found.setdefault(path.rpartition(".")[0], []).append(lane)
@@ -282,6 +280,6 @@ class Variables:
 
 
 def _is_block(lanes: list[Lane]) -> bool:
-    """Are these the pins of a block?"""
+    """Return whether these lanes are the pins of a block."""
     names = {lane.name.rpartition(".")[2] for lane in lanes}
     return bool(names & _ASKS and names & _ANSWERS)

@@ -1,8 +1,8 @@
-"""The changes of a lane as bytes: small in a file, and read fast by the page (page/data.js).
+"""The changes of a lane as bytes: small in a file, and fast to read by the page (page/data.js).
 
-A change is the time since the one before, then its value. Whole numbers have seven bits in a byte,
-the lowest first, and a further byte behind each that is 128 or more; what may be negative goes
-0, -1, 1, -2 ... as 0, 1, 2, 3 ...
+A change is the time since the previous change, then its value. Whole numbers have seven bits in a
+byte, lowest first; a byte of 128 or more is followed by another. Signed numbers 0, -1, 1, -2 ...
+are encoded as 0, 1, 2, 3 ...
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ def put_whole(data: bytearray, number: int) -> None:
 
 
 class Packed:
-    """The changes of one lane, without values of their own: each is another of two.
+    """The changes of one lane that alternates between two values, so values are not stored.
 
     Attributes:
         data: The changes.
-        count: How many there are.
-        first: The value before the first of them; None as long as none was noted.
+        count: Number of changes.
+        first: The value before the first change; None until a value is recorded.
     """
 
-    #: What the page reads it as.
+    #: Name of the encoding in the page.
     form = "bit"
 
     def __init__(self) -> None:
@@ -42,7 +42,10 @@ class Packed:
         self._t_us = 0
 
     def note(self, t_us: int, value: float) -> bool:
-        """The value from `t_us` on [us]; the first one has always been. Is it a change?"""
+        """Record the value from `t_us` on [us]; return whether it is a change.
+
+        The first value is not a change: it counts as the value from the beginning.
+        """
         if self.first is None:
             self.first = self._last = value
             return False
@@ -52,7 +55,7 @@ class Packed:
         return True
 
     def add(self, t_us: int, value: float) -> None:
-        """A change, also to the same value; time never goes back."""
+        """Record a change, even to the same value; the time is at least the previous time."""
         t_us = max(t_us, self._t_us)
         put_whole(self.data, t_us - self._t_us)
         self._put(value)
@@ -60,15 +63,15 @@ class Packed:
         self.count += 1
 
     def _put(self, value: float) -> None:
-        """The value of a change: nothing is needed."""
+        """Append the value of a change; here nothing, because it alternates."""
 
 
 class Bits(Packed):
-    """What is ON or OFF."""
+    """The changes of a signal that is ON or OFF."""
 
 
 class Texts(Packed):
-    """Texts, by their numbers in the table of all texts."""
+    """The changes of a text, by its numbers in the table of all texts."""
 
     form = "text"
 
@@ -77,7 +80,7 @@ class Texts(Packed):
 
 
 class Numbers(Packed):
-    """Whole numbers, by the difference to the one before; up to 2^53, as the page has them."""
+    """The changes of a whole number, as differences; up to 2^53, the limit of the page."""
 
     form = "whole"
 
@@ -87,7 +90,7 @@ class Numbers(Packed):
 
 
 class Reals(Packed):
-    """Numbers with a fraction, as 64 bits each."""
+    """The changes of a number with a fraction, 64 bits each."""
 
     form = "real"
 

@@ -1,4 +1,4 @@
-"""A recording as one page of HTML: everything is in it, nothing comes from elsewhere."""
+"""Recordings as one page of HTML that contains everything and loads nothing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from structured_text.errors import InputError
 
 __all__ = ["SCRIPTS", "View"]
 
-#: The scripts of the page, each of which takes only from those before it.
+#: The scripts of the page; each script imports only from scripts before it.
 SCRIPTS = (
     "data.js",
     "axis.js",
@@ -33,31 +33,31 @@ SCRIPTS = (
     "robots.js",
     "page.js",
 )
-#: A variable that changes more often is a curve, and none of its changes is an event.
+#: A number with more changes is drawn as a curve, and its changes are not events.
 _OFTEN = 50
-#: Broken rules that are told; of the others only how many they are.
+#: Limit of broken rules in the page; further ones are only counted.
 _MOST_RULES = 10_000
 _MOST_CONTROLLERS = 64
 _SIZES = (0, *AREA_SIZES)
-#: Of the header, what is told as it stands there.
+#: Entries of the header that the page shows unchanged.
 _TOLD = ("engine", "link", "seed", "by", "of")
-#: Positions go into the page by thousandths.
+#: Positions are stored in thousandths.
 _FINE = 1000
 _MS = 1_000
 _MODULE = re.compile(r"^import .*\n|^export ", re.MULTILINE)
 
 
 class View:
-    """Takes the records of a recording, and is a page at its end.
+    """A page made from the records of a recording: `take` each record, then call `page`.
 
     Args:
         header: First line of the trace.
 
     Attributes:
-        broken: How many rules were broken so far.
+        broken: Number of broken rules so far.
 
     Raises:
-        InputError: what is watched is not described as in a trace.
+        InputError: the header does not describe variables, times or robots as in a trace.
     """
 
     def __init__(self, header: Mapping[str, Any]) -> None:
@@ -94,7 +94,7 @@ class View:
         """Take the next record.
 
         Raises:
-            InputError: it does not fit the header, or its areas are no controller's.
+            InputError: it does not fit the header, or a controller cannot have such areas.
         """
         if self._begin_us is None:
             self._begin_us = record.t_us
@@ -126,7 +126,7 @@ class View:
             raise InputError(text) from None
 
     def _wire(self, record: Scan | Cycle) -> Wire:
-        """The side of a controller that a record is of."""
+        """Return the lanes for the controller and the side (PLC or controller) of a record."""
         sides = self._wires.get(record.controller)
         if sides is None:
             if not 1 <= record.controller <= _MOST_CONTROLLERS:
@@ -151,7 +151,7 @@ class View:
 
     @property
     def is_empty(self) -> bool:
-        """Was there no scan and no cycle?"""
+        """Return whether there was no scan and no cycle."""
         return not self._wires
 
     def _groups(self) -> Iterator[Group]:
@@ -178,10 +178,10 @@ class View:
         return self._lanes.new(name, Packed(), "curve", is_curve=True, speed_of=position)
 
     def page(self, title: str) -> str:
-        """The page; the same records give the same bytes.
+        """Return the page; the same records give the same bytes.
 
         Args:
-            title: What stands above it.
+            title: The title above it.
         """
         content, style = (_asset(name) for name in ("page.html", "page.css"))
         script = "\n".join(_MODULE.sub("", _asset(name)) for name in SCRIPTS)
@@ -194,7 +194,7 @@ class View:
         return re.sub(r"@([A-Z]+)@", lambda found: filled[found[1]], content)
 
     def _packed(self, title: str) -> bytes:
-        """What the page shows, compressed: the length of its table, the table, the changes."""
+        """Return the compressed data of the page: length of its table, table, changes."""
         groups = list(self._groups())
         shown = [lane for group in groups for lane in group.lanes]
         places = {id(lane): place for place, lane in enumerate(shown)}
@@ -231,7 +231,7 @@ class View:
         return zlib.compress(bytes(head + stream + order), 6)
 
     def _about(self) -> str:
-        """One line: what was recorded, by whom."""
+        """Return one line about the recording and its origin."""
         known = self._header
         scans = "changes of the areas" if known.get("only") == "changes" else "scans"
         counts = ((self._scans, scans), (self._cycles, "controller cycles"))
@@ -245,13 +245,13 @@ class View:
 
 
 def _is_curve(lane: Lane) -> bool:
-    """Is it drawn as a line? Of the numbers those that change all the time."""
+    """Return whether a lane is drawn as a line: a curve, or a number with many changes."""
     number = lane.packed.form in ("whole", "real") and "digits" not in lane.show
     return lane.is_curve or (number and lane.packed.count > _OFTEN)
 
 
 def _entry(lane: Lane, stream: bytearray, places: Mapping[int, int]) -> dict[str, Any]:
-    """A lane in the table of the page; its changes go to the stream."""
+    """Return the entry of a lane in the table of the page; append its changes to the stream."""
     packed, at = lane.packed, len(stream)
     stream += packed.data
     entry: dict[str, Any] = {"name": lane.name, "colour": lane.colour, "form": packed.form}

@@ -1,4 +1,4 @@
-"""The robots of a recording for the page: what they look like, where they stand in which lanes."""
+"""The robots of a recording for the page: shapes, poses, and the lanes of their positions."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ _Shape = Mapping[str, Any]
 
 
 class Robots:
-    """Takes how the robots stand, and tells what the page draws.
+    """The shapes and poses of the robots, for the page.
 
     Args:
         shapes: `robots` of a trace's header (`rcx_harness.robot.shape`), for each controller.
         lanes: The lanes of the positions of each controller.
-        unit: Of these positions, for each controller: `pulses` or `mm`.
+        unit: Unit of these positions: `pulses` or `mm`.
 
     Raises:
-        KeyError, TypeError, ValueError: that is no robot, or another than the positions are of.
+        KeyError, TypeError, ValueError: a shape is not valid, or its axes do not match the
+            positions.
     """
 
     def __init__(
@@ -39,10 +40,10 @@ class Robots:
         self._poses: list[list[list[tuple[int, _Shape]]]] = [[[] for _ in one] for one in shapes]
 
     def take(self, t_us: int, controller: int, poses: Sequence[_Shape]) -> None:
-        """How the robots of a controller stand from `t_us` on.
+        """Record the poses of the robots of a controller from `t_us` on.
 
         Raises:
-            IndexError, TypeError, ValueError: there are no such robots.
+            IndexError, TypeError, ValueError: the robots do not exist, or a pose is not valid.
         """
         for noted, pose in zip(self._poses[controller - 1], poses, strict=True):
             _numbers(pose.get("shift", [0.0] * 4), range(4, 5))
@@ -51,7 +52,7 @@ class Robots:
                 noted.append((t_us, pose))
 
     def table(self, places: Mapping[int, int]) -> list[dict[str, Any]]:
-        """What the page is given; `places` has the number of each lane that it shows."""
+        """Return the robots for the page; `places` has the number of each lane that it shows."""
         found = []
         for who, (every, lanes) in enumerate(zip(self._shapes, self._lanes, strict=True)):
             rest = iter(lanes)
@@ -68,7 +69,7 @@ class Robots:
 
 
 def _checked(shape: _Shape) -> _Shape:
-    """A shape that the page can draw."""
+    """Return the shape if the page can draw it; else raise KeyError, TypeError or ValueError."""
     kind, axes = shape["kind"], shape["axes"]
     if kind not in _KINDS or not axes or not isinstance(shape["robot"], int):
         raise ValueError("no robot")
@@ -98,7 +99,7 @@ def _checked(shape: _Shape) -> _Shape:
 
 
 def _numbers(values: Sequence[Any], how_many: range) -> None:
-    """Are these so many numbers?"""
+    """Raise TypeError or ValueError unless the values are a list of so many finite numbers."""
     if not isinstance(values, list) or len(values) not in how_many:
         raise TypeError("no numbers")
     for value in values:
