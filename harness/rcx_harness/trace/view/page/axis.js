@@ -1,10 +1,10 @@
-// The time axis: positions of times, and texts of the cursors. Times are in microseconds.
+// The time axis: which time is where, and what the cursors say. Times are in microseconds.
 
 const SHORTEST = 50; // a chart shows no less than so many microseconds
 const STEPS = [1, 2, 5];
 
 export class Axis {
-  // `room` is left at both ends, as a share of the whole, so that changes there are visible.
+  // `room` is left at both ends, as a share of the whole: what happens there is to be seen, too.
   constructor(begin, end, room = 0) {
     room = Math.max((end - begin) * room, 0);
     this.begin = begin - room;
@@ -25,7 +25,7 @@ export class Axis {
     return this.from + (x / this.width) * this.span;
   }
 
-  // Shows this range, limited to the recording.
+  // Shows this much, as far as there is something.
   show(from, to) {
     const whole = this.end - this.begin;
     const span = Math.min(Math.max(to - from, Math.min(SHORTEST, whole)), whole);
@@ -38,7 +38,7 @@ export class Axis {
     this.show(this.begin, this.end);
   }
 
-  // Zooms; a factor below 1 shows less. The time at x keeps its position.
+  // A factor below 1 shows less; the time at x stays where it is.
   zoom(factor, x = this.width / 2) {
     const at = this.t(x);
     const from = at - (at - this.from) * factor;
@@ -51,14 +51,14 @@ export class Axis {
     this.show(this.from + by, this.to + by);
   }
 
-  // Scrolls a time and its surroundings into view if it is not visible.
+  // Brings a time into view where it is not, with what is around it.
   reveal(t, margin = 0.1) {
     const room = this.span * margin;
     if (t < this.from + room || t > this.to - room) this.show(t - this.span / 2, t + this.span / 2);
   }
 }
 
-// Returns round times to mark, at least `apart` pixels from each other.
+// Round times to mark: at least `apart` pixels from one to the next.
 export function ticks(axis, apart) {
   const least = (axis.span / axis.width) * apart;
   const power = 10 ** Math.floor(Math.log10(least));
@@ -68,13 +68,13 @@ export function ticks(axis, apart) {
   return { step, times };
 }
 
-// Returns a time in seconds, with as many decimals as a step needs.
+// A time in seconds, with as many decimals as a step needs.
 export function seconds(t, step = 1) {
   const decimals = Math.min(6, Math.max(0, Math.ceil(6 - Math.log10(Math.max(step, 1)) - 1e-9)));
   return `${(t / 1e6).toFixed(decimals)} s`;
 }
 
-// Returns a duration as text, in the usual unit for its size.
+// How long something is, in the unit that people would say it in.
 export function duration(us) {
   const size = Math.abs(us);
   const short = (value) => String(Number(value.toFixed(3)));
@@ -82,7 +82,7 @@ export function duration(us) {
   return size < 1e6 ? `${short(us / 1000)} ms` : `${short(us / 1e6)} s`;
 }
 
-// Returns the nearest change within `most` of t; else t, in whole microseconds.
+// The change nearest to t, if it is not further than `most`; else t, in whole microseconds.
 export function snapped(lanes, t, most) {
   let found = Math.round(t);
   let distance = most;
@@ -99,7 +99,7 @@ export function snapped(lanes, t, most) {
   return found;
 }
 
-// Returns the change of a lane before or after a time; undefined without one.
+// The change of a lane before or behind a time; undefined where there is none.
 export function neighbour(lane, t, direction) {
   const index = lane.indexAt(direction > 0 ? t : t - 1e-3);
   return lane.times[direction > 0 ? index + 1 : index];

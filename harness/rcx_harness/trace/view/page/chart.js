@@ -21,7 +21,7 @@ export function element(tag, attributes = {}, ...children) {
   return made;
 }
 
-// Returns the colours of the theme, or those for paper.
+// The colours of the theme, or those of paper.
 export function coloursOf(root) {
   const style = getComputedStyle(root);
   const found = { fill: Number(style.getPropertyValue("--fill")) };
@@ -29,7 +29,7 @@ export function coloursOf(root) {
   return found;
 }
 
-// Sizes a canvas in CSS pixels, sharp on every screen.
+// A canvas of so many CSS pixels, sharp on every screen.
 export function prepared(canvas, width, height, scale = window.devicePixelRatio || 1) {
   canvas.width = Math.round(width * scale);
   canvas.height = Math.round(height * scale);
@@ -78,7 +78,7 @@ export class Chart {
     this.draw();
   }
 
-  // Updates the rows after a group was opened or closed.
+  // Which rows there are, after a group was opened or closed.
   layOut() {
     this.#rows = [];
     let top = 0;
@@ -129,7 +129,7 @@ export class Chart {
     } else if (row) this.select(row.lane);
   }
 
-  // The row with the keyboard focus.
+  // The row that the keys are at.
   #at = 0;
 
   #here(k) {
@@ -142,7 +142,7 @@ export class Chart {
     if (top + height > rows.scrollTop + rows.clientHeight) rows.scrollTop = top + height - rows.clientHeight;
   }
 
-  // Goes to the previous or next row; on a group, `choose` opens and closes it.
+  // Goes to the row before or behind; on a group, `choose` opens and closes.
   go(by) {
     this.#parts.names.focus({ preventScroll: true });
     this.#here(this.#at + by);
@@ -171,7 +171,7 @@ export class Chart {
     this.draw();
   }
 
-  // Places a cursor; `reveal` scrolls it into view.
+  // Puts a cursor somewhere; with `reveal` it comes into view.
   put(t, which = this.active, reveal = false) {
     this.cursors[which] = Math.round(t);
     if (reveal) this.axis.reveal(t);
@@ -179,7 +179,7 @@ export class Chart {
     this.onMove();
   }
 
-  // Goes to the change of the selected lane before or after the cursor.
+  // To the change of the selected lane before or behind the cursor.
   step(direction) {
     const from = this.cursors[this.active] ?? (direction > 0 ? this.axis.from : this.axis.to);
     const t = this.selected && neighbour(this.selected, from, direction);
@@ -202,7 +202,7 @@ export class Chart {
     this.draw();
   }
 
-  // Returns all rows, without those of closed groups.
+  // All rows, without groups that are closed.
   get openRows() {
     return this.#rows.filter((row) => !row.group || row.group.open);
   }
@@ -241,7 +241,7 @@ export class Chart {
     plot.setAttribute("aria-label", `Chart from ${from} to ${to}`);
   }
 
-  // Draws rows, with the marks of the time axis behind them.
+  // Draws rows, the marks of the time axis behind them.
   drawRows(context, rows, marks, colours, axis = this.axis) {
     for (const { lane, group, top, height } of rows) {
       context.fillStyle = lane && lane === this.selected ? colours.here : group ? colours.line : colours.card;
@@ -288,7 +288,7 @@ export class Chart {
     }
   }
 
-  // Draws the whole run (commands and broken rules, once) and marks the visible part.
+  // The whole run: commands and broken rules, drawn once, and which part of it is shown.
   #drawOverview(context, width) {
     const whole = new Axis(this.axis.begin, this.axis.end);
     whole.width = width;
@@ -313,7 +313,7 @@ export class Chart {
     context.strokeRect(from + 1, 1, Math.max(to - from - 2, 2), HEAD.overview - 2);
   }
 
-  // Draws the values at the active cursor beside the names.
+  // The values at the active cursor, beside the names.
   #values(top, bottom) {
     const t = this.cursors[this.active];
     this.#parts.names.style.setProperty("--at", `var(--${this.active})`);

@@ -1,5 +1,5 @@
-// The data of the page: lanes with their changes, and the order of all events.
-// pack.py writes the bytes.
+// What the page was given: lanes with their changes, and the order of all events.
+// The bytes are those that pack.py has written.
 
 const BLOCK = 64; // samples in a piece of which the least and the greatest value are known
 const OTHER = { nan: NaN, inf: Infinity, "-inf": -Infinity };
@@ -13,7 +13,7 @@ export async function unpack(text) {
   return { table, bytes: bytes.subarray(4 + length) };
 }
 
-// Reads numbers in order, from byte `at` on. It multiplies, because shifts end at 32 bits.
+// Reads numbers one after the other, from byte `at` on. Not with shifts: they would end at 32 bits.
 export function reader(bytes, at = 0) {
   const view = new DataView(bytes.buffer, bytes.byteOffset);
   const whole = () => {
@@ -34,7 +34,7 @@ export function reader(bytes, at = 0) {
   return { whole, signed, real };
 }
 
-// Returns how many of the sorted times are not later than t.
+// How many of the sorted times are not later than t.
 export function countUntil(times, t) {
   let low = 0;
   let high = times.length;
@@ -89,7 +89,7 @@ export class Lane {
     return { times, values };
   }
 
-  // Returns the number of the last change until t; -1 without one.
+  // The last change until t; -1 where there is none.
   indexAt(t) {
     return countUntil(this.times, t) - 1;
   }
@@ -102,13 +102,13 @@ export class Lane {
     return this.fine ? this.first / this.fine : this.first ?? 0;
   }
 
-  // Returns whether the lane is ever something else than OFF.
+  // Is there anything to see of it but OFF?
   get tells() {
     if (this.speedOf !== undefined) return this.#lanes[this.speedOf].count > 0;
     return this.count > 0 || Boolean(this.first);
   }
 
-  // Returns a value as text for the chart.
+  // A value as it stands in the chart.
   text(value) {
     if (value === null || value === undefined) return "";
     if (this.form === "text") return this.texts[value] ?? "";
@@ -121,7 +121,7 @@ export class Lane {
     return String(value);
   }
 
-  // Returns a change in words.
+  // What happened with a change, in words.
   told(index) {
     const text = this.text(this.value(index));
     if (this.form === "bit" && this.colour !== "variable") {
@@ -131,7 +131,7 @@ export class Lane {
     return this.short ? `${this.short} ${text}` : text;
   }
 
-  // Returns the least and the greatest of the values from `begin` on, before `end`.
+  // The least and the greatest of the values from number `begin` on, before number `end`.
   span(begin, end) {
     this.#levels ??= levels(this.values);
     let low = Infinity;
@@ -156,7 +156,7 @@ export class Lane {
     return [low, high];
   }
 
-  // Returns the least and the greatest value of the whole run.
+  // The same of the whole run.
   get limits() {
     const first = this.value(-1);
     const [low, high] = this.span(0, this.values.length);
@@ -206,7 +206,7 @@ export function speed(position) {
   return { times: times.slice(0, count), values: values.slice(0, count) };
 }
 
-// All events in order of time; the numbers of their lanes begin at byte `at`.
+// Every change that is told of, from the first to the last: their lanes stand at byte `at`.
 export class Events {
   constructor(lanes, bytes, { at, count }) {
     this.lanes = lanes;
@@ -236,7 +236,7 @@ export class Events {
     return this.lane(k).told(this.which[k]);
   }
 
-  // Returns how many events are not later than t.
+  // How many events are not later than t.
   countUntil(t) {
     let low = 0;
     let high = this.count;

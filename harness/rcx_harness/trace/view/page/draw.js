@@ -1,4 +1,4 @@
-// Draws lanes onto a canvas: only the visible part, with at most one piece per pixel.
+// Draws lanes onto a canvas: only what is seen, and no more than a piece for each pixel.
 
 import { countUntil } from "./data.js";
 
@@ -40,7 +40,7 @@ export function drawLane(context, lane, axis, top, height, colours) {
   else drawBoxes(context, lane, axis, top, height, colours);
 }
 
-// Yields the positions of a lane's changes, without those that would coincide.
+// The places of a lane's changes, one for those that nobody could tell apart.
 function* marks(lane, axis, apart) {
   let last = -Infinity;
   for (let k = lane.indexAt(axis.t(-6)) + 1; k < lane.times.length; ) {
@@ -61,7 +61,7 @@ function drawMarks(context, lane, axis, top, height) {
   }
 }
 
-// Draws a line through all rows at each broken rule.
+// Where rules were broken, a line through all rows.
 export function drawRules(context, lane, axis, height, colours) {
   context.fillStyle = colours.rule;
   context.globalAlpha = 0.35;
@@ -133,7 +133,7 @@ function drawBoxes(context, lane, axis, top, height, colours) {
   }
 }
 
-// Returns the part of a text that fits; empty if it would not be understandable.
+// As much of a text as there is room for; nothing where nobody would understand it.
 function label(context, text, x, end, y, colour) {
   const letters = Math.floor((end - x) / LETTER);
   if (letters < Math.min(text.length, 4)) return;
@@ -184,7 +184,7 @@ function drawCurve(context, lane, axis, top, height, colours) {
   context.fillText(lane.text(least), 4, top + height - 3);
 }
 
-// Draws the marks of the time axis, and its lines over all lanes.
+// The marks of the time axis, and its rules over all lanes.
 export function drawTimes(context, marks, axis, height, colours, text) {
   context.fillStyle = colours.soft;
   context.textAlign = "center";

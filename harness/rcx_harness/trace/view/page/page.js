@@ -1,4 +1,4 @@
-// The page: its data, its buttons and keys, the list of events, and its print.
+// The page: its data, its buttons and keys, the list of events, and what goes onto paper.
 
 import { Axis, duration, seconds, ticks } from "./axis.js";
 import { Chart, coloursOf, element, prepared } from "./chart.js";
@@ -74,7 +74,7 @@ class Page {
     DARK.addEventListener("change", () => this.#dress(DARK.matches));
   }
 
-  // Updates the button that goes to the broken rules.
+  // The button that leads to what was broken.
   #rules() {
     const { broken } = this.#table;
     const button = byId("rules");
@@ -99,7 +99,7 @@ class Page {
     this.#goTo(rules[place]);
   }
 
-  // Shows all events in the list again, so that the wanted event is in it.
+  // The list shows all again, so that what is looked for is in it.
   #openAll() {
     if (!byId("search").value && !this.#hidden.has("rule")) return;
     byId("search").value = "";
@@ -200,7 +200,7 @@ class Page {
     return true;
   }
 
-  // Handles a key; Enter and space on a button belong to the button.
+  // What a key does; of a button, Enter and space are its own.
   #key({ key, shiftKey }, at) {
     const chart = this.#chart;
     const { axis } = chart;
@@ -240,12 +240,12 @@ class Page {
     this.#chart.show(Math.min(a, b) - room, Math.max(a, b) + room);
   }
 
-  // Returns a time with the precision of the recording.
+  // A time as exact as those that were recorded.
   #time(t) {
     return seconds(t, t % this.#table.step ? 1 : this.#table.step);
   }
 
-  // Shows the times of the cursors.
+  // What the cursors say.
   #read() {
     const { cursors, active } = this.#chart;
     for (const which of ["a", "b"]) {
@@ -258,7 +258,7 @@ class Page {
     this.#move();
   }
 
-  // Shows the robots at the moving cursor; without a cursor at the end.
+  // The robots stand as at the cursor that moves; without one as at the end.
   #move() {
     if (this.#waits || !this.#table.robots.length) return;
     this.#waits = true;
@@ -288,7 +288,7 @@ class Page {
     return this.#found[this.#place];
   }
 
-  // Goes to the next or previous event that was found.
+  // To the next event that was found, or to the one before it.
   #go(direction) {
     const many = this.#found.length;
     if (!many) return;
@@ -305,7 +305,7 @@ class Page {
     if (place >= 0) this.#take(place);
   }
 
-  // Selects an event: moves the cursor, selects its signal, shows its full text.
+  // An event was chosen: the cursor goes there, its signal is selected, its text is read in full.
   #take(place) {
     this.#place = place;
     const event = this.#current();
@@ -359,7 +359,7 @@ class Page {
     if (this.#place >= 0) list.setAttribute("aria-activedescendant", `event${this.#place}`);
   }
 
-  // Prints the visible part of the time, all open rows, and the events of that time.
+  // Onto paper goes the part of the time that is seen, all open rows, and its events.
   #print() {
     const chart = this.#chart;
     const axis = new Axis(chart.axis.begin, chart.axis.end);
@@ -449,7 +449,7 @@ function copied(drawing) {
   return copy;
 }
 
-// Returns the colours of the light theme, independent of the screen.
+// The colours of the light theme, whatever the screen shows.
 function paperColours() {
   const root = document.documentElement;
   const before = root.dataset.theme;

@@ -78,13 +78,13 @@ function armsOf(model, { hand = [0, 0, 0, 0] }) {
   return { arm1, arm2: arm2 + second, offset: first, tool: [0, 0, third], turning: false };
 }
 
-// Returns the tool as seen from the flange at angle r.
+// The tool as seen from the flange whose R is r.
 function toolAt(model, { tool, turning }, r) {
   const [x, y] = turning && model.axes.length > 3 ? rotated(tool, r) : tool;
   return [x, y, tool[2]];
 }
 
-// Returns the places of base, elbow, flange and tool for joints (mm, degrees).
+// Where base, elbow, flange and tool are, from the joints (mm, degrees).
 export function figure(model, joints, pose = NO_POSE) {
   const arms = armsOf(model, pose);
   const z = joints[2] ?? 0;
@@ -109,7 +109,7 @@ function unshifted(model, [x, y = 0, z = 0, r = 0], { shift = [0, 0, 0, 0] }) {
   return [turnedX + shift[0], turnedY + shift[1], z + shift[2], r + shift[3]];
 }
 
-// Returns the joints (mm, degrees) that bring the tool to a place; null without any.
+// The joints (mm, degrees) that bring the tool to a place; null where none do.
 export function jointsAt(model, place, pose = NO_POSE) {
   const arms = armsOf(model, pose);
   const [, , , r] = place;
@@ -145,7 +145,7 @@ function svgElement(tag, attributes = {}, text = "") {
 const pathOf = (places) => places.map(([x, y], k) => `${k ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`).join("");
 const rounded = (value) => Number(value.toFixed(value % 1 ? 3 : 0));
 
-// Returns the border of the reach of a SCARA robot for each hand system.
+// What the joints of a SCARA robot can reach: of each hand system its border.
 function reachOf({ arms: [arm1, arm2], axes }) {
   const [[low1, high1], [low2, high2]] = axes.map(({ low, high }) => [low, Math.min(high, low + 360)]);
   const at = (first, second) => {
@@ -168,7 +168,7 @@ function reachOf({ arms: [arm1, arm2], axes }) {
   return halves;
 }
 
-// One view: the shown part of the world, and its position on the screen.
+// One view: which part of the world it shows, and where that is on the screen.
 class Pane {
   constructor(left, top, scale, box, flip) {
     Object.assign(this, { left, top, scale, box, flip });
@@ -291,7 +291,7 @@ export class RobotView {
     this.#svg.replaceChildren(svgElement("style", {}, STYLE), this.#fixed, this.#moving);
   }
 
-  // Lays out both views, to the same scale.
+  // Both views, to the same scale.
   #placed(width) {
     const { axes, kind } = this.#model;
     const [zLow, zHigh] = [axes[2]?.low ?? 0, axes[2]?.high ?? 0];
@@ -360,7 +360,7 @@ export class RobotView {
     return made;
   }
 
-  // Draws the limits of the joints: the reach, and the range of Z.
+  // The limits of the joints: what can be reached, and how far Z goes.
   #limits(above, side) {
     const { axes, kind } = this.#model;
     const [first, second, third] = axes;
@@ -377,7 +377,7 @@ export class RobotView {
     }
   }
 
-  // Draws areas, pallets and points, each with its name if it fits.
+  // Areas, pallets and points, each with its name where there is room for it.
   #things(above, side, pose) {
     const { areas = [], pallets = [], points = [] } = this.#model;
     const moved = (place) => unshifted(this.#model, place, pose);
@@ -505,7 +505,7 @@ export class RobotView {
     dot(side, [tool[0], tool[2]], 4, "rv-tip");
   }
 
-  // Draws an axis between its soft limits, with its position.
+  // An axis between its soft limits, and where it is.
   #bar(axis, k, top, begin, end) {
     const [left, right] = [begin + 52, end - 100];
     this.#text(begin, top + 15, `Axis ${k + 1}`);

@@ -1,4 +1,4 @@
-// The robots of a recording at a given time, each in its own drawing.
+// The robots of a recording, as they stand at a time: each a drawing of its own.
 
 import { element } from "./chart.js";
 import { RobotView } from "./robot.js";
@@ -32,7 +32,7 @@ export function poseAt(poses, t) {
   return place < 0 ? {} : poses[place][1];
 }
 
-// Returns the times of the last changes of some lanes, the earliest first.
+// The times of the last changes of some lanes, the earliest first.
 export function lastTimes(lanes, t, most) {
   const all = lanes.flatMap((lane) => {
     const end = lane.indexAt(t) + 1;
@@ -41,7 +41,7 @@ export function lastTimes(lanes, t, most) {
   return [...new Set(all)].sort((one, other) => one - other).slice(-most);
 }
 
-// Returns the trail of the tool until t.
+// Where the tool has been until t.
 function wayUntil(view, lanes, poses, t) {
   const times = view.model.kind === "axes" ? [] : lastTimes(lanes, t, WAY);
   if (!times.length) return [];

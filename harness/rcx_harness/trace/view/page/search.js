@@ -3,7 +3,7 @@
 const IDLE_WORDS = new Set(["next", "previous", "prev", "edge", "edges", "change", "changes", "the", "of"]);
 const BIT = /^(s[io])\(?(\d{2})\)?$/;
 
-// Returns the words that an event must contain: "SO13 on" finds "so(13)" and "on".
+// The words that an event has to have: "SO13 on" looks for "so(13)" and "on".
 export function wordsOf(query) {
   return query
     .toLowerCase()
