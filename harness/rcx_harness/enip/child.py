@@ -122,7 +122,7 @@ def tell(message: Mapping[str, Any]) -> None:
 
 
 def be_punctual(policy: Literal["first", "in turn"]) -> None:
-    """Ask for what makes the times of this process exact; see `system.ask_for_priority`."""
+    """Request exact timing for this process; see `system.ask_for_priority`."""
     gc.freeze()
     system.fine_timers()
     system.ask_for_priority(policy)

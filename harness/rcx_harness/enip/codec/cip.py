@@ -246,7 +246,7 @@ def encode_path(class_id: int, instance: int, attribute: int | None = None) -> b
 
 
 def encode_segment(kind: int, number: int) -> bytes:
-    """Return a logical segment, 8 bits wide if the number permits it, otherwise 16 bits (padded)."""
+    """Return a logical segment, 8 bits wide if the number permits it, otherwise 16 (padded)."""
     if number <= 0xFF:
         return struct.pack("<BB", kind, number)
     return struct.pack("<BxH", kind | _SIXTEEN_BIT, number)

@@ -112,7 +112,7 @@ class Frame(NamedTuple):
 
 
 def decode_header(data: bytes | bytearray) -> tuple[Frame, int] | None:
-    """Return the first frame without data and the length of its data; None without a full header."""
+    """Return the first frame without its data, and their length; None without a header."""
     if len(data) < HEADER_SIZE:
         return None
     command, length, session, status, context, options = _HEADER.unpack_from(data)
@@ -174,7 +174,7 @@ def unconnected_items(data: bytes) -> tuple[bytes, list[tuple[int, bytes]]] | No
 
 
 def connected(connection_id: int, message: bytes) -> bytes:
-    """Return the data of a SendUnitData: a class 3 message, which begins with the sequence count."""
+    """Return the data of a SendUnitData: a class 3 message, with the sequence count first."""
     address = struct.pack("<I", connection_id)
     items = encode_items((Item.CONNECTED_ADDRESS, address), (Item.CONNECTED_DATA, message))
     return _INTERFACE.pack(_CIP_INTERFACE, 0) + items

@@ -283,7 +283,7 @@ def close_reply(triad: Triad) -> bytes:
 
 
 def refusal_data(request: Request, remaining: int = 0) -> bytes:
-    """Return the data of a refusal: the triad as it was sent, and the remaining words of the path.
+    """Return the data of a refusal: the triad as sent, and the remaining words of the path.
 
     Args:
         request: A Forward Open or Forward Close, of any length.
