@@ -341,7 +341,8 @@ class Exchange:
         """Process a received packet.
 
         Returns:
-            False if the datagram is not a packet, or no connection has its id. Nothing is counted then.
+            False if the datagram is not a packet, or no connection has its id. Nothing is counted
+            then.
         """
         packet = decode_packet(datagram)
         connection = self._by_id.get(packet.connection_id) if packet else None

@@ -68,15 +68,15 @@ class KeptConnection:
 
         Args:
             image: The area to the adapter.
-            valid_us: The packets stop if `write` is not called again within this time [us]. None: they
-                never stop.
+            valid_us: The packets stop if `write` is not called again within this time [us]. None:
+                they never stop.
         """
         with self._lock:
             if self._scanner is not None:
                 self._scanner.write(image, valid_us=valid_us)
 
     def look(self) -> tuple[ScannerStatistics, int | None] | None:
-        """Return the packet figures, and the age of the last packet [us]; None without a scanner."""
+        """Return packet figures and the age of the last packet [us]; None without a scanner."""
         with self._lock:
             scanner = self._scanner
             return None if scanner is None else (scanner.statistics(), scanner.read().age_us)
