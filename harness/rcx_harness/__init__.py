@@ -19,7 +19,7 @@ _HOME |= {"InputError": "structured_text.errors", "RobotConfig": f"{__name__}.ro
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use: one part of the package does not load all others."""
+    """Import a name on first use, so that one part of the package does not load all others."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

@@ -1,9 +1,9 @@
-"""A process of its own that serves a part of the network, for both ends of its pipes.
+"""A child process that serves a part of the network, and the handle that its parent holds.
 
-Its settings are the JSON in its only argument. A child of such a process is a copy of it, where the
-system has copies. It says on standard output where it listens, or why
-it cannot, one JSON object a line; it ends when its standard input does, that is with its parent at
-the latest.
+Its settings are the JSON in its only argument. It writes JSON objects, one per line, to standard
+output: first where it listens, or why it cannot. It ends when its standard input ends, which
+happens with the parent at the latest. If the system can fork, a child of such a process is a copy
+of it.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ _is_child = False
 
 
 class Child:
-    """The process as its parent holds it.
+    """The handle of a child process in its parent.
 
     Args:
-        module: What it runs.
-        settings: Its argument.
-        name: What it is, in messages.
+        module: The module that the process runs.
+        settings: The argument of the process.
+        name: The name of the process in messages.
 
     Attributes:
-        process: It.
+        process: The process.
         orders: Its standard input.
         reports: Its standard output.
-        started: What it has said first.
+        started: The first message of the process.
 
     Raises:
-        ProcessDiedError: it has ended without a word.
+        ProcessDiedError: The process ended without a message.
     """
 
     def __init__(self, module: str, settings: Mapping[str, Any], name: str) -> None:
@@ -64,13 +64,13 @@ class Child:
             raise
 
     def wait_for_code(self) -> int | None:
-        """Exit code of one whose pipes have closed, which takes a moment; None if it lives on."""
+        """Return the exit code after the pipes have closed; None if the process does not end."""
         with suppress(subprocess.TimeoutExpired):
             return self.process.wait(_WAIT_S)
         return None
 
     def stop(self) -> None:
-        """End it by its sign, the end of its standard input; else by force."""
+        """End the process by closing its standard input, and kill it if it does not end."""
         with suppress(OSError):  # it has ended with an order unread
             self.orders.close()
         try:
@@ -81,10 +81,10 @@ class Child:
 
 
 def run(main: Callable[[str], None]) -> None:
-    """Do in a child what it was started for.
+    """Run the main function of a child process.
 
     Args:
-        main: Takes its argument.
+        main: Called with the argument of the process.
     """
     global _is_child
     _is_child = True
@@ -105,7 +105,7 @@ def _started(module: str, argument: str) -> subprocess.Popen[str] | system.Piped
 
 
 def how_ended(code: int | None) -> str:
-    """An exit code as `subprocess` gives it: `killed by SIGKILL`, `exit code 1`."""
+    """Return an exit code of `subprocess` in words: `killed by SIGKILL`, `exit code 1`."""
     if code is None:
         return "it does not answer any more"
     if code < 0:
@@ -116,13 +116,13 @@ def how_ended(code: int | None) -> str:
 
 
 def tell(message: Mapping[str, Any]) -> None:
-    """Say something to the parent, in the process itself."""
+    """Send a message from the child process to its parent."""
     with suppress(OSError):  # the parent has ended
         os.write(1, json.dumps(message).encode() + b"\n")
 
 
 def be_punctual(policy: Literal["first", "in turn"]) -> None:
-    """Ask for what makes the times of this process exact; see `system.ask_for_priority`."""
+    """Request exact timing for this process; see `system.ask_for_priority`."""
     gc.freeze()
     system.fine_timers()
     system.ask_for_priority(policy)

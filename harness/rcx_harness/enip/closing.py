@@ -1,4 +1,4 @@
-"""What is closed at the end of a `with`."""
+"""A base class of objects that a `with` statement closes."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ _Own = TypeVar("_Own", bound="Closing")
 
 
 class Closing:
-    """Something with a `close` that does no harm more than once."""
+    """An object with a `close` method that may be called more than once."""
 
     def close(self) -> None:
-        """End it."""
+        """Close the object."""
         raise NotImplementedError
 
     def __enter__(self: _Own) -> _Own:
-        """It, at work."""
+        """Return the object itself."""
         return self
 
     def __exit__(self, *of: object) -> None:
-        """End it."""
+        """Close the object."""
         self.close()

@@ -40,13 +40,13 @@ _ENUMERATED = "0x0002"
 
 @dataclass(frozen=True)
 class _Entry:
-    """One entry: its keyword, and its fields with a comment each."""
+    """An entry: its keyword, and its fields with a comment each."""
 
     key: str
     fields: tuple[tuple[str, str], ...]
 
     def lines(self) -> Iterator[str]:
-        """`key = field;` or, for several fields, one line each."""
+        """Yield `key = field;`, or one line per field for several fields."""
         if len(self.fields) == 1:
             value, note = self.fields[0]
             yield _noted(f"        {self.key} = {value};", note)
@@ -60,18 +60,18 @@ class _Entry:
 def eds_text(
     size: int = SIZE, identity: Identity | None = None, options: AdapterOptions | None = None
 ) -> str:
-    """The whole sheet.
+    """Return the complete sheet.
 
     Args:
         size: Bytes of each area that a tool proposes, 48 or 256; both can be chosen in it.
-        identity: What the device says of itself; the default is the adapter's.
-        options: Packet intervals and connection points; the default is the adapter's.
+        identity: The identity of the device; default: the adapter's.
+        options: Packet intervals and connection points; default: the adapter's.
 
     Returns:
         ASCII text with LF line ends.
 
     Raises:
-        InputError: no area has this size.
+        InputError: No area has this size.
     """
     check_size(size)
     options = options or AdapterOptions()
@@ -237,7 +237,7 @@ def _connection(number: int, kind: str, names: tuple[str, str], path: str) -> _E
 
 
 def _segment(kind: int, number: int) -> str:
-    """A logical segment as the format writes it."""
+    """Return a logical segment in the notation of the format."""
     return encode_segment(kind, number).hex(" ").upper()
 
 

@@ -21,7 +21,7 @@ __all__ = ["Class1Link", "LockstepLink"]
 
 
 class _Link:
-    """What both have: the robot's end works on the adapter's memory."""
+    """The common part of both links: the robot's end uses the adapter's memory."""
 
     name = "enip"
 
@@ -30,11 +30,11 @@ class _Link:
         self.adapter = adapter
 
     def robot_read(self) -> bytes:
-        """What the controller's adapter has received last: assembly 150."""
+        """Return assembly 150, as the controller's adapter received it last."""
         return self.adapter.read_to_robot()
 
     def robot_write(self, image: bytes) -> None:
-        """Set what the master reads, or the next packets carry: assembly 100."""
+        """Set assembly 100, which the master reads or the next packets carry."""
         self.adapter.write_to_master(image)
 
 
@@ -78,7 +78,7 @@ class LockstepLink(_Link):
 
     @contextmanager
     def _telling_of_its_end(self) -> Iterator[None]:
-        """That the adapter's process has died says more than that it does not answer."""
+        """Raise ProcessDiedError instead of a time-out if the adapter's process has died."""
         try:
             yield
         except CipError:
@@ -135,15 +135,15 @@ class Class1Link(_Link):
 
     @property
     def failure(self) -> str:
-        """Which of its processes has ended by itself, and how; empty as long as all run."""
+        """Return which process ended by itself, and how; empty while all run."""
         return self.adapter.failure or self.scanner.failure
 
     def scanner_write(self, image: bytes) -> None:
-        """Set what the master's next packets carry; its program runs."""
+        """Set the data of the master's next packets, with the run state."""
         self.scanner.write(image)
 
     def scanner_read(self) -> bytes:
-        """What the master has received last."""
+        """Return the data that the master received last."""
         return self.scanner.read().image
 
     def close(self) -> None:

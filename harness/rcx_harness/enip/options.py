@@ -1,4 +1,4 @@
-"""What can be chosen about the adapter: who it says it is, its limits and manners."""
+"""The settings of the adapter: identity, limits and connection points."""
 
 from __future__ import annotations
 
@@ -110,5 +110,5 @@ class AdapterOptions:
 
     @classmethod
     def from_message(cls, message: Mapping[str, Any]) -> AdapterOptions:
-        """What `dataclasses.asdict` gave, after a way as JSON."""
+        """Return the options from the JSON form of `dataclasses.asdict`."""
         return cls(**{**message, "configurations": tuple(message["configurations"])})

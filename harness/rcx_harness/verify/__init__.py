@@ -1,5 +1,6 @@
-"""How tests and programs are put to the test: coverage, mutants, all states, proof, many processes.
+"""Checks of programs and tests: debugging, exploration, proofs, storms, sweeps and properties.
 
-What is measured here is any Structured Text; nothing knows the tests or reports of one library. Of
-its blocks, `explore` knows which variables tell states apart.
+This package works on any Structured Text and does not depend on one library's tests or reports.
+`explore` is the only exception: it knows which variables of the library's blocks distinguish
+states.
 """

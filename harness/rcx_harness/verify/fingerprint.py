@@ -1,4 +1,4 @@
-"""What has to be the same on each computer of a cluster: this package, its tables and library."""
+"""The fingerprint that all computers of a cluster must share: package, tables and library."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 @cache
 def fingerprint() -> toolkit.Fingerprint:
-    """Return name and value of each thing, for people."""
+    """Return the name and value of each component, as text for messages."""
     own = toolkit.fingerprint((_PACKAGE, *toolkit.PACKAGES))
     folders = {"its tables": spec_folder(), "its library": default_lib()}
     tables = [(name, toolkit.digest_of([folder])) for name, folder in folders.items()]

@@ -1,6 +1,6 @@
-"""What a user demands of his program: conditions that always hold, or come within a time.
+"""Properties that a user demands: conditions that always hold, or hold within a time.
 
-In a TOML file they are conditions in Structured Text, in a Python file functions of the cell:
+A TOML file states them in Structured Text. A Python file states them as functions of the cell:
 
     import rcx_harness as rcx
 
@@ -46,7 +46,7 @@ __all__ = [
     "judge_run",
 ]
 
-#: A property in Python: asked after a scan.
+#: A property in Python: a function of the cell that is called after each scan.
 Asked = Callable[[Any], object]
 
 
@@ -55,12 +55,12 @@ class Declared:
     """A property as it was declared.
 
     Attributes:
-        name: For people.
-        that: A condition, or a function of the cell: what holds, or has to come.
-        within_us: It has to come within this time [us]; None: it always holds.
-        after: What starts that time by becoming true; None: it runs whenever `that` does not hold.
-        file: Where it was declared.
-        home: The user's name of that file, where `file` is a copy of it; None: it is none.
+        name: The name in messages.
+        that: A condition, or a function of the cell, that always holds or must become true.
+        within_us: `that` must hold within this time [us]. None: `that` always holds.
+        after: The time starts when this becomes true. None: it runs whenever `that` is false.
+        file: The file that declares the property.
+        home: The user's path of that file if `file` is a copy. None: `file` is not a copy.
     """
 
     name: str
@@ -72,16 +72,16 @@ class Declared:
 
     @property
     def shown_file(self) -> str | None:
-        """The file that a message names."""
+        """Return the file that a message names."""
         return self.home or self.file
 
     @property
     def kind(self) -> str:
-        """The kind of a failure of it."""
+        """Return the kind of failure that this property reports."""
         return f"{'always' if self.within_us is None else 'eventually'} {self.name}"
 
     def __call__(self, cell: Bench) -> object:
-        """Ask it; a function stays one, for tests of it."""
+        """Evaluate the property, so that tests can call a decorated function as before."""
         assert callable(self.that)
         return self.that(cell)
 
@@ -95,7 +95,7 @@ def always(asked: Asked | None = None, *, name: str = "") -> Any:
 
     Args:
         asked: A function of the cell that reads variables by their paths.
-        name: For people; default: the function's, with blanks.
+        name: The name in messages. Default: the name of the function, with blanks.
     """
 
     def declare(asked: Asked) -> Declared:
@@ -107,12 +107,13 @@ def always(asked: Asked | None = None, *, name: str = "") -> Any:
 def eventually(
     *, within: Duration, after: Asked | None = None, name: str = ""
 ) -> Callable[[Asked], Declared]:
-    """Declare a property that has to come within a time.
+    """Declare a property that must hold within a time.
 
     Args:
         within: The time.
-        after: From when on: when this becomes true; without it, from when the property is false.
-        name: For people; default: the function's, with blanks.
+        after: The time starts when this becomes true. Without it, the time starts when the
+            property is false.
+        name: The name in messages. Default: the name of the function, with blanks.
     """
     within_us = parse_us(within)
     return lambda asked: Declared(name or _name(asked), asked, within_us, after, _file(asked))
@@ -128,10 +129,10 @@ def _file(asked: Asked) -> str | None:
 
 
 def from_python(file: Path) -> list[Declared]:
-    """The properties that a Python file declares, in their order.
+    """Return the properties that a Python file declares, in their order.
 
     Raises:
-        InputError: it cannot be run, or declares none.
+        InputError: The file cannot be run, or declares no property.
     """
     name = f"rcx_properties_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
@@ -145,7 +146,7 @@ def from_python(file: Path) -> list[Declared]:
     except BaseException as error:
         raise _blamed(error, str(file)) from None
     finally:
-        sys.exit = exits  # the command ends with it, and its exit code must be its own
+        sys.exit = exits  # the file may replace sys.exit, but the command needs its own exit code
     found = [one for one in vars(module).values() if isinstance(one, Declared)]
     if not found:
         raise InputError("declares no property", file=file, hint="write @rcx.always above one")
@@ -156,15 +157,15 @@ def from_python(file: Path) -> list[Declared]:
 def _blamed(
     error: BaseException, file: str | None, property_: str = "", home: str | None = None
 ) -> BaseException:
-    """Return the error that the user reads of one that his code has raised.
+    """Return the error to show the user for an exception in the user's code.
 
-    `sys.exit(0)` in it, too, is an error: it must not end the command as if all were well.
+    `sys.exit(0)` in that code is an error as well, because it would end the command with success.
 
     Args:
-        error: What was raised.
-        file: His file.
-        property_: The name of the property that was asked; empty while the file is loaded.
-        home: The user's name of the file, where `file` is a copy of it.
+        error: The exception.
+        file: The user's file.
+        property_: The name of the evaluated property; empty while the file is loaded.
+        home: The user's path of the file if `file` is a copy.
     """
     if isinstance(error, KeyboardInterrupt) and not _is_raised(error):
         return error  # Ctrl-C
@@ -179,7 +180,7 @@ def _blamed(
 
 
 def _is_raised(error: BaseException) -> bool:
-    """Return whether a `raise` statement has raised this; Ctrl-C comes at any other instruction."""
+    """Return whether a `raise` statement raised this; Ctrl-C occurs at any other instruction."""
     last = error.__traceback__
     while last is not None and last.tb_next is not None:
         last = last.tb_next
@@ -192,7 +193,7 @@ def _words(error: BaseException) -> str:
     """Return the kind and the text of an error of the user's code, on one printable line."""
     try:
         text = " ".join(str(error).split())
-    except Exception:  # its own method fails
+    except Exception:  # the exception's own __str__ failed
         text = "no text"
     shown = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
     kind = type(error).__name__
@@ -200,7 +201,7 @@ def _words(error: BaseException) -> str:
 
 
 def _line(error: BaseException, file: str | None) -> int | None:
-    """Return the line of the user's file that has led to an error; the innermost one."""
+    """Return the innermost line of the user's file that led to an error."""
     places = [(one.filename, one.lineno) for one in traceback.extract_tb(error.__traceback__)]
     if isinstance(error, SyntaxError):
         places.append((error.filename or "", error.lineno))
@@ -210,17 +211,17 @@ def _line(error: BaseException, file: str | None) -> int | None:
 
 
 class _Asked:
-    """Something that is asked after each scan: a condition, or a function of the cell."""
+    """A condition, or a function of the cell, that is evaluated after each scan."""
 
     def __init__(self, cell: Bench | None, declared: Declared, that: Condition | Asked) -> None:
         self._cell, self._declared, self._that = cell, declared, that
         self.condition = that if isinstance(that, Condition) else None
 
     def now(self) -> bool:
-        """Does it hold?
+        """Return whether it holds now.
 
         Raises:
-            InputError: it cannot be asked.
+            InputError: It cannot be evaluated.
         """
         if isinstance(self._that, Condition):
             return self._that.holds()
@@ -242,7 +243,7 @@ class _Asked:
 
 
 class Followed:
-    """A property of a program, followed scan by scan."""
+    """A property of a program that is evaluated scan by scan."""
 
     def __init__(self, declared: Declared, that: _Asked, after: _Asked | None) -> None:
         self.declared, self._that, self._after = declared, that, after
@@ -251,12 +252,15 @@ class Followed:
         self._was = True
 
     def scan(self, now_us: int) -> bool:
-        """Was it broken in this scan, and not in the one before?"""
+        """Evaluate a scan, and return whether the property is newly broken in it."""
         holds = self._that.now()
         if self.declared.within_us is None:
             broken, was, self._broken = not holds, self._broken, not holds
             self._mark()
             return broken and not was
+        # The deadline starts with the rising edge of `after`, or without it when the
+        # property is false. A running deadline is not restarted. If the property holds,
+        # the deadline ends. A missed deadline is reported once.
         if self._after is None:
             starts = not holds
         else:
@@ -273,7 +277,7 @@ class Followed:
         return True
 
     def forget(self) -> None:
-        """The program begins anew."""
+        """Reset the memory, because the program starts again."""
         self._broken, self._due_us, self._was = False, None, True
         self._mark()
 
@@ -283,7 +287,7 @@ class Followed:
                 one.condition.mark()
 
     def told(self, program: Program) -> str:
-        """What is wrong, with the variables that it names as they are in the program now."""
+        """Return what is wrong, with the current values of the property's variables."""
         condition = self._that.condition
         what = self.declared.name if condition is None else condition.text
         said = "is not so" if self.declared.within_us is None else "has not come"
@@ -296,12 +300,12 @@ class Followed:
         return f"{what} {said}{limit}; {shown}"
 
     def snapshot(self) -> object:
-        """What is remembered."""
+        """Return the memory of the property."""
         before = [one and one.condition and one.condition.before for one in self._both()]
         return self._broken, self._due_us, self._was, before
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore a state that `snapshot` returned."""
         self._broken, self._due_us, self._was, before = snapshot
         for one, then in zip(self._both(), before, strict=True):
             if one is not None and one.condition is not None:
@@ -312,14 +316,14 @@ class Followed:
 
     @property
     def has_before(self) -> bool:
-        """Does it compare with values of an earlier scan?"""
+        """Return whether the property compares with values of an earlier scan."""
         return any(
             one.condition.has_before for one in self._both() if one and one.condition is not None
         )
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """The variables that its conditions name."""
+        """Return the variables that the conditions name."""
         return tuple(
             path
             for one in self._both()
@@ -329,15 +333,15 @@ class Followed:
 
 
 class Judge:
-    """Follows the properties of a cell scan by scan.
+    """Evaluates the properties of a cell scan by scan.
 
     Args:
-        cell: The cell, at its beginning.
-        declared: What is demanded.
-        found: Called with each finding: its kind, and a sentence.
+        cell: The cell at its beginning.
+        declared: The demanded properties.
+        found: Called for each finding with its kind and a sentence.
 
     Raises:
-        InputError: a property names what is not there, or cannot be evaluated.
+        InputError: A property names a variable that does not exist, or cannot be evaluated.
     """
 
     def __init__(
@@ -349,14 +353,14 @@ class Judge:
         cell.plc.on_start.append(self._forget)
 
     def take(self, record: Any) -> None:
-        """A record of the trace; each scan is judged once."""
+        """Take a record of the trace, and evaluate the properties once per scan."""
         if self._cell.ends_scan(record):
             for one in self._properties:
                 if one.scan(record.t_us):
                     self._found(one.declared.kind, one.told(self._cell.program))
 
     def expected(self, kind: str) -> str:
-        """The condition that a failure of this kind has broken; empty: no one condition says it."""
+        """Return the condition that a failure of this kind broke; "" if no single one did."""
         for one in self._properties:
             that = one.declared.that
             if one.declared.kind == kind and isinstance(that, str) and not one.has_before:
@@ -364,7 +368,7 @@ class Judge:
         return ""
 
     def paths(self, kind: str) -> tuple[str, ...]:
-        """The variables that the property of a kind of failure names in its conditions."""
+        """Return the variables in the conditions of the property with this kind of failure."""
         return next((one.paths for one in self._properties if one.declared.kind == kind), ())
 
     def _forget(self) -> None:
@@ -372,20 +376,20 @@ class Judge:
             one.forget()
 
     def snapshot(self) -> object:
-        """What is remembered of each property."""
+        """Return the memory of each property."""
         return [one.snapshot() for one in self._properties]
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore a state that `snapshot` returned."""
         for one, state in zip(self._properties, snapshot, strict=True):
             one.restore(state)
 
 
 def judge_run(cell: Bench, declared: Sequence[Declared]) -> None:
-    """Let properties that are broken be violations of a cell, as broken rules are.
+    """Report broken properties as violations of a cell, in the same way as broken rules.
 
     Raises:
-        InputError: as `Judge`.
+        InputError: See `Judge`.
     """
 
     def found(kind: str, text: str) -> None:
@@ -398,15 +402,15 @@ def judge_run(cell: Bench, declared: Sequence[Declared]) -> None:
 def followed(
     program: Program, declared: Sequence[Declared], cell: Bench | None = None
 ) -> list[Followed]:
-    """What is demanded of a program, ready to be followed.
+    """Return the declared properties of a program, ready to be evaluated.
 
     Args:
-        program: The program, at its beginning.
-        declared: What is demanded.
-        cell: Its cell, which properties in Python ask.
+        program: The program at its beginning.
+        declared: The demanded properties.
+        cell: The cell that properties in Python read.
 
     Raises:
-        InputError: a property names what is not there, or cannot be evaluated.
+        InputError: A property names a variable that does not exist, or cannot be evaluated.
     """
     texts = [text for one in declared for text in (one.that, one.after) if isinstance(text, str)]
     made = iter(_checked(program, declared, texts))
@@ -423,7 +427,7 @@ def followed(
 
 
 def _checked(program: Program, declared: Sequence[Declared], texts: list[str]) -> list[Condition]:
-    """The conditions; of an error it is said where it was declared."""
+    """Return the compiled conditions; an error names the file that declares the condition."""
     try:
         return conditions(program, texts)
     except InputError as error:
@@ -435,10 +439,10 @@ def _checked(program: Program, declared: Sequence[Declared], texts: list[str]) -
 
 
 def declared_in(table: Mapping[str, Any], file: Path) -> list[Declared]:
-    """The properties `[[always]]` and `[[eventually]]` of a TOML file.
+    """Return the properties `[[always]]` and `[[eventually]]` of a TOML file.
 
     Raises:
-        InputError: a key that is not known, is missing, or has a wrong value.
+        InputError: A key is unknown or missing, or has a wrong value.
     """
     found = []
     for kind in ("always", "eventually"):

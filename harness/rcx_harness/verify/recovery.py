@@ -1,4 +1,4 @@
-"""What an operator does so that a cell works again, and how it is seen that it does."""
+"""The steps by which an operator restarts a cell, and the check that the cell works again."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from structured_text.output.units import format_us, parse_us
 __all__ = ["NotRecoveredError", "Operator", "Recovery", "Step", "recovery_of"]
 
 _PRESSED_US = 100_000
-#: Causes are gone once every controller is there again: so long it may take.
+#: Causes are gone when every controller is back. This takes at most this time [us].
 _BACK_US = 20_000_000
 
 
 @dataclass(frozen=True)
 class Step:
-    """One thing that the operator does.
+    """One step of the operator.
 
     Attributes:
-        values: Variables that he sets.
-        press: Buttons that he presses together.
-        for_us: How long.
-        until: A condition that he waits for then; empty: none.
-        within_us: It has to come within this time.
-        wait_us: How long he waits at last.
+        values: Variables that the operator sets.
+        press: Buttons that the operator presses together.
+        for_us: How long the buttons are pressed [us].
+        until: A condition that the operator then waits for; empty: none.
+        within_us: The condition must hold within this time [us].
+        wait_us: A final waiting time [us].
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -45,13 +45,14 @@ class Step:
 
 @dataclass(frozen=True)
 class Recovery:
-    """The way back that is demanded.
+    """The recovery that a user demands.
 
     Attributes:
-        steps: What the operator does.
-        when: What has to come then; `BEFORE(x)` is the value of x as he begins. Empty: nothing.
-        within_us: Within this time.
-        file: Where it was written.
+        steps: The steps of the operator.
+        when: The condition that must hold afterwards. `BEFORE(x)` is the value of x at the
+            beginning of the recovery. Empty: no condition.
+        within_us: The condition must hold within this time [us].
+        file: The file that contains the table.
     """
 
     steps: tuple[Step, ...] = ()
@@ -61,7 +62,7 @@ class Recovery:
 
 
 class NotRecoveredError(Exception):
-    """The cell does not work again; `expect` is the condition that did not come."""
+    """The cell does not work again; `expect` is the condition that did not hold."""
 
     def __init__(self, text: str, expect: str) -> None:
         super().__init__(text)
@@ -69,7 +70,7 @@ class NotRecoveredError(Exception):
 
 
 class _Doing(Protocol):
-    """A run that does what an operator does, and lets time pass."""
+    """A run that plans the operator's actions and lets time pass. `Operator` uses it."""
 
     cell: Cell
 
@@ -79,14 +80,14 @@ class _Doing(Protocol):
 
 
 class Operator:
-    """Brings a cell back, as a recovery says.
+    """An operator who brings a cell back into work with the steps of a recovery.
 
     Args:
         cell: The cell.
-        recovery: What to do.
+        recovery: The recovery.
 
     Raises:
-        InputError: a condition or variable that is not there.
+        InputError: A condition or variable does not exist.
     """
 
     def __init__(self, cell: Cell, recovery: Recovery) -> None:
@@ -105,13 +106,14 @@ class Operator:
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """The variables that what has to come names."""
+        """Return the variables that the final condition names."""
         return () if self._when is None else self._when.paths
 
     def wait_for_controllers(self, run: _Doing) -> None:
-        """Let every controller come back that can; a while at most.
+        """Wait until all controllers are connected again, at most 20 s.
 
-        A connection whose packets were lost a moment ago is taken as lost only now.
+        The wait begins with twice the connection time-out, because a connection whose packets were
+        lost just now is still reported as connected.
         """
         run.let_pass(2 * run.cell.timing.timeout_us)
         end_us = run.cell.now_us + _BACK_US
@@ -119,10 +121,10 @@ class Operator:
             run.let_pass(50_000)
 
     def act(self, run: _Doing) -> None:
-        """Do all steps.
+        """Execute all steps.
 
         Raises:
-            NotRecoveredError: what he waits for does not come.
+            NotRecoveredError: The condition of a step does not hold in time.
         """
         until = iter(self._until)
         for step in self._recovery.steps:
@@ -144,10 +146,10 @@ class Operator:
                 run.let_pass(step.wait_us)
 
     def recover(self, run: _Doing) -> None:
-        """Do all steps, and wait for what has to come.
+        """Execute all steps, and wait for the final condition.
 
         Raises:
-            NotRecoveredError: it does not come.
+            NotRecoveredError: The condition does not hold in time.
         """
         if self._when is not None:
             self._when.mark()
@@ -159,7 +161,8 @@ class Operator:
         program = run.cell.program
         try:
             run.cell.run_until(condition.holds, within=within_us)
-            # What the operator does next comes behind the scan that has just run.
+            # The next action of the operator must come after the scan that has just
+            # run.
             run.let_pass(1_000 - run.cell.now_us % 1_000)
         except CellTimeout:
             before = [
@@ -176,10 +179,10 @@ class Operator:
 
 
 def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
-    """The table `[recover]` of a file.
+    """Return the recovery in the table `[recover]` of a file.
 
     Raises:
-        InputError: a key that is not known, is missing, or has a wrong value.
+        InputError: A key is unknown or missing, or has a wrong value.
     """
     keys = ("set", "steps", "when", "within")
     check_keys(table, keys, "[recover]", file, every="keys are")

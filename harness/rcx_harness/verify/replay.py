@@ -1,4 +1,4 @@
-"""What a search has found as a stimulus file, and the same run in a cell, with its chart."""
+"""Writes the finding of a search as a stimulus file and runs it in a cell, with a chart."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ def replayed(
     properties: Sequence[Declared] = (),
     kind: type[PlcStimulus] = Stimulus,
 ) -> Iterator[_Made]:
-    """Write a stimulus file, yield the cell for which it is scheduled, and then write its chart.
+    """Write a stimulus file, yield the cell for which it is scheduled, then write its chart.
 
     Args:
         made: Builds the cell, or the bench of a program without a robot.
         entries: The run.
-        about: Comment at the beginning of the file.
-        stimulus: Where the stimulus file goes.
-        chart: Where the timing chart (SVG) goes.
-        properties: What judges the run besides the rules.
+        about: The comment at the beginning of the file.
+        stimulus: The stimulus file to write.
+        chart: The timing chart (SVG) to write.
+        properties: Properties to check in addition to the rules.
         kind: The class that reads the stimulus file.
 
     Raises:
-        InputError: a file cannot be written, or is there already and none of a search.
+        InputError: A file cannot be written, or exists and was not written by a search.
     """
     for file in (stimulus, chart):
         if file is not None:

@@ -47,7 +47,7 @@ class ExtendedStatus(IntEnum):
     older: int
 
     def __new__(cls, code: int, meaning: str = "", older: int | None = None) -> ExtendedStatus:
-        """The code is the number."""
+        """Return the member; its value is the code."""
         member = int.__new__(cls, code)
         member._value_ = code
         member.meaning = meaning
@@ -93,7 +93,7 @@ class ExtendedStatus(IntEnum):
 
 
 def extended_text(code: int) -> str:
-    """An extended status code of the Connection Manager in words."""
+    """Return an extended status code of the Connection Manager in words."""
     try:
         return ExtendedStatus(code).meaning
     except ValueError:
@@ -183,9 +183,9 @@ class Refusal(Exception):  # noqa: N818 (a refusal is an answer, not a failure)
 
 @dataclass(frozen=True)
 class ElectronicKey:
-    """Which device the sender means; 0 stands for any.
+    """The device that the sender expects; 0 stands for any value.
 
-    `compatible` asks for a device that can take the place of this revision.
+    `compatible` accepts a device that can replace one of this revision.
     """
 
     vendor: int
@@ -232,7 +232,7 @@ _KEY = struct.Struct("<HHHBB")
 
 
 def status_text(status: int) -> str:
-    """A general status code in words."""
+    """Return a general status code in words."""
     try:
         return Status(status).name.lower().replace("_", " ")
     except ValueError:
@@ -240,31 +240,31 @@ def status_text(status: int) -> str:
 
 
 def encode_path(class_id: int, instance: int, attribute: int | None = None) -> bytes:
-    """Path of logical segments."""
+    """Return a path of logical segments."""
     path = encode_segment(0x20, class_id) + encode_segment(0x24, instance)
     return path if attribute is None else path + encode_segment(0x30, attribute)
 
 
 def encode_segment(kind: int, number: int) -> bytes:
-    """A logical segment, 8 bit wide where the number allows it, else 16 bit (padded)."""
+    """Return a logical segment, 8 bits wide if the number permits it, otherwise 16 (padded)."""
     if number <= 0xFF:
         return struct.pack("<BB", kind, number)
     return struct.pack("<BxH", kind | _SIXTEEN_BIT, number)
 
 
 def encode_request(service: int, path: bytes, data: bytes = b"") -> bytes:
-    """Service, path with its size in words, data."""
+    """Return a request: service, path with its size in words, and data."""
     return struct.pack("<BB", service, len(path) // 2) + path + data
 
 
 def decode_request(message: bytes) -> Request:
-    """Take a request apart.
+    """Decode a request.
 
     Args:
-        message: At least two bytes.
+        message: The message of at least two bytes.
 
     Raises:
-        Refusal: the path runs over the end, or holds a segment not understood here.
+        Refusal: The path exceeds the message, or contains an unknown segment.
     """
     end = 2 + 2 * message[1]
     if len(message) < end:
@@ -275,13 +275,13 @@ def decode_request(message: bytes) -> Request:
 def encode_reply(
     service: int, status: int, data: bytes = b"", extended: tuple[int, ...] = ()
 ) -> bytes:
-    """Reply: service with the reply bit, general status, additional status words, data."""
+    """Return a reply: service with reply bit, general status, additional status words, and data."""
     head = struct.pack("<BBBB", service | _REPLY_BIT, 0, status, len(extended))
     return head + struct.pack(f"<{len(extended)}H", *extended) + data
 
 
 def decode_reply(message: bytes) -> Reply | None:
-    """Take a reply apart; None if it is none."""
+    """Decode a reply; return None if the message is not a reply."""
     if len(message) < 4 or not message[0] & _REPLY_BIT or len(message) < 4 + 2 * message[3]:
         return None
     end = 4 + 2 * message[3]
@@ -317,6 +317,6 @@ def _decode_path(path: bytes) -> Path:
 
 
 def decode_key(data: bytes) -> ElectronicKey:
-    """The eight bytes of an electronic key of format 4."""
+    """Return the electronic key of format 4 in eight bytes."""
     vendor, device_type, product_code, major, minor = _KEY.unpack(data)
     return ElectronicKey(vendor, device_type, product_code, major & 0x7F, minor, bool(major & 0x80))

@@ -90,14 +90,14 @@ class Frame(NamedTuple):
     data: bytes = b""
 
     def encode(self) -> bytes:
-        """Header and data."""
+        """Return header and data as bytes."""
         header = _HEADER.pack(
             self.command, len(self.data), self.session, self.status, self.context, self.options
         )
         return header + self.data
 
     def with_data(self, data: bytes) -> Frame:
-        """The same frame with these data."""
+        """Return the same frame with other data."""
         return self._replace(data=data)
 
     def answer(
@@ -106,13 +106,13 @@ class Frame(NamedTuple):
         status: EncapsulationStatus = EncapsulationStatus.SUCCESS,
         session: int | None = None,
     ) -> Frame:
-        """The frame that answers this one; a new session handle only if given."""
+        """Return the answer to this frame, with a new session handle only if one is given."""
         session = self.session if session is None else session
         return self._replace(session=session, status=int(status), data=data)
 
 
 def decode_header(data: bytes | bytearray) -> tuple[Frame, int] | None:
-    """The first frame without its data, and the length of that; None while there is no header."""
+    """Return the first frame without its data, and their length; None without a header."""
     if len(data) < HEADER_SIZE:
         return None
     command, length, session, status, context, options = _HEADER.unpack_from(data)
@@ -120,7 +120,7 @@ def decode_header(data: bytes | bytearray) -> tuple[Frame, int] | None:
 
 
 def next_frame(buffer: bytearray) -> Frame | None:
-    """Take the first whole frame out of what has been received; None while it is not complete."""
+    """Remove the first complete frame from the buffer and return it; None if none is complete."""
     if len(buffer) < HEADER_SIZE:
         return None
     command, length, session, status, context, options = _HEADER.unpack_from(buffer)
@@ -133,14 +133,14 @@ def next_frame(buffer: bytearray) -> Frame | None:
 
 
 def encode_items(*items: tuple[int, bytes]) -> bytes:
-    """Common packet format: the number of items, then type, length and data of each."""
+    """Return a common packet: the number of items, then type, length and data of each."""
     parts = [struct.pack("<H", len(items))]
     parts += [struct.pack("<HH", kind, len(data)) + data for kind, data in items]
     return b"".join(parts)
 
 
 def decode_items(data: bytes) -> list[tuple[int, bytes]] | None:
-    """Take a common packet apart; None if its lengths do not fit together."""
+    """Decode a common packet; return None if its lengths are inconsistent."""
     if len(data) < 2:
         return None
     items = []
@@ -157,13 +157,13 @@ def decode_items(data: bytes) -> list[tuple[int, bytes]] | None:
 
 
 def unconnected(message: bytes, *further: tuple[int, bytes]) -> bytes:
-    """Data of a SendRRData that carries an unconnected CIP message, and further items."""
+    """Return the data of a SendRRData with an unconnected CIP message and further items."""
     items = encode_items((Item.NULL_ADDRESS, b""), (Item.UNCONNECTED_DATA, message), *further)
     return _INTERFACE.pack(_CIP_INTERFACE, 0) + items
 
 
 def unconnected_items(data: bytes) -> tuple[bytes, list[tuple[int, bytes]]] | None:
-    """The CIP message in the data of a SendRRData and the items behind it; None if it is none."""
+    """Return the CIP message and further items in the data of a SendRRData, or None."""
     items = _cip_items(data)
     if items is None or len(items) < 2:
         return None
@@ -174,14 +174,14 @@ def unconnected_items(data: bytes) -> tuple[bytes, list[tuple[int, bytes]]] | No
 
 
 def connected(connection_id: int, message: bytes) -> bytes:
-    """Data of a SendUnitData: a message (sequence count first) of a class 3 connection."""
+    """Return the data of a SendUnitData: a class 3 message, with the sequence count first."""
     address = struct.pack("<I", connection_id)
     items = encode_items((Item.CONNECTED_ADDRESS, address), (Item.CONNECTED_DATA, message))
     return _INTERFACE.pack(_CIP_INTERFACE, 0) + items
 
 
 def connected_items(data: bytes) -> tuple[int, bytes] | None:
-    """Connection id and message in the data of a SendUnitData; None if it is none."""
+    """Return connection id and message in the data of a SendUnitData, or None."""
     items = _cip_items(data)
     if items is None or len(items) < 2:
         return None
@@ -192,12 +192,12 @@ def connected_items(data: bytes) -> tuple[int, bytes] | None:
 
 
 def socket_address(host: str, port: int) -> bytes:
-    """An IPv4 address as the protocol carries it: 16 bytes, big endian."""
+    """Return an IPv4 address as 16 bytes, big endian, as the protocol transmits it."""
     return struct.pack(">HH4s8x", 2, port, bytes(int(part) for part in host.split(".")))
 
 
 def decode_socket_address(data: bytes) -> tuple[str, int] | None:
-    """Host and port of a socket address item; None if it is none of IPv4."""
+    """Return host and port of a socket address item, or None if it is not an IPv4 address."""
     if len(data) != 16:
         return None
     family, port, host = struct.unpack(">HH4s8x", data)

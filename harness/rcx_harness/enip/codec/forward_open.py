@@ -85,7 +85,7 @@ class ConnectionPath:
     inhibit_us: int = 0
 
     def application(self) -> tuple[int, tuple[int, ...]]:
-        """The part that a Forward Close must name again."""
+        """Return the part of the path that identifies the application: class and numbers."""
         return self.class_id, self.numbers
 
 
@@ -132,7 +132,7 @@ def decode_connection_path(path: bytes) -> ConnectionPath:
 
 
 def _length(path: bytes, at: int) -> int:
-    """Bytes of the segment at `at`, which lies wholly within the path."""
+    """Return the number of bytes of the segment at `at`; raise PathRefusal if it is cut off."""
     segment, second = path[at], path[at + 1]
     if segment & ~_SIXTEEN_BIT in (_CLASS, _INSTANCE, _CONNECTION_POINT):
         length = 4 if segment & _SIXTEEN_BIT else 2
@@ -183,14 +183,14 @@ class ConnectionType(IntEnum):
 
 @dataclass(frozen=True)
 class Triad:
-    """What names a connection everywhere: its serial number, and its originator."""
+    """The identity of a connection: its serial number, and vendor and number of the originator."""
 
     serial: int
     vendor: int
     originator: int
 
     def encode(self) -> bytes:
-        """Eight bytes."""
+        """Return the triad as eight bytes."""
         return _TRIAD.pack(self.serial, self.vendor, self.originator)
 
 
@@ -272,22 +272,22 @@ def decode_forward_close(request: Request) -> ForwardClose:
 def open_reply(
     o_to_t_id: int, t_to_o_id: int, triad: Triad, o_to_t_api: int, t_to_o_api: int
 ) -> bytes:
-    """Data of the reply to a Forward Open that succeeded; without an application reply."""
+    """Return the data of a successful Forward Open reply, without an application reply."""
     ids = struct.pack("<II", o_to_t_id, t_to_o_id)
     return ids + triad.encode() + struct.pack("<IIBx", o_to_t_api, t_to_o_api, 0)
 
 
 def close_reply(triad: Triad) -> bytes:
-    """Data of the reply to a Forward Close that succeeded; without an application reply."""
+    """Return the data of a successful Forward Close reply, without an application reply."""
     return triad.encode() + bytes(2)
 
 
 def refusal_data(request: Request, remaining: int = 0) -> bytes:
-    """Data of a refusal: the triad as it was sent, and words of the path that were left.
+    """Return the data of a refusal: the triad as sent, and the remaining words of the path.
 
     Args:
         request: A Forward Open or Forward Close, of any length.
-        remaining: Words of the connection path from the offending segment to the end.
+        remaining: Words of the connection path from the wrong segment to the end.
 
     Returns:
         Ten bytes; none if the request ends before its triad does.
@@ -298,7 +298,7 @@ def refusal_data(request: Request, remaining: int = 0) -> bytes:
 
 
 def _network_parameters(value: int, large: bool) -> NetworkParameters:
-    """Redundant owner, type (2 bits), reserved, priority (2 bits), variable, size."""
+    """Decode redundant owner, type (2 bits), priority (2 bits), variable flag and size."""
     flags = value >> 16 if large else value
     return NetworkParameters(
         kind=ConnectionType(flags >> 13 & 3),
@@ -360,7 +360,7 @@ class OpenRequest:
     large: bool = False
 
     def path(self) -> bytes:
-        """The application path: configuration, consuming and producing connection point, data."""
+        """Return the path: configuration, consuming and producing connection point, and data."""
         path = encode_segment(_CLASS, ClassId.ASSEMBLY)
         if self.configuration is not None:
             path += encode_segment(_INSTANCE, self.configuration)
@@ -371,7 +371,7 @@ class OpenRequest:
         return path
 
     def forward_open(self) -> bytes:
-        """The whole CIP request."""
+        """Return the complete CIP request to open the connection."""
         kind = ConnectionType.MULTICAST if self.multicast else ConnectionType.POINT_TO_POINT
         data = _PATIENCE + struct.pack("<II", 0, 0 if self.multicast else self.t_to_o_id)
         data += self.triad.encode() + struct.pack("<B3x", self.multiplier)
@@ -386,7 +386,7 @@ class OpenRequest:
         return encode_request(service, _CONNECTION_MANAGER, data)
 
     def forward_close(self) -> bytes:
-        """The whole CIP request."""
+        """Return the complete CIP request to close the connection."""
         path = self.path()
         data = _PATIENCE + self.triad.encode() + struct.pack("<Bx", len(path) // 2) + path
         return encode_request(ConnectionService.FORWARD_CLOSE, _CONNECTION_MANAGER, data)
@@ -407,7 +407,7 @@ class OpenRequest:
         return ""
 
     def _parameters(self, kind: int, length: int) -> bytes:
-        """Type, priority and size; of fixed length, not redundant."""
+        """Return type, priority and size as bytes; fixed length, not redundant."""
         flags = kind << 13 | _SCHEDULED << 10
         return (
             struct.pack("<I", flags << 16 | length)
@@ -418,7 +418,7 @@ class OpenRequest:
 
 @dataclass(frozen=True)
 class OpenReply:
-    """What the adapter has agreed to: the ids, whose connection, and the actual intervals."""
+    """The reply of the adapter: connection ids, triad, and the actual packet intervals."""
 
     o_to_t_id: int
     t_to_o_id: int
@@ -428,7 +428,7 @@ class OpenReply:
 
 
 def decode_open_reply(data: bytes) -> OpenReply | None:
-    """The data of a reply that says success; None if it is too short."""
+    """Decode the data of a successful reply; return None if it is too short."""
     if len(data) < _REPLY.size:
         return None
     o_to_t_id, t_to_o_id, *triad, o_to_t_api_us, t_to_o_api_us = _REPLY.unpack_from(data)

@@ -1,7 +1,7 @@
-"""What a class 1 connection is made of, once its Forward Open has been accepted.
+"""The parameters of a class 1 connection after its Forward Open was accepted.
 
-The adapter decodes and checks the Forward Open; what is agreed goes, as `ConnectionParameters`,
-to the process that produces and consumes (`cyclic.process`). A scanner describes its end likewise.
+The adapter decodes and checks the Forward Open. It then sends the `ConnectionParameters` to the
+process that produces and consumes (`cyclic.process`). A scanner describes its end in the same way.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class ConnectionKind(str, Enum):
 
 
 class OwnerState(IntEnum):
-    """What became of the connection that owns the outputs (assembly 150)."""
+    """The state of the connection that owns the outputs (assembly 150)."""
 
     NONE = 0
     """There has been none yet."""
@@ -140,39 +140,39 @@ class ConnectionParameters:
 
     @property
     def is_owner(self) -> bool:
-        """Does it own the outputs?"""
+        """Return whether the connection owns the outputs."""
         return self.kind is ConnectionKind.EXCLUSIVE_OWNER
 
     @property
     def o_to_t(self) -> Way:
-        """From the originator to the target."""
+        """Return the direction from the originator to the target."""
         return Way(self.o_to_t_id, self.o_to_t_api_us, self.o_to_t_size, self.run_idle)
 
     @property
     def t_to_o(self) -> Way:
-        """From the target to the originator."""
+        """Return the direction from the target to the originator."""
         return Way(self.t_to_o_id, self.t_to_o_api_us, self.t_to_o_size, False)
 
     def timeout_us(self, way: Way) -> int:
-        """Longest silence between two packets on this way."""
+        """Return the longest silence between two packets in this direction [us]."""
         return way.api_us * (4 << self.multiplier)
 
     def as_message(self) -> dict[str, Any]:
-        """As an object of JSON, for the pipe between the processes."""
+        """Return a JSON object, for the pipe between the processes."""
         return {**asdict(self), "kind": self.kind.value}
 
     @classmethod
     def from_message(cls, message: Mapping[str, Any]) -> ConnectionParameters:
-        """What `as_message` gave."""
+        """Return the parameters in a message of `as_message`."""
         return cls(**{**message, "kind": ConnectionKind(message["kind"])})
 
 
 def multicast_address(host: str, netmask: str = "255.255.255.0") -> str:
-    """The multicast group an adapter sends to: the first of its block of 32.
+    """Return the multicast group of an adapter: the first address of its block of 32.
 
     Args:
-        host: Its IPv4 address.
-        netmask: Of its network.
+        host: The IPv4 address of the adapter.
+        netmask: The netmask of its network.
 
     Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3, 5.3, allocation by host number.
     """

@@ -1,4 +1,4 @@
-"""The process of the cyclic part as its parent holds it: start, connections, stop."""
+"""The parent's handle of the cyclic process: start, connections, stop."""
 
 from __future__ import annotations
 
@@ -63,17 +63,17 @@ class CyclicControl(Closing):
 
     @property
     def pid(self) -> int:
-        """The process's number."""
+        """Return the id of the process."""
         return self._child.process.pid
 
     @property
     def alive(self) -> bool:
-        """Does the process still run?"""
+        """Return whether the process still runs."""
         return self._reader.is_alive()
 
     @property
     def failure(self) -> str:
-        """How the process has ended by itself; empty as long as it runs, and after `close`."""
+        """Return how the process ended by itself; empty while it runs, and after `close`."""
         if self._closed or self.alive:
             return ""
         how = how_ended(self._child.wait_for_code())

@@ -42,10 +42,10 @@ __all__ = [
 ]
 
 WINDOW = 1024
-"""A sequence number may be so far ahead of the one before.
+"""The largest accepted step of the sequence number.
 
 It is twice the 512 intervals of the longest time-out: a connection that has lost more packets in a
-row has timed out. A number further ahead is not the originator's next one.
+row has timed out. A number further ahead does not come from the originator.
 """
 
 _SEQUENCED_ADDRESS, _CONNECTED_DATA = 0x8002, 0x00B1
@@ -84,18 +84,18 @@ def decode_packet(datagram: bytes) -> Packet | None:
 
 
 class Producer:
-    """Makes the packets of one connection id, one every interval.
+    """Produces the packets of one connection id, one per interval.
 
     Args:
-        connection_id: Goes into every packet.
-        size: Bytes of data in it, without sequence count and header.
-        run_idle: The packets carry the run/idle header.
-        api_us: Interval in microseconds.
-        first_us: When the first packet is due.
+        connection_id: The id in every packet.
+        size: Bytes of data, without sequence count and header.
+        run_idle: Whether the packets carry the run/idle header.
+        api_us: The interval [us].
+        first_us: The time at which the first packet is due [us].
 
     Attributes:
-        number: Sequence number of the last packet; the count goes on from there.
-        due_us: When the next packet is due.
+        number: Sequence number of the last packet; the count continues from it.
+        due_us: The time at which the next packet is due [us].
     """
 
     def __init__(
@@ -114,11 +114,11 @@ class Producer:
         self._last: tuple[int, bool] | None = None
 
     def is_new(self, version: int, run: bool) -> bool:
-        """Has the application written since the last packet, or its program stopped or started?"""
+        """Return whether the data or the run state has changed since the last packet."""
         return self._last != (version, run)
 
     def renew(self, image: bytes, version: int, run: bool) -> None:
-        """Take new data over: its first `size` bytes."""
+        """Take over new data: the first `size` bytes of the image."""
         self._last = (version, run)
         self._count = (self._count + 1) & 0xFFFF
         _COUNT.pack_into(self._packet, _HEADER.size, self._count)
@@ -129,7 +129,7 @@ class Producer:
         self._packet[at:] = image[: self._size]
 
     def packet(self) -> bytes:
-        """The next packet."""
+        """Return the next packet."""
         self.number = (self.number + 1) & 0xFFFFFFFF
         _NUMBER.pack_into(self._packet, _NUMBER_AT, self.number)
         return bytes(self._packet)
@@ -146,12 +146,12 @@ class Producer:
 
 
 class Arrival(NamedTuple):
-    """A packet that was taken.
+    """An accepted packet.
 
     Attributes:
-        data: The application's data; None where it brings none: a repetition, or idle.
-        run: The other side's program runs.
-        missing: So many packets before it never came.
+        data: The application's data; None if the packet repeats data or is idle.
+        run: Whether the program at the other end runs.
+        missing: The number of lost packets before this one.
     """
 
     data: bytes | None
@@ -193,7 +193,7 @@ class Consumer:
 
     @property
     def length(self) -> int:
-        """Bytes of connected data that are expected."""
+        """Return the expected number of bytes of connected data."""
         return max(self._lengths)
 
     def take(self, number: int, content: bytes, now_us: int) -> Arrival | Drop:
@@ -326,22 +326,23 @@ class Exchange:
         self._note(parameters, _STATES[OwnerState.WAITING], now_us)
 
     def remove(self, number: int, now_us: int) -> None:
-        """The originator has closed a connection; an unknown number does no harm."""
+        """Remove a connection that the originator has closed; ignore an unknown number."""
         if (connection := self._connections.get(number)) is not None:
             self._end(connection, OwnerState.CLOSED, _STATES[OwnerState.CLOSED], now_us)
             self._end_listeners(now_us)
 
     def clear(self, now_us: int) -> None:
-        """The adapter goes off: all connections are gone."""
+        """End all connections, because the adapter is switched off."""
         for number, connection in list(self._connections.items()):
             self._end(connection, OwnerState.NONE, EndReason.OFF.value, now_us)
             self._on_ended(number, EndReason.OFF)
 
     def receive(self, datagram: bytes, host: str, now_us: int) -> bool:
-        """A packet has arrived.
+        """Process a received packet.
 
         Returns:
-            False if no connection has its id, or it has none; nothing has been counted then.
+            False if the datagram is not a packet, or no connection has its id. Nothing is counted
+            then.
         """
         packet = decode_packet(datagram)
         connection = self._by_id.get(packet.connection_id) if packet else None
@@ -376,10 +377,10 @@ class Exchange:
         return True
 
     def poll(self, now_us: int, send: Send) -> int | None:
-        """Send what is due and end what has timed out.
+        """Send the packets that are due, and end connections that have timed out.
 
         Returns:
-            When to poll again; None without a connection.
+            The time of the next poll [us]; None without a connection.
         """
         if self._due_us is None or now_us < self._due_us:
             return self._due_us
@@ -436,7 +437,7 @@ class Exchange:
         self._note(parameters, how, now_us)
 
     def _note(self, parameters: ConnectionParameters, state: str, now_us: int) -> None:
-        """Tell who reads the journal of a change."""
+        """Write a change of a connection to the journal."""
         event = ConnectionEvent(
             at_us=now_us,
             kind=parameters.kind,
@@ -449,7 +450,7 @@ class Exchange:
         self._images.events.write(event.as_record())
 
     def _end_listeners(self, now_us: int) -> None:
-        """A listen-only connection lives as long as one of another kind does."""
+        """End all listen-only connections if no connection of another kind remains."""
         if not self._is_target:
             return
         connections = list(self._connections.items())
@@ -461,7 +462,10 @@ class Exchange:
                 self._on_ended(number, reason)
 
     def _is_watched(self, parameters: ConnectionParameters) -> bool:
-        """Does its state count: the target's owner, and whatever a scanner has opened."""
+        """Return whether the state of this connection is published.
+
+        A target publishes the state of its owner; a scanner that of every connection.
+        """
         return parameters.is_owner or not self._is_target
 
     def _consumer(self, parameters: ConnectionParameters, now_us: int) -> Consumer:

@@ -71,7 +71,7 @@ class Journal:
         return Read(records, last - first - len(whole))
 
     def release(self) -> None:
-        """Let go of the memory."""
+        """Release the memory."""
         self._written.release()
         self._ring.release()
 

@@ -87,7 +87,11 @@ class _Cyclic:
         return None if due_us is None else min(due_us, at_us + _LOOK_US)
 
     def _receive(self, one: socket.socket, due_us: int | None) -> None:
-        """Read a packet; where something is due all of them: what has come has not failed to."""
+        """Read one packet, or all waiting packets if a deadline has passed.
+
+        A packet that has arrived must be read before the time-out of its connection is checked.
+        Otherwise a connection would time out although its packet is waiting in the socket.
+        """
         for _ in range(_AT_ONCE):
             try:
                 datagram, (host, _) = one.recvfrom(_DATAGRAM)
@@ -118,7 +122,7 @@ class _Cyclic:
             return
 
     def _obey(self) -> bool:
-        """Carry out the orders that have come; was there one?"""
+        """Execute the orders that have arrived; return whether there were any."""
         if not select.select((self._input,), (), (), 0)[0]:
             return False
         received = self._input.read()
@@ -180,7 +184,7 @@ def main(argument: str) -> None:
 
 
 def _group_socket(group: str, port: int, host: str) -> socket.socket:
-    """A socket that hears one multicast group; others on this machine may hear it too."""
+    """Return a socket for one multicast group; other sockets on this machine may receive it too."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
@@ -195,7 +199,7 @@ def _group_socket(group: str, port: int, host: str) -> socket.socket:
 
 
 def _send_nothing(packet: bytes, destination: tuple[str, int], dscp: int) -> None:
-    """The cable is unplugged."""
+    """Discard the packet, because the link is cut."""
 
 
 if __name__ == "__main__":

@@ -105,23 +105,23 @@ _LINK_STATES, _OWNER_STATES = tuple(LinkState), tuple(OwnerState)
 
 @dataclass(frozen=True)
 class Status:
-    """What the process of the cyclic part says of its connections.
+    """The state and counters of the connections, as the cyclic process reports them.
 
     Attributes:
-        owner: What became of the connection that owns the outputs.
-        generation: How often `owner` has changed; the two belong together.
+        owner: The state of the connection that owns the outputs.
+        generation: How often `owner` has changed; both are read together.
         peer: IPv4 address of the owner, empty without one.
         o_to_t_api_us: Packet interval of the owner in microseconds, 0 without one.
         t_to_o_api_us: Packet interval to the owner in microseconds, 0 without one.
-        owners: Exclusive-owner connections open.
-        input_only: Input-only connections open.
-        listen_only: Listen-only connections open.
-        received: Packets taken.
-        sent: Packets sent.
-        drops: Packets that were not taken, for each `Drop` in their order.
+        owners: Open exclusive-owner connections.
+        input_only: Open input-only connections.
+        listen_only: Open listen-only connections.
+        received: Accepted packets.
+        sent: Sent packets.
+        drops: Dropped packets for each `Drop`, in their order.
         wrong_length: Bytes of connected data in the last packet dropped for its length.
         right_length: Bytes that its connection expects.
-        missing: Packets that never came, by their sequence numbers.
+        missing: Lost packets, according to the sequence numbers.
         skipped: Packets not sent because their time had passed.
     """
 
@@ -143,12 +143,12 @@ class Status:
 
     @property
     def dropped(self) -> int:
-        """Packets that were not taken, for whatever reason."""
+        """Return the number of dropped packets, for all reasons."""
         return sum(self.drops)
 
     @property
     def connections(self) -> int:
-        """Connections open, of all kinds."""
+        """Return the number of open connections of all kinds."""
         return self.owners + self.input_only + self.listen_only
 
 
@@ -174,11 +174,11 @@ class Image(Protocol):
     """The data of an Assembly; always as long."""
 
     def read(self) -> bytes:
-        """The whole of it."""
+        """Return the complete image."""
         ...
 
     def write(self, image: bytes, /) -> None:
-        """Replace it, whole."""
+        """Replace the complete image."""
         ...
 
 
@@ -199,12 +199,12 @@ class SharedImage:
 
     @staticmethod
     def needs(size: int) -> int:
-        """Bytes of shared memory for an assembly of `size` bytes."""
+        """Return the bytes of shared memory for an assembly of `size` bytes."""
         return _WORD + _SLOTS * _whole_words(size)
 
     @property
     def version(self) -> int:
-        """How often it has been written."""
+        """Return how often the image has been written."""
         return self._version[0]
 
     def write(self, image: bytes) -> None:
@@ -214,7 +214,7 @@ class SharedImage:
         self._version[0] = version
 
     def read(self) -> bytes:
-        """The image written last, whole."""
+        """Return the newest complete image."""
         while True:
             version = self._version[0]
             image = bytes(self._slots[version % _SLOTS])
@@ -223,7 +223,7 @@ class SharedImage:
                 return image
 
     def release(self) -> None:
-        """Let go of the memory."""
+        """Release the memory."""
         for view in (self._version, *self._slots):
             view.release()
 
@@ -263,11 +263,11 @@ class SharedImages(Closing):
 
     @classmethod
     def create(cls, size: int, to_robot_size: int | None = None) -> SharedImages:
-        """New memory, all zero, for assemblies of `size` bytes; its creator must `unlink` it.
+        """Return new memory, all zero; its creator must call `unlink`.
 
         Args:
             size: Bytes of assembly 100.
-            to_robot_size: Bytes of assembly 150; None for the same.
+            to_robot_size: Bytes of assembly 150; None for the same size.
         """
         other = size if to_robot_size is None else to_robot_size
         needs = _WORDS * _WORD + GAPS * 4 + SharedImage.needs(size) + SharedImage.needs(other)
@@ -279,10 +279,10 @@ class SharedImages(Closing):
 
     @classmethod
     def attach(cls, name: str) -> SharedImages:
-        """The memory that another process has created.
+        """Return the memory that another process has created.
 
         Raises:
-            FileNotFoundError: there is none of that name.
+            FileNotFoundError: No memory has this name.
         """
         memory = SharedMemory(name)
         if not struct.unpack_from("=Q", memory.buf, Word.SIZE * _WORD)[0]:
@@ -292,7 +292,7 @@ class SharedImages(Closing):
 
     @property
     def link(self) -> LinkState:
-        """Is the adapter connected, is it on?"""
+        """Return the state of the adapter's link and power."""
         return _LINK_STATES[self._words[Word.LINK]]
 
     @link.setter
@@ -301,7 +301,7 @@ class SharedImages(Closing):
 
     @property
     def run(self) -> bool:
-        """Does the scanner's program run: what its run/idle header says."""
+        """Return whether the scanner's program runs, as the run/idle header states."""
         return bool(self._words[Word.RUN])
 
     @run.setter
@@ -310,7 +310,7 @@ class SharedImages(Closing):
 
     @property
     def sending_ends_us(self) -> int:
-        """From when on nothing is sent any more, by the monotonic clock; 0: never."""
+        """Return the time after which nothing is sent, on the monotonic clock [us]; 0: never."""
         return self._words[Word.SENDING_ENDS]
 
     @sending_ends_us.setter
@@ -319,16 +319,16 @@ class SharedImages(Closing):
 
     @property
     def owner(self) -> OwnerState:
-        """What became of the connection that owns the outputs."""
+        """Return the state of the connection that owns the outputs."""
         return _OWNER_STATES[self._words[Word.OWNER] & 0xFF]
 
     @property
     def arrived_us(self) -> int:
-        """When the last packet was taken, by the monotonic clock; 0 before the first."""
+        """Return the time of the last accepted packet, on the monotonic clock [us]; 0 before it."""
         return self._words[Word.ARRIVED]
 
     def status(self) -> Status:
-        """State of the connections and counters of packets."""
+        """Return the state of the connections and the packet counters."""
         words = self._words
         generation, owner = divmod(words[Word.OWNER], 256)
         peer = words[Word.PEER]
@@ -351,7 +351,7 @@ class SharedImages(Closing):
         )
 
     def gaps_us(self) -> list[int]:
-        """Gaps between packets taken one after the other, in microseconds; the last `GAPS`."""
+        """Return the last `GAPS` gaps between consecutive accepted packets [us]."""
         return list(self._gaps[: min(self._words[Word.GAPS], GAPS)])
 
     def set_owner(self, state: OwnerState, connection: ConnectionParameters | None) -> None:
@@ -371,10 +371,10 @@ class SharedImages(Closing):
         self._words[Word.DROPPED + reason] += 1
 
     def note_length(self, wrong: int, right: int) -> None:
-        """Keep the length of a packet that is dropped for it; for the process of the cyclic part.
+        """Save the length of a packet that is dropped for it; for the cyclic process.
 
         Args:
-            wrong: Bytes of connected data that have come.
+            wrong: Bytes of connected data in the packet.
             right: Bytes that the connection expects.
         """
         self._words[Word.WRONG_LENGTH], self._words[Word.RIGHT_LENGTH] = wrong, right
@@ -388,7 +388,7 @@ class SharedImages(Closing):
         return self._words[part]
 
     def arrive(self, now_us: int, gap_us: int | None) -> None:
-        """A packet was taken, `gap_us` after the one before; for the process of the cyclic part."""
+        """Count an accepted packet and save the gap before it; for the cyclic process."""
         words = self._words
         words[Word.RECEIVED] += 1
         words[Word.ARRIVED] = now_us
@@ -402,7 +402,7 @@ class SharedImages(Closing):
         self._memory.unlink()
 
     def close(self) -> None:
-        """Let go of the memory; more than once does no harm."""
+        """Release the memory; may be called more than once."""
         self.to_master.release()
         self.to_robot.release()
         self.events.release()
@@ -413,7 +413,7 @@ class SharedImages(Closing):
 
 
 def now_us() -> int:
-    """A clock in microseconds that never goes back, the same for all processes."""
+    """Return the time of a clock that never goes back and is the same in all processes [us]."""
     return time.perf_counter_ns() // 1000  # on Windows `time.monotonic` may step by 15.6 ms
 
 

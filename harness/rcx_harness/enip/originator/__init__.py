@@ -1,1 +1,1 @@
-"""What asks: explicit messages and the scanner's connection."""
+"""The originator: explicit messages and the scanner's connection."""

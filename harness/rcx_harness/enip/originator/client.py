@@ -76,19 +76,19 @@ class Client(Closing):
 
     @property
     def local_host(self) -> str:
-        """IPv4 address of this end of the connection."""
+        """Return the IPv4 address of this end of the connection."""
         return str(self.socket.getsockname()[0])
 
     @property
     def remote_host(self) -> str:
-        """IPv4 address of the adapter."""
+        """Return the IPv4 address of the adapter."""
         return str(self.socket.getpeername()[0])
 
     def get_assembly(self, instance: int) -> bytes:
-        """Data of an Assembly instance.
+        """Return the data of an Assembly instance.
 
         Raises:
-            CipError: the adapter refused.
+            CipError: The adapter refused.
         """
         return self.get_attribute(cip.ClassId.ASSEMBLY, instance, _DATA)
 
@@ -101,10 +101,10 @@ class Client(Closing):
         self.set_attribute(cip.ClassId.ASSEMBLY, instance, _DATA, image)
 
     def get_attribute(self, class_id: int, instance: int, attribute: int) -> bytes:
-        """Value of one attribute.
+        """Return the value of an attribute.
 
         Raises:
-            CipError: the adapter refused.
+            CipError: The adapter refused.
         """
         path = cip.encode_path(class_id, instance, attribute)
         return self.request(cip.Service.GET_ATTRIBUTE_SINGLE, path)

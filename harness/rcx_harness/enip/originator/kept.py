@@ -1,4 +1,4 @@
-"""A master's connection that is opened again after every loss, to be read and written meanwhile."""
+"""A master's connection that is opened again after every loss."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class KeptConnection:
         self._lock = threading.Lock()
 
     def received(self) -> Received | str:
-        """What has come while packets come; else why none do."""
+        """Return the received data while packets arrive, otherwise the reason why none do."""
         with self._lock:
             if self._scanner is None:
                 return self.opener.reason or self._state
@@ -64,31 +64,32 @@ class KeptConnection:
         return f"{self.name}: {reason}"
 
     def write(self, image: bytes, valid_us: int | None) -> None:
-        """Set what the next packets carry.
+        """Set the data of the next packets.
 
         Args:
             image: The area to the adapter.
-            valid_us: The packets stop if nothing new is written for so long; None: they never do.
+            valid_us: The packets stop if `write` is not called again within this time [us]. None:
+                they never stop.
         """
         with self._lock:
             if self._scanner is not None:
                 self._scanner.write(image, valid_us=valid_us)
 
     def look(self) -> tuple[ScannerStatistics, int | None] | None:
-        """Figures of the packets, and the age of the last one [us]; None without a scanner."""
+        """Return packet figures and the age of the last packet [us]; None without a scanner."""
         with self._lock:
             scanner = self._scanner
             return None if scanner is None else (scanner.statistics(), scanner.read().age_us)
 
     def close(self) -> None:
-        """Close the connection: to the robot its master is gone (manual chapter 1, 5.2)."""
+        """Close the connection: the robot loses its master (manual chapter 1, 5.2)."""
         with self._lock:
             scanner, self._scanner = self._scanner, None
         if scanner is not None:
             scanner.close()
 
     def _opened(self) -> MasterLink:
-        """A new scanner with an open connection; what was there before is closed."""
+        """Return a new scanner with an open connection, and close the one before."""
         self._state = f"{self.name}: the connection is being opened"
         self.close()
         scanner = self._connect()

@@ -1,4 +1,4 @@
-"""Opening a connection: again after every loss, and what to do about a refusal."""
+"""Opening of a connection: again after every loss, with remedies for refusals."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ _TOLD = {
 
 
 class MasterLink(Protocol):
-    """What is needed of `rcx_harness.enip.originator.scanner.Scanner`."""
+    """The part of `rcx_harness.enip.originator.scanner.Scanner` that an `Opener` needs."""
 
     ended: EndReason | None
 
@@ -79,16 +79,16 @@ class MasterLink(Protocol):
 
 
 class Opener:
-    """Keeps one connection open: it is opened anew after every loss.
+    """Keeps one connection open by opening it again after every loss.
 
     Args:
-        opened: Opens the connection; gives the scanner that has it.
-        first_s: Longest wait for the first packet, in seconds; None for the connection's own.
+        opened: Opens the connection, and returns its scanner.
+        first_s: Longest wait for the first packet, in seconds; None: the connection's own limit.
 
     Attributes:
-        wanted: Is there to be a connection? What is open stays, but nothing is opened anew.
-        scanner: What was opened last, lost or not; None before.
-        reason: Why the last attempt to open it anew has failed; empty if it has not.
+        wanted: Whether a lost connection is opened again. An open connection stays open.
+        scanner: The scanner that was opened last, lost or not; None before the first.
+        reason: Why the last attempt failed; empty if it succeeded.
     """
 
     def __init__(self, opened: Callable[[], MasterLink], first_s: float | None = None) -> None:
@@ -104,12 +104,12 @@ class Opener:
     def start(
         self, look_s: float, retry_s: float = 0.0, on_died: Callable[[], None] = lambda: None
     ) -> None:
-        """Keep it from now on, in a thread of its own: whatever waits is done there.
+        """Keep the connection open from now on, in a separate thread that does all waiting.
 
         Args:
-            look_s: Seconds between two looks at the connection.
-            retry_s: Seconds to wait besides, after an attempt that has failed.
-            on_died: Told if the thread ends by itself.
+            look_s: Seconds between two checks of the connection.
+            retry_s: Additional seconds to wait after a failed attempt.
+            on_died: Called if the thread ends by itself.
         """
 
         def work() -> None:
@@ -131,17 +131,17 @@ class Opener:
             self._thread.join()
 
     def open(self) -> None:
-        """Open it, whatever was there before.
+        """Open the connection, and replace any connection before.
 
         Raises:
-            InputError: the adapter is not there or refuses.
+            InputError: The adapter is not there, or refuses.
         """
         self.reason = ""
         self.scanner = self._opened()
         self._until_s = time.monotonic() + self._first_s
 
     def keep(self) -> bool:
-        """Open anew what is wanted and lost; False if that has failed."""
+        """Open a wanted connection again if it is lost; return False if that fails."""
         if not self.wanted:
             self._until_s = 0.0
         elif self._is_lost():
@@ -160,10 +160,10 @@ class Opener:
 
 
 def multiplier_of(timeout_us: int, rpi_us: int) -> int:
-    """The smallest coded time-out multiplier that gives at least this time-out.
+    """Return the smallest coded time-out multiplier that gives at least this time-out.
 
     Raises:
-        InputError: even the greatest, 512 intervals, is too short.
+        InputError: Even the greatest multiplier, 512 intervals, is too short.
     """
     for coded in range(_MOST + 1):
         if rpi_us * (4 << coded) >= timeout_us:
@@ -176,12 +176,12 @@ def multiplier_of(timeout_us: int, rpi_us: int) -> int:
 
 
 def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
-    """What to do about a Forward Open that was refused; empty where that is not known.
+    """Return the remedy for a refused Forward Open; empty if none is known.
 
     Args:
         error: The refusal.
-        size: Bytes that were asked for from the adapter.
-        options: Those of the command that a remedy may name.
+        size: The requested bytes from the adapter.
+        options: Options of the command that a remedy may name.
     """
     code = error.extended[0] if error.extended else 0
     if code == ExtendedStatus.OWNERSHIP_CONFLICT:
@@ -198,7 +198,7 @@ def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
 
 
 def _interval_hint(extended: tuple[int, ...]) -> str:
-    """Which interval to ask for; a refusal may say what would do (admission.py has the words)."""
+    """Return the interval to request; the words of a refusal may name it (see admission.py)."""
     if len(extended) < 6:
         return "try --rpi 10ms"
     kinds = (extended[1] & 0xFF, extended[1] >> 8)

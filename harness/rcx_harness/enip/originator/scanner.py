@@ -69,7 +69,7 @@ class Assemblies:
     configuration_data: bytes = b""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be asked for."""
+        """Raise InputError for a size, number or data that cannot be requested."""
         for size in (self.input_size, self.output_size):
             if not 1 <= size <= LARGEST:
                 hint = f"an assembly has 1 to {LARGEST}"
@@ -118,12 +118,12 @@ _NAMES = {
 
 @dataclass(frozen=True)
 class Received:
-    """What has come from the adapter.
+    """The data from the adapter.
 
     Attributes:
-        image: Assembly 100 as it came last; zero before the first packet.
+        image: The newest assembly 100; zero before the first packet.
         age_us: Microseconds since the last packet; None before the first.
-        connected: Packets come: the status a PLC's scanner shows.
+        connected: Whether packets arrive: the status of a PLC's scanner.
     """
 
     image: bytes
@@ -277,22 +277,22 @@ class Scanner(Closing):
 
     @property
     def pid(self) -> int:
-        """Number of the process that sends and receives."""
+        """Return the id of the process that sends and receives."""
         return self._control.pid
 
     @property
     def io_port(self) -> int:
-        """UDP port that packets to this scanner go to."""
+        """Return the UDP port that this scanner receives at."""
         return self._control.port
 
     @property
     def alive(self) -> bool:
-        """Does the process that sends and receives still run?"""
+        """Return whether the process that sends and receives still runs."""
         return self._control.alive
 
     @property
     def failure(self) -> str:
-        """How that process has ended by itself; empty as long as it runs."""
+        """Return how that process ended by itself; empty while it runs."""
         return self._control.failure
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
@@ -310,7 +310,7 @@ class Scanner(Closing):
         self.shared.sending_ends_us = 0 if valid_us is None else now_us() + valid_us
 
     def read(self) -> Received:
-        """What has been received so far, and whether packets still come."""
+        """Return what has been received so far, and whether packets still arrive."""
         # In the reverse order of what the cyclic process writes. The state is read first: after
         # it, the time and the image of a packet are there. The image is read last: it is not
         # older than its time.
@@ -325,7 +325,7 @@ class Scanner(Closing):
         return drops_text(self.shared.status(), numbers=False)
 
     def statistics(self) -> ScannerStatistics:
-        """Counters of packets, and the gaps between the last 8,192 that came."""
+        """Return the packet counters, and the gaps between the last 8,192 packets."""
         status = self.shared.status()
         gaps = sorted(self.shared.gaps_us())
         return ScannerStatistics(
@@ -340,7 +340,7 @@ class Scanner(Closing):
         )
 
     def stop(self) -> None:
-        """Fall silent without a word, as if the cable were cut; `open` brings it back."""
+        """Stop sending without closing, as if the cable were cut; `open` reconnects."""
         self.shared.link = LinkState.CUT
 
     def close_connection(self) -> None:
@@ -364,7 +364,7 @@ class Scanner(Closing):
         self.shared.close()
 
     def _forget(self) -> None:
-        """Our end of the connection is no more."""
+        """Discard our end of the connection."""
         if self.connection is not None:
             with suppress(EnipError):  # its process has ended, and the connection with it
                 self._control.remove(self.connection.number)

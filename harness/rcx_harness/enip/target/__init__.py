@@ -1,1 +1,1 @@
-"""What answers: the adapter, its objects, connections and servers."""
+"""The target: the adapter, its objects, connections and servers."""

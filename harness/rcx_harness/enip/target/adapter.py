@@ -1,4 +1,4 @@
-"""The adapter as its parent holds it: start, the two images, stop."""
+"""The parent's handle of the adapter: start, the two images, stop."""
 
 from __future__ import annotations
 
@@ -84,28 +84,28 @@ class Adapter(Closing):
 
     @property
     def pid(self) -> int:
-        """Its process's number."""
+        """Return the id of the adapter's process."""
         assert self._child is not None
         return self._child.process.pid
 
     @property
     def alive(self) -> bool:
-        """Does its process run? If it does not, `shared` says what was, not what is."""
+        """Return whether the adapter's process runs; if not, `shared` shows its last state."""
         return self._child is not None and self._child.process.poll() is None
 
     @property
     def failure(self) -> str:
-        """Which part has ended by itself, and how; empty as long as all run, and after `close`."""
+        """Return which part ended by itself, and how; empty while all run, and after `close`."""
         if not self._failure and not self._closed and not self.alive:
             self._failure = self._find_failure()
         return self._failure
 
     def read_to_robot(self) -> bytes:
-        """What the master has written last: assembly 150."""
+        """Return assembly 150, as the master wrote it last."""
         return self.shared.to_robot.read()
 
     def write_to_master(self, image: bytes) -> None:
-        """Set what the master reads, assembly 100; exactly `size` bytes."""
+        """Set assembly 100, which the master reads; exactly `size` bytes."""
         self.shared.to_master.write(image)
 
     def close(self) -> None:
@@ -117,7 +117,7 @@ class Adapter(Closing):
         self.shared.close()
 
     def wait_for_failure(self) -> str:
-        """`failure`, for who has seen its connections end a moment before it has ended itself."""
+        """Wait a moment for the process to end, and return `failure`."""
         if self._child is not None and not self._closed:
             self._child.wait_for_code()
         return self.failure

@@ -63,7 +63,7 @@ def main(argument: str) -> None:
 
 
 class _Adapter:
-    """The sockets of the device, and what happens to it from time to time."""
+    """The sockets of the device, and its periodic tasks."""
 
     def __init__(self, settings: dict[str, Any], shared: SharedImages) -> None:
         self._settings = settings
@@ -93,11 +93,11 @@ class _Adapter:
                 self._control.close()
 
     async def _start(self) -> None:
-        """Open all ports, and tell which.
+        """Open all ports, and report them to the parent.
 
         Raises:
-            EnipError: the port of cyclic I/O is taken.
-            OSError: the TCP or UDP port is taken, or the address is not ours.
+            EnipError: The port of cyclic I/O is in use.
+            OSError: The TCP or UDP port is in use, or the address does not belong to this machine.
         """
         host = socket.gethostbyname(self._settings["host"])
         if self._settings["cyclic"] is not None:
@@ -177,13 +177,13 @@ class _Adapter:
         looking.cancel()
 
     def _lose_cyclic_part(self, device: Device) -> None:
-        """Its process is gone, and cannot say itself that nobody writes the outputs any more."""
+        """Publish the loss of the owner, because the cyclic process ended and cannot do it."""
         device.connections.forget_cyclic()
         if self._shared.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE):
             self._shared.set_owner(OwnerState.TIMED_OUT, None)
 
     async def _look(self) -> None:
-        """Follow the link's state at once, and time-outs by the second; until a part has died."""
+        """Follow the link state, and check time-outs every second, until a part ends."""
         assert self._device is not None
         for turn in itertools.count():
             self._shared.beat(Word.ADAPTER_ALIVE, now_us())

@@ -28,9 +28,9 @@ __all__ = [
 
 
 def key_mismatch(key: ElectronicKey | None, identity: Identity) -> ExtendedStatus | None:
-    """What of the key does not fit, as a Forward Open is refused for it; None if it fits.
+    """Return the extended status for a key that does not match; None if it matches.
 
-    A value of 0 fits every device. A compatible device may have a newer minor revision.
+    A value of 0 matches every device. A compatible device may have a newer minor revision.
     """
     if key is None:
         return None
@@ -54,13 +54,13 @@ _KEPT_PART = 8
 
 
 def has_room(taken: Iterable[str], peer: str, places: int, of_peer: int) -> bool:
-    """May this address take one more place?
+    """Return whether an address may use one more place.
 
     Args:
-        taken: The address of each place that is taken.
-        peer: The address that asks.
-        places: How many there are; the last eighth is for addresses that have none yet.
-        of_peer: How many one address may have.
+        taken: The address of each used place.
+        peer: The address that requests a place.
+        places: The number of places; the last eighth is reserved for addresses without a place.
+        of_peer: The number of places that one address may use.
     """
     count = Counter(taken)
     own = count[peer]
@@ -80,7 +80,7 @@ _ACCEPTABLE, _MINIMUM, _MAXIMUM, _REQUIRED = 0, 2, 3, 4
 
 
 def refused(code: ExtendedStatus, *words: int) -> Refusal:
-    """Connection failure with this extended status and what it says beside."""
+    """Return a connection failure with this extended status and further words."""
     return Refusal(Status.CONNECTION_FAILURE, (code, *words))
 
 
@@ -195,6 +195,6 @@ def _check_intervals(request: ForwardOpen, least: int, greatest: int) -> None:
 
 
 def _interval(o_to_t: int, o_to_t_us: int, t_to_o: int, t_to_o_us: int) -> Refusal:
-    """0x112 with what would do: a byte of meaning each, then the two intervals."""
+    """Return refusal 0x112 with acceptable values: a byte of meaning each, then two intervals."""
     words = (number & 0xFFFF for us in (o_to_t_us, t_to_o_us) for number in (us, us >> 16))
     return refused(ExtendedStatus.RPI_NOT_ACCEPTABLE, o_to_t | t_to_o << 8, *words)

@@ -114,7 +114,7 @@ class ExplicitConnection:
         self._reply = b""
 
     def has_timed_out(self, now: float) -> bool:
-        """No message has come for its interval times its multiplier (at first, at least 10 s)."""
+        """Return whether no message came for the time-out (at first, at least 10 s)."""
         return now >= self._deadline
 
     def answer(self, message: bytes, now: float, perform: Callable[[bytes], bytes]) -> bytes | None:
@@ -161,26 +161,26 @@ def random_id() -> int:
 
 
 class CyclicPart(Protocol):
-    """Who produces and consumes the packets of class 1."""
+    """The part that produces and consumes the packets of class 1."""
 
     @property
     def port(self) -> int:
-        """UDP port that packets to us must have."""
+        """Return the UDP port of the packets to us."""
         ...
 
     def add(self, parameters: ConnectionParameters) -> None:
-        """Start with a connection; does not wait.
+        """Start a connection; does not wait.
 
         Raises:
-            EnipError: it cannot, because its process has ended.
+            EnipError: Its process has ended.
         """
         ...
 
     def remove(self, number: int) -> None:
-        """Stop with it.
+        """Stop a connection.
 
         Raises:
-            EnipError: its process has ended.
+            EnipError: Its process has ended.
         """
         ...
 
@@ -231,12 +231,12 @@ class ConnectionManager:
 
     @property
     def is_owned(self) -> bool:
-        """Is there an Exclusive Owner of assembly 150?"""
+        """Return whether assembly 150 has an Exclusive Owner."""
         return self._count(ConnectionKind.EXCLUSIVE_OWNER) > 0
 
     @property
     def cyclic_connections(self) -> tuple[ConnectionParameters, ...]:
-        """The class 1 connections that are open."""
+        """Return the open class 1 connections."""
         return tuple(self._class1.values())
 
     def perform(self, request: Request, origin: Origin) -> bytes:
@@ -260,7 +260,7 @@ class ConnectionManager:
         return encode_reply(request.service, Status.SUCCESS, data)
 
     def explicit(self, connection_id: int, session: int) -> ExplicitConnection | None:
-        """The class 3 connection of this id, if it is this session's and still alive."""
+        """Return the class 3 connection of this id if it belongs to this session and is alive."""
         self.expire()
         found = self._explicit.get(connection_id)
         return found if found is not None and found.session == session else None
@@ -281,13 +281,13 @@ class ConnectionManager:
         self._drop(lambda connection: connection.has_timed_out(now))
 
     def ended(self, number: int) -> None:
-        """The cyclic part has ended a class 1 connection by itself."""
+        """Remove a class 1 connection that the cyclic part has ended by itself."""
         for triad, parameters in list(self._class1.items()):
             if parameters.number == number:
                 self._forget(triad)
 
     def forget_cyclic(self) -> None:
-        """The cyclic part has ended, and all class 1 connections with it."""
+        """Remove all class 1 connections, because the cyclic part has ended."""
         for triad in self._class1:
             del self._peers[triad]
         self._class1.clear()
@@ -396,7 +396,7 @@ class ConnectionManager:
 
     @staticmethod
     def _destination_port(multicast: bool, origin: Origin) -> int:
-        """UDP port for our packets: what the originator asks for, for its own address only."""
+        """Return the UDP port for our packets, which the originator may set for its own address."""
         item = origin.addresses.get(Item.T_TO_O_ADDRESS)
         if multicast or item is None:
             return IO_PORT
@@ -427,7 +427,7 @@ class ConnectionManager:
                 self._cyclic.remove(number)
 
     def _forget(self, triad: Triad) -> None:
-        """Strike it off; listeners that are left alone go with it, as in the cyclic part."""
+        """Remove a connection, and the listen-only connections if no others remain."""
         del self._class1[triad], self._peers[triad], self._openers[triad]
         if len(self._class1) == self._count(ConnectionKind.LISTEN_ONLY):
             for alone in list(self._class1):
@@ -456,7 +456,7 @@ class ConnectionManager:
                 return number
 
     def _words(self, refusal: Refusal) -> tuple[int, ...]:
-        """Extended status; with its further words only if it is the code that has them."""
+        """Return the extended status, with its further words only if the code has them."""
         if not self._options.older_status or not refusal.extended:
             return refusal.extended
         code = ExtendedStatus(refusal.extended[0]).older

@@ -1,1 +1,1 @@
-"""What a debugger shows of a cell, and recordings of cells."""
+"""The cell-specific part of the debugger, and recordings of cells."""

@@ -1,4 +1,4 @@
-"""What a debugger shows of a cell beside the program: areas and telegrams of each controller."""
+"""The areas and telegrams of each controller, as the debugger shows them next to the program."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def scopes(
 
 
 def live_input(image: Image, program: Program, size: int) -> bytes:
-    """The area from the controller as it stands in the process image."""
+    """Return the area from the controller as the process image contains it now."""
     area = bytearray(size)
     for slot in image.slots:
         value = int(program.read(slot.path))
@@ -47,7 +47,7 @@ def live_input(image: Image, program: Program, size: int) -> bytes:
 
 
 def _areas(program: Program, images: Sequence[Image]) -> list[Item]:
-    """The areas of each controller as they stand in the process image, and the moment."""
+    """Return the current areas of each controller in the process image."""
     found: list[Item] = []
     several = len(images) > 1
     for number, image in enumerate(images, 1):
@@ -60,7 +60,7 @@ def _areas(program: Program, images: Sequence[Image]) -> list[Item]:
 
 
 def _telegrams(every: Sequence[Telegrams]) -> list[Item]:
-    """The last telegrams of each controller, the newest first."""
+    """Return the last telegrams of each controller, the newest first."""
     found: list[Item] = []
     several = len(every) > 1
     for number, of in enumerate(every, 1):

@@ -1,4 +1,4 @@
-"""A cell under the debugger: scan by scan, and back."""
+"""A cell under the debugger, which runs it scan by scan and can go back."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ __all__ = ["CellMachine"]
 
 
 class CellMachine(BenchMachine):
-    """A cell in virtual time, with a stimulus that is scheduled in it already.
+    """A cell in virtual time whose stimulus is already scheduled. The debugger uses it.
 
     Args:
-        cell: The cell; its network has to be a virtual one.
-        end_us: Scans run before this time.
-        shown: That time for messages.
+        cell: The cell. Its network must be virtual.
+        end_us: Scans run only before this time [us].
+        shown: That time as messages show it.
     """
 
     def __init__(self, cell: Cell, end_us: int, shown: str) -> None:
@@ -35,16 +35,16 @@ class CellMachine(BenchMachine):
             self.telegrams[record.controller - 1].take(record.t_us, record.so, record.si)
 
     def snapshot(self) -> Any:
-        """The state between two scans."""
+        """Return the state between two scans."""
         return super().snapshot(), [one.snapshot() for one in self.telegrams]
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore a state that `snapshot` returned."""
         cell, telegrams = snapshot
         super().restore(cell)
         for one, state in zip(self.telegrams, telegrams, strict=True):
             one.restore(state)
 
     def inject(self, event: str, device: int) -> None:
-        """Let something befall a controller."""
+        """Inject an event into a controller."""
         self.cell.inject(event, controller=device)

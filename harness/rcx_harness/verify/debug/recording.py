@@ -1,6 +1,6 @@
-"""Recordings of cells: what a program was given in a test, in a file that a debugger replays.
+"""Recordings of cells: files with all inputs of a program in a test, which a debugger replays.
 
-A recording has it and a digest of each source.
+A recording contains the inputs and a digest of each source file.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ FORMAT = "rcx-recording/1"
 
 
 def _digest(lines: Sequence[str]) -> str:
-    """Return a digest of the lines behind the first: one that is missing or changed is noticed."""
+    """Return a digest of the lines after the first, which reveals a missing or changed line."""
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
@@ -45,7 +45,7 @@ def _digest(lines: Sequence[str]) -> str:
 
 
 def _digests(files: Sequence[Path], folder: Path) -> dict[str, str]:
-    """Each source and its digest."""
+    """Return the digest of each source by its name."""
     return {
         _shown(file, folder): hashlib.sha256(source_text(file).encode()).hexdigest()
         for file in files
@@ -67,19 +67,19 @@ def write_recording(
     test: str,
     failed: str,
 ) -> None:
-    """Write what a cell's program was given.
+    """Write the recording of a cell's program.
 
     Args:
-        file: Where to.
-        recorded: The program.
-        cell: Built with it; it may be closed.
-        settings: The arguments of `Cell.build` that it was built with.
-        folder: Of the project; files below it are named from there.
-        test: Its name.
+        file: The file to write.
+        recorded: The recorded program.
+        cell: The cell with this program. It may be closed.
+        settings: The arguments of `Cell.build` that built the cell.
+        folder: The project folder. Files below it are named relative to it.
+        test: The name of the test.
         failed: What went wrong, in one line.
 
     Raises:
-        InputError: the file cannot be written, or a source is gone.
+        InputError: The file cannot be written, or a source is missing.
     """
     given = settings["program"]
     named = [given] if isinstance(given, (str, Path)) else given
@@ -109,7 +109,7 @@ def write_recording(
 
 
 def is_recording(file: Path) -> bool:
-    """Does a file begin as a recording does?"""
+    """Return whether a file begins as a recording does."""
     try:
         with open_file(file, OTHER) as stream:
             return stream.read(len(FORMAT) + 12).startswith(b'{"format":"rcx-recording/')
@@ -118,13 +118,14 @@ def is_recording(file: Path) -> bool:
 
 
 def opened(file: Path) -> tuple[CellTape, str, str]:
-    """The program of a recording, at its start.
+    """Return the program of a recording at its start.
 
     Returns:
-        It; what the user should know; what went wrong in the end.
+        The program, a notice for the user, and what went wrong at the end of the test.
 
     Raises:
-        InputError: no recording, or its sources have changed since; one message.
+        InputError: The file is not a recording, or its sources have changed since. One message
+            covers all sources.
     """
     content = file_bytes(file, OTHER)
     try:
@@ -158,13 +159,13 @@ def opened(file: Path) -> tuple[CellTape, str, str]:
 
 
 def _folder(head: Mapping[str, Any]) -> Path:
-    """Where the sources are: here, or where they were when the test ran."""
+    """Return the current folder if the sources are there, otherwise that of the recorded test."""
     here = Path.cwd()
     return here if all((here / one).exists() for one in head["program"]) else Path(head["folder"])
 
 
 def _check(before: Mapping[str, str], after: Mapping[str, str], file: Path) -> None:
-    """Refuse a recording of other sources; a library may lie elsewhere."""
+    """Raise InputError if sources have changed; the library may be in another folder."""
     if list(before.values()) == list(after.values()):
         return
     changed = [name for name in before if after.get(name) != before[name]]
@@ -175,16 +176,16 @@ def _check(before: Mapping[str, str], after: Mapping[str, str], file: Path) -> N
 
 
 class CellTape(Tape):
-    """The program of a cell's recording.
+    """The recorded program of a cell, which the debugger replays.
 
     Args:
-        program: On the built-in engine, as it is before its first scan.
-        lines: Of the recording, behind the first.
-        areas: Of each controller size, m and n.
-        violations: What was found wrong.
+        program: The program on the built-in engine, before its first scan.
+        lines: The lines of the recording after the first.
+        areas: Size, m and n of each controller.
+        violations: The violations that the test found.
 
     Attributes:
-        telegrams: The last ones of each controller.
+        telegrams: The last telegrams of each controller.
     """
 
     def __init__(
@@ -204,7 +205,7 @@ class CellTape(Tape):
 
     @contextmanager
     def watched(self, t_us: int) -> Iterator[None]:
-        """Take the telegrams of a scan."""
+        """Record the telegrams of the scan that runs inside this context."""
         areas = [live_input(one, self.program, len(one.get())) for one in self._images]
         yield
         for telegrams, so, image in zip(self.telegrams, areas, self._images, strict=True):
@@ -215,13 +216,13 @@ class CellTape(Tape):
         return super().snapshot(), [one.snapshot() for one in self.telegrams]
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore a state that `snapshot` returned."""
         tape, telegrams = snapshot
         super().restore(tape)
         for one, state in zip(self.telegrams, telegrams, strict=True):
             one.restore(state)
 
     def inject(self, event: str, device: int) -> None:
-        """Refuse it: there is no robot in a recording."""
+        """Raise InputError, because a recording has no robot."""
         hint = "launch the program itself to let something befall the robot"
         raise InputError("a recording has no robot", hint=hint)

@@ -1,4 +1,4 @@
-"""The last telegrams of a controller, as its areas show them, scan by scan."""
+"""The last telegrams of a controller, derived from its areas scan by scan."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from rcx_harness.spec.wire import ENDS, READY
 
 __all__ = ["Telegram", "Telegrams", "words_of"]
 
-#: Telegrams that are kept.
+#: Number of telegrams that are saved.
 _KEPT = 8
-#: No code.
+#: The code 0, which means that no command is set.
 _NONE = b"\0\0"
 
 
 def words_of(area: bytes) -> tuple[int, ...]:
-    """The 16 words of a telegram in an area."""
+    """Return the 16 words of a telegram in an area."""
     return struct.unpack(f"<{WORDS}H", area[: 2 * WORDS])
 
 
 class Telegram(NamedTuple):
-    """A remote command: when its code went out, its words, and what came back so far.
+    """A remote command: the time of its code, its words, and the answer so far.
 
-    `ended_us` is -1 until its end has come; `answer` has the words from m on at that time.
+    `ended_us` is -1 until the command ends. `answer` holds the words from m on at that time.
     """
 
     t_us: int
@@ -35,23 +35,23 @@ class Telegram(NamedTuple):
 
     @property
     def request_text(self) -> str:
-        """What it asks for, in plain language."""
+        """Return the request in plain language."""
         return request_text(self.request)
 
     @property
     def answer_text(self) -> str:
-        """How it ended, or what it does."""
+        """Return how the command ended, or its current state."""
         if self.answer[0] == READY:
             return "not answered yet"
         return response_text(self.request[0], self.answer)
 
 
 class Telegrams:
-    """What went over one controller's areas last.
+    """The last telegrams in the areas of one controller.
 
     Attributes:
-        so: The area that the PLC has read.
-        si: The area that it has written.
+        so: The area that the PLC read last.
+        si: The area that the PLC wrote last.
         last: The last telegrams, the newest first.
     """
 
@@ -60,7 +60,10 @@ class Telegrams:
         self.last: tuple[Telegram, ...] = ()
 
     def take(self, t_us: int, so: bytes, si: bytes) -> None:
-        """The areas of the next scan."""
+        """Add the areas of the next scan."""
+        # A command begins when its code changes to a value other than 0. Its answer is
+        # updated in each scan until the status is an end status. The code of the scan
+        # before decides this, because `so` was read before `si` was written.
         before, self.so, self.si = self.si[:2], so, si
         code, status = si[:2], int.from_bytes(so[:2], "little")
         if before != _NONE and self.last and self.last[0].ended_us < 0:
@@ -71,9 +74,9 @@ class Telegrams:
             self.last = (Telegram(t_us, words_of(si)), *self.last[: _KEPT - 1])
 
     def snapshot(self) -> object:
-        """The state, for `restore`."""
+        """Return the state for `restore`."""
         return self.so, self.si, self.last
 
     def restore(self, snapshot: tuple[bytes, bytes, tuple[Telegram, ...]]) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore a state that `snapshot` returned."""
         self.so, self.si, self.last = snapshot

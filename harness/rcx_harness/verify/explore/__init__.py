@@ -1,5 +1,5 @@
-"""Every reachable state of a user's program, with his panel and a small controller around it.
+"""Exploration of every reachable state of a user's program, with panel and a small controller.
 
-`user` is the world of the program, with `controller` as its surroundings; `kept` says what of the
-state of the library's blocks has an effect later.
+`user` defines the state space of the program, with `controller` as its surroundings. `kept` lists
+which variables of the library's blocks have a later effect.
 """

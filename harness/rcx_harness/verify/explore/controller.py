@@ -1,7 +1,7 @@
-"""A small controller: it answers as the manual says, after any time, and fails at any time.
+"""A small model of the controller, which answers as in the manual after any delay.
 
-It knows the remote status, the dedicated outputs, and the link. What a real one takes its time for
-it does in any later scan, one thing at a time.
+It models the remote status, the dedicated outputs and the link. It may fail in any scan. An action
+that takes time in a real controller happens in any later scan, one action per scan.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from rcx_harness.spec.wire import ABNORMAL_END, DEDICATED_AT, ENDS, NORMAL_END, 
 
 __all__ = ["FAULTS", "MOVES", "Small", "Wire"]
 
-#: What may go wrong, each with what it is.
+#: Faults that may occur, each with its description.
 FAULTS = {
     "link": "the link is lost and comes back",
     "alarm": "the controller has an alarm",
     "abnormal": "a remote command ends with 16#4000",
 }
-#: All that it does, each with its words.
+#: All moves of the controller, each with its description.
 MOVES = {
     "": "",
     "run": "status 16#0100",
@@ -43,32 +43,32 @@ _AUTO, _ORIGIN, _SEQUENCE, _PROGRAM, _WAS_RESET = (1 << bit for bit in range(8, 
 _SI00, _SI01, _SI06, _SI10 = 0x0001, 0x0002, 0x0040, 0x0100
 _SI12, _SI14, _SI15, _SI16, _SI17 = 0x0400, 0x1000, 0x2000, 0x4000, 0x8000
 _EDGES = _SI01 | _SI12 | _SI14 | _SI15 | _SI16 | _SI17
-#: An alarm, as an abnormal end tells it: its group and category.
+#: The second word of an abnormal end, from which the alarm group and category are read.
 _ALARM_WORD = 12
 
 
 class Wire(NamedTuple):
-    """What the PLC has written: the remote command, and the dedicated inputs."""
+    """What the PLC has written: the remote command code and the dedicated inputs."""
 
     code: int = 0
     bits: int = 0
 
     @classmethod
     def of(cls, area: bytes) -> Wire:
-        """What is in an area."""
+        """Return the code and the dedicated inputs of an area."""
         bits = area[DEDICATED_AT : DEDICATED_AT + 2]
         return cls(int.from_bytes(area[:2], "little"), int.from_bytes(bits, "little"))
 
 
 class Small(NamedTuple):
-    """The controller at one moment.
+    """The state of the small controller at one moment.
 
     Attributes:
-        link: There is a connection.
+        link: Whether the connection exists.
         status: The remote status.
         so: The dedicated outputs.
-        asked: Edges of dedicated inputs that it has not answered yet.
-        bits: The dedicated inputs that it has seen last.
+        asked: Edges of dedicated inputs that the controller has not answered yet.
+        bits: The dedicated inputs that the controller read last.
     """
 
     link: bool = True
@@ -78,9 +78,13 @@ class Small(NamedTuple):
     bits: int = 0
 
     def seen(self, wire: Wire) -> Small:
-        """What follows at once from what the PLC has written."""
+        """Return the state that follows immediately from what the PLC has written."""
         if not self.link:
             return self
+        # Levels act at once: SI(00) OFF is an emergency stop, SI(06) OFF stops the
+        # program, and SI(10) sets the sequence output. Edges are only remembered in
+        # `asked`; `moves` lets the controller answer them in a later scan. An emergency
+        # stop discards the edges that it makes void.
         so, asked = self.so, self.asked | (wire.bits & ~self.bits & _EDGES)
         if wire.bits & _SI00:
             so &= ~_EMERGENCY
@@ -94,7 +98,7 @@ class Small(NamedTuple):
         return self._replace(so=so, asked=asked, bits=wire.bits)
 
     def moves(self, wire: Wire, faults: frozenset[str]) -> Iterator[str]:
-        """What it may do next, having seen that."""
+        """Yield the moves that the controller may make after it has seen this."""
         yield ""
         if not self.link:
             yield "link up"
@@ -123,7 +127,7 @@ class Small(NamedTuple):
             yield "link"
 
     def after(self, move: str) -> Small:
-        """What it is like when it has done that."""
+        """Return the state after a move."""
         status = {"run": RUN, "end": NORMAL_END, "abnormal": ABNORMAL_END, "ready": READY}
         if move in status:
             return self._replace(status=status[move])
@@ -135,7 +139,7 @@ class Small(NamedTuple):
         return self._replace(so=(self.so | on) & ~off, asked=self.asked & ~asked)
 
     def area(self, size: int) -> bytes:
-        """What the PLC reads."""
+        """Return the area that the PLC reads."""
         area = bytearray(size)
         area[0:2] = self.status.to_bytes(2, "little")
         if self.status == ABNORMAL_END:
@@ -144,7 +148,7 @@ class Small(NamedTuple):
         return bytes(area)
 
 
-#: Dedicated outputs that go on and off, and the edges that are answered by that.
+#: For each move the dedicated outputs that go ON and OFF, and the edges that it answers.
 _DONE = {
     "servo": (_SERVO, 0, _SI01),
     "reset": (_MP_RDY, _ALARM, _SI16),

@@ -1,4 +1,4 @@
-"""Properties that a user demands; what they remember is a part of each state."""
+"""Properties that a user demands. Their memory is a part of each explored state."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ __all__ = ["Demanded"]
 
 
 class Demanded:
-    """The properties of a program that is put into one state after the other.
+    """The properties of a program that the exploration puts into one state after another.
 
     Args:
-        program: The program, at its beginning.
-        declared: What is demanded.
-        scan_us: From one scan to the next.
+        program: The program at its beginning.
+        declared: The demanded properties.
+        scan_us: The time from one scan to the next [us].
 
     Raises:
-        InputError: a property in Python, or one that names what is not there.
+        InputError: A property is written in Python, or names a variable that does not exist.
     """
 
     def __init__(self, program: Program, declared: Sequence[Declared], scan_us: int) -> None:
@@ -34,17 +34,17 @@ class Demanded:
         self._followed = followed(program, declared)
 
     def state(self, now_us: int = 0) -> Hashable:
-        """What is remembered after a scan at this time."""
+        """Return the memory of the properties after a scan at this time."""
         return tuple(_relative(one.snapshot(), now_us) for one in self._followed)
 
     def go_to(self, state: Any, now_us: int) -> None:
-        """Go to a state; the next scan is at this time."""
+        """Restore a state, for a next scan at this time."""
         before_us = now_us - self._scan_us
         for one, (left_us, was, before) in zip(self._followed, state, strict=True):
             one.restore((False, None if left_us is None else before_us + left_us, was, before))
 
     def scan(self, now_us: int) -> list[str]:
-        """What is broken after a scan, as `rcx run --properties` says it."""
+        """Return the properties that a scan broke, in the words of `rcx run --properties`."""
         return [
             f"property: {one.declared.kind}: {one.told(self._program)}"
             for one in self._followed

@@ -1,4 +1,4 @@
-"""What of the state of the library's blocks has an effect later: the tables of the abstraction."""
+"""The tables of the abstraction: which state of the library's blocks has a later effect."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TYPES: dict[str, Kept] = {
     "FB_RCXTAKEHEAD": Kept(
         dropped="Connected Status Words Bits Start Shown Again", fixed="NoWords"
     ),
-    # Scans are whole milliseconds apart: nothing is left over.
+    # Scans are whole milliseconds apart, so Rest is always 0.
     "FB_RCXSCANTIME": Kept(dropped="Milliseconds OneMs", fixed="Rest"),
     "FB_WRITEAREA": Kept(
         dropped="Interval Margin EmergencyStopOk StopOk Error ErrorID Value Bits k",

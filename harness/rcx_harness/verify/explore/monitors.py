@@ -1,4 +1,4 @@
-"""The monitors of a cell, as a part of states: what they remember, without the time of day."""
+"""The monitors of a cell as a part of explored states, without absolute times."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from structured_text.engines.base import Program
 
 __all__ = ["Monitors"]
 
-#: What a monitor of the wire counts, which no rule looks at.
+#: A counter of the wire monitor that no rule reads.
 _COUNTS = "commands"
 _TIME, _ABOUT = "_changed_us", "_changed_what"
 
 
 class Monitors:
-    """Judges scans by the rules of the wire and by the contract of the blocks.
+    """The monitors of an exploration: the rules of the wire and the contract of the blocks.
 
     Args:
         program: The program.
         size: Bytes of the areas.
-        scan_us: Time from one scan to the next.
+        scan_us: The time from one scan to the next [us].
         steady: See `ContractMonitor`.
     """
 
@@ -37,12 +37,16 @@ class Monitors:
         return self._wire.snapshot()
 
     def state(self, now_us: int = 0) -> tuple[Any, Any]:
-        """What both remember after a scan at this time."""
+        """Return the memory of both monitors after a scan at this time."""
+        # The state must not contain absolute times, or else no state would ever recur. The
+        # time of the last change is stored as its age. The command counter is set to 0,
+        # because no rule reads it.
         held = dict(self._items())
         held[_COUNTS] = 0
         if held[_TIME] is not None:
             ago = now_us - held[_TIME]
-            # The next scan is one period later: what is so long ago then is nothing to it.
+            # An age of INTERVAL_US or more at the next scan has no effect, so it is
+            # dropped.
             over = ago + self._scan_us >= INTERVAL_US
             held[_TIME], held[_ABOUT] = (None, "") if over else (ago, held[_ABOUT])
         same = tuple(value for value in held.values() if not isinstance(value, dict))
@@ -50,7 +54,7 @@ class Monitors:
         return same, tuple(before for before, _ in pins)
 
     def go_to(self, state: Sequence[Any], now_us: int) -> None:
-        """Remember that again, one period before a scan at this time."""
+        """Restore that memory, as of one period before a scan at this time."""
         same, pins = state
         items: Any = self._items()
         values = iter(same)
@@ -63,6 +67,6 @@ class Monitors:
         self._contract.restore([(before, ()) for before in pins])
 
     def scan(self, now_us: int, so: bytes, si: bytes, *, connected: bool) -> list[str]:
-        """Judge a scan; the rules that are broken, in words."""
+        """Check a scan, and return the broken rules in words."""
         found = self._wire.scan(now_us, 0, so, si, connected) + self._contract.scan(now_us, 0)
         return [one.text.removeprefix("plc, scan 0: ") for one in found]

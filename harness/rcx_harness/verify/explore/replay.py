@@ -1,4 +1,4 @@
-"""A shortest way to a broken rule as a stimulus file, and the same run in a cell."""
+"""Writes the shortest path to a broken rule as a stimulus file and runs it in a cell."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def replay(
     """Write the stimulus of a broken rule and its chart, and run it in a cell.
 
     Returns:
-        The stimulus file, and whether the run shows what was found; what `always` demands and
-        comments assert is the exploration's alone.
+        The stimulus file, and whether the run shows the same broken rules. A cell cannot check the
+        conditions of `always` and the assertions in comments; only the exploration can.
 
     Raises:
-        InputError: a file cannot be written, or is there already and none of a search.
+        InputError: A file cannot be written, or exists and was not written by a search.
     """
     broken = explored.result.broken
     assert broken is not None
@@ -66,7 +66,7 @@ def replay(
 def _entries(
     path: Sequence[Choice], areas: Sequence[tuple[bytes, bool] | None], scan_us: int
 ) -> Iterator[Entry]:
-    """What changes before each scan of a path."""
+    """Yield the changes before each scan of a path."""
     before: tuple[bytes, bool] | None = None
     for number, (choice, area) in enumerate(zip(path, areas, strict=True)):
         values = {choice.path: choice.value} if choice.path else {}

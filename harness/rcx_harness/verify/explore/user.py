@@ -1,4 +1,4 @@
-"""Explores a user's program: what his panel may do, and a small controller, in every order."""
+"""Explores a user's program: all moves of its panel and of a small controller, in every order."""
 
 from __future__ import annotations
 
@@ -44,26 +44,26 @@ from structured_text.prove.assertions import VARIABLE, Copies
 
 __all__ = ["Choice", "Explored", "Settings", "explore"]
 
-#: Bytes of what tells a state apart from all others.
+#: Bytes of the digest that identifies a state.
 _DIGEST = 16
-#: Bytes of the length of what the controller and the monitors remember; both are behind a state.
+#: Bytes of the length field behind the memory of controller and monitors at the end of a state.
 _LENGTH = 4
-#: So long there is one process [s]: what ends sooner is not worth more of them.
+#: The search uses one process for this time [s]: a short search does not pay for workers.
 _ALONE_S = 1.0
 
 
 class Choice(NamedTuple):
-    """What the surroundings do before a scan: a move of the controller, a value of an input."""
+    """What happens before a scan: a move of the controller and a new value of an input."""
 
     number: int
     move: str
     path: str
     text: str
-    """The value as the user has written it."""
+    """The value as the user wrote it."""
     value: Any
 
     def tell(self) -> str:
-        """In words."""
+        """Return the choice in words."""
         parts = [MOVES[self.move]] if self.move else []
         parts += [f"{self.path} := {self.text}"] if self.path else []
         return ", ".join(parts) or "nothing"
@@ -71,22 +71,22 @@ class Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class Settings:
-    """What to explore.
+    """The settings of an exploration.
 
     Attributes:
-        inputs: Values of each input, as Structured Text has them; none of a BOOL: both.
+        inputs: Values of each input in Structured Text. An empty list for a BOOL means both values.
         always: Expressions that hold after every scan, in the names of the program.
-        properties: What is demanded besides, by paths; not in Python.
-        faults: Of `controller.FAULTS`.
-        scan_us: Time from one scan to the next.
+        properties: Further demands, which name variables by paths. Python is not supported.
+        faults: Names from `controller.FAULTS`.
+        scan_us: The time from one scan to the next [us].
         size: Bytes of the areas.
         m: Where the area from the controller begins.
-        n: Where the area to it begins.
-        robot: There is a controller; without one the program has no areas, and is alone.
-        states: Most states from which it goes on; 0: all.
-        depth: Most scans from the start; 0: any number.
-        seed: Of the checks of what tells states apart.
-        report: Is told the states that are done, and those that are known.
+        n: Where the area to the controller begins.
+        robot: Whether there is a controller. Without a controller the program has no areas.
+        states: Most states to expand; 0 means all.
+        depth: Most scans from the start; 0 means any number.
+        seed: The seed of the random checks of the abstraction.
+        report: Called with the number of expanded states and of known states.
     """
 
     inputs: Mapping[str, Sequence[str]] = field(default_factory=dict)
@@ -106,12 +106,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class Explored:
-    """What has come of it.
+    """The result of an exploration.
 
     Attributes:
-        result: The figures, and the first rule that is broken; its path holds `Choice`.
-        inputs: What each input may be.
-        left: Inputs that stay as they begin, since no values are given for them.
+        result: The figures, and the first broken rule. Its path contains `Choice` items.
+        inputs: The possible values of each input.
+        left: Inputs that stay at their initial value, because no values are given for them.
         areas: What the PLC reads in each scan of the path, and whether it is connected.
     """
 
@@ -125,14 +125,14 @@ def explore(sources: SourceFiles, settings: Settings, farm: Farm | None = None) 
     """Explore a program.
 
     Args:
-        sources: Of the program.
+        sources: The sources of the program.
         settings: What to explore.
-        farm: Whose workers take the steps. Default: this process does, as if there is one worker;
-            nothing of what comes out depends on it.
+        farm: The farm of worker processes. Default: this process alone. The result does not
+            depend on it.
 
     Raises:
-        InputError: an error in the sources or settings, or a program whose states are without
-            number by themselves.
+        InputError: The sources or settings are wrong, or the program has infinitely many states
+            of its own.
     """
     own, library = sources.users
     with TemporaryDirectory() as folder:
@@ -167,7 +167,7 @@ def _of_original(error: InputError, copies: Copies) -> InputError:
 
 
 class _Program(World[Choice]):
-    """The program with its surroundings; a state is that of all of them after a scan."""
+    """A program with its surroundings; a state contains all of them after a scan."""
 
     moves: Collection[str] = tuple(MOVES)
 
@@ -192,7 +192,11 @@ class _Program(World[Choice]):
         self._by_move = {move: [c for c in self.every if c.move == move] for move in self.moves}
 
     def _surround(self, project: Project) -> None:
-        """Find the areas (InputError: there are none)."""
+        """Find the areas of the program.
+
+        Raises:
+            InputError: The program has no areas.
+        """
         self._image = find_image(
             self.program,
             size=self._settings.size,
@@ -203,24 +207,24 @@ class _Program(World[Choice]):
         self.status = status_path(self.program, 1)
 
     def first(self) -> bytes:
-        """Everything as it begins; the first scan is to come."""
+        """Return the initial state, before the first scan."""
         memory = (Small(), Wire(), self._demanded.state(), *self._monitors.state())
         return self._state.freeze() + _packed(memory)
 
     def known_as(self, state: bytes) -> bytes:
-        """A digest: 128 bits."""
+        """Return a digest of 128 bits that identifies a state."""
         return blake2b(state, digest_size=_DIGEST).digest()
 
     def packed(self, state: bytes) -> bytes:
-        """Most of it is 0."""
+        """Return the state in compressed form; most of its bytes are 0."""
         return zlib.compress(state, 1)
 
     def unpacked(self, packed: bytes) -> bytes:
-        """The state again."""
+        """Return the state from its compressed form."""
         return zlib.decompress(packed)
 
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """What the controller may do, with each change of an input, and with none."""
+        """Return each possible move of the controller with each change of an input, or none."""
         small, wire, *_ = _memory(state)
         self._state.thaw(state)
         now = {path: self.program.read(path) for path in self.inputs}
@@ -233,16 +237,23 @@ class _Program(World[Choice]):
         ]
 
     def _possible(self, small: Small, wire: Wire) -> Iterable[str]:
-        """What the controller may do."""
+        """Return the possible moves of the controller."""
         return small.moves(wire, self._settings.faults)
 
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
-        """One scan."""
+        """Run one scan, and return the following state and the broken rules."""
         self._state.thaw(state)
         return self._scan(state, choice, NOW_US)
 
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
-        """The same scan at another time, with other tickets and numbers of scans."""
+        """Check that the abstraction is sound for one step.
+
+        The same scan runs at another time, with other tickets and scan numbers. It must lead to the
+        same state. If it does not, the abstraction has dropped a variable that has an effect.
+
+        Raises:
+            InputError: The step leads to another state.
+        """
         now_us = self._state.disturb(state, 1, random)
         there, broken = self._scan(state, choice, now_us)
         if there != following or broken:
@@ -253,7 +264,7 @@ class _Program(World[Choice]):
             )
 
     def areas(self, path: Sequence[Choice]) -> Iterator[tuple[bytes, bool]]:
-        """What the PLC reads in the scans of a path."""
+        """Yield the area that the PLC reads in each scan of a path, and the state of the link."""
         state = self.first()
         for choice in path:
             small = self._after(state, choice)
@@ -283,13 +294,13 @@ class _Program(World[Choice]):
         return self._state.freeze() + _packed(memory), broken
 
     def _put(self, small: Small) -> None:
-        """Let the program read what the controller shows."""
+        """Write the controller's area and link status into the process image."""
         if self.status is not None:
             self.program.write(self.status, small.link)
         self._image.put(small.area(self._settings.size), small.link)
 
     def _get(self, small: Small, now_us: int) -> tuple[Wire, list[str]]:
-        """Take what the program has written, and what it has broken by that."""
+        """Return what the program has written, and the rules that it has broken."""
         so, si = small.area(self._settings.size), self._image.get()
         return Wire.of(si), self._monitors.scan(now_us, so, si, connected=small.link)
 
@@ -301,7 +312,7 @@ class _Program(World[Choice]):
 
 
 class _Alone(_Program):
-    """A program without a controller."""
+    """A program without a controller; used for `Settings.robot` False."""
 
     moves = ("",)
 
@@ -322,18 +333,18 @@ class _Alone(_Program):
 
 
 def _packed(memory: tuple[Any, ...]) -> bytes:
-    """What the controller, the demands and the monitors remember: the same bytes if it is equal."""
+    """Return the memory of controller, demands and monitors as bytes; equal memory, equal bytes."""
     small, wire, *others = memory
     stream = BytesIO()
     pickler = pickle.Pickler(stream, protocol=5)
-    pickler.fast = True  # which parts are one object is of no account
+    pickler.fast = True  # equal bytes must not depend on object identity
     pickler.dump((tuple(small), tuple(wire), *others))
     packed = stream.getvalue()
     return packed + len(packed).to_bytes(_LENGTH, "little")
 
 
 def _memory(state: bytes) -> tuple[Any, ...]:
-    """What is remembered in a state."""
+    """Return the memory that is stored in a state."""
     length = int.from_bytes(state[-_LENGTH:], "little")
     return _unpacked(state[-_LENGTH - length : -_LENGTH])
 
@@ -345,7 +356,7 @@ def _unpacked(packed: bytes) -> tuple[Any, ...]:
 
 
 def _refuse(project: Project) -> None:
-    """What has no states that could be told apart, or none that end."""
+    """Raise InputError if states cannot be distinguished or never recur."""
     if any(run.every > 1 for run in project.schedule):
         raise InputError(
             "the program has tasks of several intervals",
@@ -361,7 +372,7 @@ def _refuse(project: Project) -> None:
 
 
 def _values(program: BuiltinProgram, path: str, texts: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """The values of an input, each for people and as the program takes it."""
+    """Yield the values of an input, each as text and as the program's value."""
     kind = program.type_of(path)
     if not texts and kind == ElementaryType("BOOL"):
         texts = ("false", "true")
@@ -370,7 +381,7 @@ def _values(program: BuiltinProgram, path: str, texts: Sequence[str]) -> Iterato
     before = program.read(path)
     for text in texts:
         shown, value = _value(kind, path, text.strip())
-        program.write(path, value)  # refused if it is none
+        program.write(path, value)  # raises InputError for a wrong value
         yield shown, program.read(path)
     program.write(path, before)
 
@@ -392,7 +403,7 @@ def _value(kind: Type, path: str, text: str) -> tuple[str, Any]:
 
 
 def _left(project: Project, world: _Program) -> list[str]:
-    """Inputs without values: what no program writes and no scanner sets."""
+    """Return the inputs without values: variables that neither a program nor a scanner sets."""
     given = {path.upper() for path in world.inputs}
     names = []
     for instance, block in project.instances.items():

@@ -1,1 +1,1 @@
-"""Proofs of a program in a cell: what surrounds it, and how a found run is shown."""
+"""Proofs of a program in a cell: its surroundings, and the replay of counterexamples."""

@@ -1,4 +1,4 @@
-"""A found run as a stimulus file, and the same run on the built-in engine: what comes of it."""
+"""Writes a counterexample as a stimulus file and runs it on the built-in engine."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["entries", "replay"]
 
 
 def entries(run: Run, around: CellSurroundings) -> Iterator[Entry]:
-    """The stimulus of a run: what changes, when it changes."""
+    """Yield the stimulus of a run: each change at its time."""
     before: dict[int, tuple[bytes, bool]] = {}
     values = {one.name: one.initial for one in around.inputs}
     kinds = {one.name: one.type for one in around.inputs}
@@ -64,15 +64,15 @@ def replay(
 
     Args:
         run: The run.
-        around: The surroundings of the program that it is of.
+        around: The surroundings of the program of this run.
         files: The program's files.
-        stimulus: Where the stimulus file goes.
-        about: Comment at the beginning of that file.
-        lib: Folder of the library.
-        chart: Where its timing chart (SVG) goes.
+        stimulus: The stimulus file to write.
+        about: The comment at the beginning of that file.
+        lib: The folder of the library.
+        chart: The timing chart (SVG) to write.
 
     Raises:
-        InputError: a file cannot be written, or is there already and none of a search.
+        InputError: A file cannot be written, or exists and was not written by a search.
     """
     differences: list[str] = []
     error = None
@@ -101,7 +101,7 @@ def replay(
 
 
 def _compared(cell: Cell, around: CellSurroundings) -> dict[str, Place]:
-    """All scalars of the program with their places in a machine."""
+    """Return all scalars of the program with their places in a machine."""
     return {
         name: path_of(around.project, name)[0]
         for name, kind in cell.program.walk()

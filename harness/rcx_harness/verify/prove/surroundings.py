@@ -1,4 +1,4 @@
-"""What surrounds a program in a cell: the areas of its controllers, and their scanner."""
+"""The surroundings of a program in a cell for proofs: controller areas and their scanner."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = ["Area", "CellSurroundings"]
 
 @dataclass(frozen=True)
 class Area:
-    """One controller's area in the inputs, and the variable with its scanner's status, if any."""
+    """The input area of one controller, and the variable with its link status, if any."""
 
     controller: int
     size: int
@@ -46,7 +46,7 @@ class CellSurroundings(Surroundings):
         areas: The input area of each controller.
 
     Raises:
-        InputError: the program has no process image.
+        InputError: The program has no process image.
     """
 
     def __init__(self, project: Project) -> None:
@@ -66,15 +66,17 @@ class CellSurroundings(Surroundings):
         self.linked = {one.controller: one.status for one in self.areas if one.status}
 
     def held(self) -> Iterator[Path]:
-        """Yield the places of the scanner's own variables, and of the output area."""
+        """Yield the variables that the scanner writes, and the output area."""
         for area in self.areas:
             yield from self._held(area)
         for instance in self.project.instances:
             yield (instance.upper(), "OUTPUTAREA")
 
     def give_areas(self, machine: Machine, number: int) -> dict[int, tuple[list[Any], Any]]:
-        """Put into the process image what comes from each controller before a scan."""
+        """Write arbitrary content of each controller's area into the process image."""
         areas = {}
+        # Each byte of an area and each link state is a new free variable of the solver. A
+        # proof then holds for every behaviour of the controllers.
         for area in self.areas:
             name = f"{area.controller}.{number}"
             content = [z3.BitVec(f"area.{name}.{k}", 8) for k in range(area.size)]
@@ -84,11 +86,11 @@ class CellSurroundings(Surroundings):
         return areas
 
     def byte_name(self, number: str) -> str:
-        """Return how the manual calls a byte of an area."""
+        """Return the manual's name of a byte of an area."""
         return f"byte m+{number}"
 
     def _held(self, area: Area) -> Iterator[Path]:
-        """What is the scanner's own."""
+        """Yield the variables of an area that the scanner writes."""
         for slot in area.image.slots:
             path, _ = path_of(self.project, slot.path.partition("[")[0])
             yield path
@@ -131,7 +133,7 @@ class CellSurroundings(Surroundings):
 
 
 def _status(project: Project, number: int) -> Path | None:
-    """As a cell finds it: `Main.Connected`, `Main.Connected2` of the second controller."""
+    """Return the link status variable, `Main.Connected`, or `Main.Connected2` of controller 2."""
     wanted = "CONNECTED" if number == 1 else f"CONNECTED{number}"
     for name, block in project.instances.items():
         for variable in block.variables:
@@ -141,7 +143,7 @@ def _status(project: Project, number: int) -> Path | None:
 
 
 def _places(project: Project) -> list[tuple[int, int, int]]:
-    """Size, m and n of each controller, as the calls of FB_ReadArea and FB_WriteArea say."""
+    """Return size, m and n of each controller from the calls of FB_ReadArea and FB_WriteArea."""
     found: dict[str, list[tuple[int, int]]] = {"READ": [], "WRITE": []}
     for pou in project.pous.values():
         for call in calls_of(pou.body):
@@ -149,7 +151,7 @@ def _places(project: Project) -> list[tuple[int, int, int]]:
                 if call.block.name.upper() in (f"FB_{kind}AREA", f"FB_{kind}AREAWORDS"):
                     found[kind].append((_pin(call, "SIZE", SIZE), _pin(call, pin, 0)))
     pairs = list(zip(found["READ"], found["WRITE"], strict=False))
-    # A second call for the same area is no second controller.
+    # A second call for the same area is not a second controller.
     places = {m: (size, m, n) for (size, m), (_, n) in reversed(pairs)}
     return list(reversed(places.values())) or [(SIZE, 0, 0)]
 

@@ -1,4 +1,4 @@
-"""Proves what can be proved of a program in a cell, and shows the runs that break the rest."""
+"""Proves properties of a program in a cell, and replays counterexamples to the others."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from structured_text.prove.user import Replayed, Result
 
 __all__ = ["LIBRARY", "CellBench", "Settings", "prove"]
 
-#: What is proved of the programs that call the library.
+#: What the proofs know about the library that the programs call.
 LIBRARY = Library(
     areas=AREAS,
     reference="RCX_REF",
@@ -35,11 +35,11 @@ LIBRARY = Library(
 
 @dataclass(frozen=True)
 class Settings(user.Settings):
-    """How to prove.
+    """The settings of a proof.
 
     Attributes:
-        lib: Folder of the library; None for the one of this package.
-        replace: Files with Structured Text for POUs of a project, by name.
+        lib: The folder of the library. None: the library of this package.
+        replace: Files with Structured Text that replace POUs of a project, by name.
     """
 
     lib: Path | None = None
@@ -47,10 +47,10 @@ class Settings(user.Settings):
 
 
 def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str]]:
-    """Prove a program's properties; also gives the names of its inputs.
+    """Prove a program's properties; return the results and the names of the program's inputs.
 
     Raises:
-        InputError: an error in the sources, or a program that no cell could run.
+        InputError: The sources have an error, or the program cannot run in a cell.
     """
     sources = source_files(list(files), settings.lib, settings.replace)
     return user.prove(sources, settings, CellBench(files, settings.lib))
@@ -58,11 +58,11 @@ def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str
 
 @dataclass(frozen=True)
 class CellBench:
-    """Shows runs in a cell.
+    """The bench that replays counterexamples in a cell.
 
     Attributes:
-        files: The program, as the user has named it.
-        lib: Folder of the library, if the user has named one.
+        files: The program as the user named it.
+        lib: The folder of the library, if the user named it.
     """
 
     files: Sequence[Path]
@@ -71,11 +71,15 @@ class CellBench:
     library: Library = LIBRARY
 
     def surroundings(self, project: Project) -> CellSurroundings:
-        """Return the controllers of a program (InputError: it has no process image)."""
+        """Return the controllers of a program.
+
+        Raises:
+            InputError: The program has no process image.
+        """
         return CellSurroundings(project)
 
     def blame(self, error: InputError) -> InputError:
-        """Return an error that says so where `--lib` lacks something."""
+        """Return the error, with a hint if the library of `--lib` lacks something."""
         return blame_lib(error, self.lib)
 
     def replay(
@@ -93,7 +97,7 @@ class CellBench:
         return replay(run, around, files, stimulus, about=about, lib=self.lib, chart=chart)
 
     def command(self, run: Run, around: Surroundings, stimulus: Path) -> str:
-        """Return what replays a run."""
+        """Return the command that replays a run."""
         assert isinstance(around, CellSurroundings)
         words = ["rcx run", *map(quoted, self.files)]
         words += [f"--lib {quoted(self.lib)}"] if self.lib else []

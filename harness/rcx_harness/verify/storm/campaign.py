@@ -1,4 +1,4 @@
-"""Storm after storm on a user's cell; what fails is classed, and each class made short."""
+"""Runs random storms on a user's cell, classifies the failures and shortens one of each class."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from structured_text.farm import Farm, Kept
 
 __all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
 
-#: Runs that are tried to make one class short, and to part one class from another.
+#: Runs that are tried to shorten one class, and to separate one class from another.
 _TRIES, _OTHERS = 150, 12
-#: And to leave out what its ways back do not need.
+#: Further runs that are tried to remove unnecessary actions of the recoveries.
 _MORE_TRIES = 80
-#: Classes of one kind at most.
+#: Most classes of one kind.
 _MOST_OF_A_KIND = 5
 
 
 class Seed(NamedTuple):
-    """What came of a seed: kinds of failures with when [us] and a sentence; virtual time [us]."""
+    """The result of a seed: time [us] and text of each kind of failure, and virtual time [us]."""
 
     failures: dict[str, tuple[int, str]]
     virtual_us: int
@@ -36,7 +36,7 @@ class Seed(NamedTuple):
 
 
 class Unexplained(NamedTuple):
-    """Seeds that fail with one kind of failure, the shortest run first."""
+    """Seeds that fail with one kind of failure. The seed with the shortest run comes first."""
 
     kind: str
     seeds: tuple[int, ...]
@@ -46,10 +46,10 @@ class Explained(NamedTuple):
     """A class of failures.
 
     Attributes:
-        replay: Its shortest run; None: it did not fail again.
-        causes: What it needs.
-        rest: Of the seeds those that fail without these causes, too.
-        seeds: All others.
+        replay: The shortest run. None: the failure did not occur again.
+        causes: The events and inputs that the failure needs.
+        rest: Seeds that fail without these causes as well.
+        seeds: All other seeds.
     """
 
     replay: Replay | None
@@ -60,12 +60,12 @@ class Explained(NamedTuple):
 
 @dataclass(frozen=True)
 class Storms:
-    """The work of a campaign, for one worker: a seed, or seeds to be explained."""
+    """The work of a campaign for one worker: run a seed, or explain failing seeds."""
 
     cells: CellsOf
 
     def prepare(self) -> Callable[[int | Unexplained], Any]:
-        """Compile the program."""
+        """Compile the program, and return the function that handles a work item."""
         return _Worker(self.cells.make()).do
 
 
@@ -76,11 +76,11 @@ class _Worker:
         self._moments = moments(self._course(0, ""), start, length_us, cells.library)
 
     def do(self, item: int | Unexplained) -> Any:
-        """A seed: what came of it. Seeds that fail alike: one class of them."""
+        """Return the result of a seed, or a class of failures for seeds that fail alike."""
         return self._explained(item) if isinstance(item, Unexplained) else self._seed(item)
 
     def _storms(self, seed: int, course: Course) -> list[Storm]:
-        """All that happens in a seed; a good run is part of its first storm."""
+        """Return all storms of a seed; a good run is a part of the first storm."""
         demands = self._demands
         number, scan_us = len(course.cell.robots), course.cell.timing.scan_us
         first, *others = draw_storms(demands, seed, number, scan_us, self._moments)
@@ -140,9 +140,9 @@ class _Worker:
         return Explained(told, tuple(causes), tuple(rest), tuple(same))
 
     def _flat(self, seed: int, course: Course, failure: Failure) -> tuple[Course, Failure]:
-        """A failing run as one storm without a start, made shorter still.
+        """Return a failing run as one storm without a start, shortened further.
 
-        What the operator did to start, and on a way back from which the cell came, may go.
+        Actions that started the cell, and actions of successful recoveries, may be removed.
         """
         ends_us = failure.t_us
         if failure.kind == RECOVERY:
@@ -167,7 +167,7 @@ class _Worker:
         return _failure(self._course(seed, kind), some)
 
     def _fails_without(self, seed: int, causes: set[str], kind: str) -> bool:
-        """Does a seed fail in this way, too, when nothing of all this happens?"""
+        """Return whether a seed fails with this kind even if none of these causes occur."""
         course = self._course(seed, kind)
         left = [
             replace(one, acts=tuple(act for act in one.acts if causes.isdisjoint(_causes(act))))
@@ -177,7 +177,7 @@ class _Worker:
 
 
 def _failure(course: Course, some: Sequence[Storm]) -> Failure | None:
-    """How a run fails, if it does in the way that is wanted."""
+    """Return the failure of a run if it is of the wanted kind, otherwise None."""
     try:
         course.of(some)
     except Failure as failure:
@@ -186,14 +186,14 @@ def _failure(course: Course, some: Sequence[Storm]) -> Failure | None:
 
 
 def _causes(act: Entry) -> list[str]:
-    """What an act is, whenever it comes and however long it lasts."""
+    """Return the names of an action's events or variables, without its time and duration."""
     return [name for name, _ in act.events] or list(act.values)
 
 
 def storms(
     farm: Farm, work: Storms, seeds: Iterable[int], kept: Kept[Any, Any] | None = None
 ) -> Iterator[tuple[int, Seed]]:
-    """Seed after seed."""
+    """Run the seeds, and yield the result of each."""
     yield from farm.run(work, seeds, kept=kept, title="seeds")
 
 
@@ -203,15 +203,18 @@ def classes(
     failing: dict[str, list[tuple[int, int]]],
     kept: Kept[Any, Any] | None = None,
 ) -> list[tuple[str, Explained]]:
-    """The classes of failures: those of one kind that have different causes are several.
+    """Return the classes of failures; failures of one kind with different causes are separate.
 
     Args:
-        farm: Where it is found out.
+        farm: The farm that runs the work.
         work: The campaign.
-        failing: Failing seeds by the kind of failure, each with when it fails [us]: the first to
-            fail is made short.
-        kept: What is known of earlier calls.
+        failing: Failing seeds by kind of failure, each with the time of the failure [us]. The
+            earliest failure is shortened.
+        kept: The results of earlier calls.
     """
+    # Each round explains one seed of each kind. Seeds that also fail without the causes found
+    # must have another cause, so the next round explains them again. The number of rounds
+    # limits the classes of one kind.
     waiting = [
         Unexplained(kind, tuple(seed for _, seed in sorted(those)))
         for kind, those in failing.items()

@@ -1,4 +1,4 @@
-"""The cells of a campaign: a program, compiled once in each worker, for one run after another."""
+"""The cells of a campaign. Each worker compiles the program once and builds cell after cell."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from structured_text.projects.sources import named_files, st_files
 
 __all__ = ["Cells", "CellsOf"]
 
-#: Of a cell's options those that are files.
+#: The options of a cell that are files.
 _FILES = ("lib", "replace", "robot")
 
 
 @dataclass(frozen=True)
 class CellsOf:
-    """What cells are made of; it can travel to a worker.
+    """What a worker needs to build cells; it can be sent to another process or computer.
 
     Attributes:
         parcel: All files that are read.
-        parts: How many of them are, in this order: the program's, the library's, replacements,
-            robots', demands, a stimulus.
+        parts: The number of files of each group, in this order: program, library,
+            replacements, robots, demands, stimulus.
         options: Arguments of `Cell.build`, without files.
         replaced: The names of the POUs that files replace.
-        depth: How deep the library's first file lies in its folder.
+        depth: The number of path components of the library's first file below its folder.
     """
 
     parcel: Parcel
@@ -57,11 +57,11 @@ class CellsOf:
         Args:
             program: Files and folders of the program.
             options: Arguments of `Cell.build`.
-            demands: As `Demands.load` takes them.
-            stimulus: The same.
+            demands: The files for `Demands.load`.
+            stimulus: The stimulus file for `Demands.load`.
 
         Raises:
-            InputError: one cannot be read.
+            InputError: A file cannot be read.
         """
         lib = options.get("lib")
         lib_files = st_files(library_folder(lib)) if lib is not None else []
@@ -88,10 +88,10 @@ class CellsOf:
         return cls(parcel, tuple(map(len, groups)), kept, tuple(replaced), depth)
 
     def make(self) -> Cells:
-        """Compile the program, in this process.
+        """Compile the program in this process.
 
         Raises:
-            InputError: anything wrong with sources or options.
+            InputError: The sources or options are wrong.
         """
         with self.parcel.unpacked() as here:
             files = iter(here)
@@ -113,7 +113,8 @@ class CellsOf:
             if configs:
                 options["robot"] = configs
             made = Demands.load(demands, stimulus[0] if stimulus else None)
-            # The copies are gone when demands are asked: their errors name the user's files.
+            # The copies are deleted before the demands are evaluated, so errors name
+            # the user's files.
             homes = {
                 str(file): home for file, (home, _, _) in zip(here, self.parcel.files, strict=True)
             }
@@ -121,7 +122,7 @@ class CellsOf:
 
 
 def _with_projects(named: Sequence[Path]) -> Iterator[Path]:
-    """The files, and what lies beside a project that consists of several."""
+    """Yield the files, and for a project of several files everything in its folder."""
     yield from named
     for file in named:
         if file.suffix.lower() == ".plcproj":
@@ -136,15 +137,16 @@ def _is_beside(file: Path, every: Sequence[Path]) -> bool:
 
 
 class Cells:
-    """A compiled program with what its cells have in common.
+    """A compiled program with the common settings of its cells.
 
-    A cell is thousands of objects that refer to each other. Python's collector would let several
-    of them wait, so it is asked for each; as long as this lives, it looks at nothing older.
+    A cell consists of thousands of objects that refer to each other. The garbage collector would
+    delay freeing several cells, so `cell` calls it each time. While this object exists, the
+    collector skips all older objects (`gc.freeze`).
 
     Args:
         compiled: The program.
-        options: Arguments of `Cell.build` but the seed.
-        demands: What is demanded of them.
+        options: Arguments of `Cell.build` without the seed.
+        demands: The demands on the cells.
     """
 
     def __init__(self, compiled: Compiled, options: Mapping[str, Any], demands: Demands) -> None:
@@ -154,17 +156,17 @@ class Cells:
         weakref.finalize(self, gc.unfreeze)
 
     def cell(self, seed: int, **changes: Any) -> Cell:
-        """A cell at its beginning; it ends the one before, whose memory is used again."""
+        """Return a new cell, which reuses the memory of the cell before and ends it."""
         gc.collect()
         return Cell.build(self._compiled, **{**self._options, **changes}, seed=seed)
 
     @property
     def library(self) -> frozenset[str]:
-        """What the library's files declare, in upper case."""
+        """Return the names that the library's files declare, in upper case."""
         _, files = self._compiled.files.users
         return frozenset().union(*map(declared_names, files))
 
     @property
     def notice(self) -> str:
-        """A line about the engine."""
+        """Return a line about the engine."""
         return self._compiled.notice

@@ -1,4 +1,4 @@
-"""One run of a user's cell: its start, a storm, and the way back that is demanded."""
+"""One run of a user's cell: its start, its storms, and the demanded recovery."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from rcx_harness.verify.storm.storms import Failure, Run
 
 __all__ = ["RECOVERY", "Course"]
 
-#: The kind of failure that is no way back.
+#: The kind of failure of a recovery that does not succeed.
 RECOVERY = "recovery"
-#: So long it goes on where no way back is demanded.
+#: The cell runs on for this time [us] if no recovery is demanded.
 _AFTER_US = 1_000_000
 
 
 class Course(Run):
-    """Storms on a user's cell.
+    """Storms on a user's cell, checked by the user's demands.
 
     Args:
-        cell: The cell, at its beginning.
-        demands: What is known and demanded of it.
+        cell: The cell at its beginning.
+        demands: The demands on the cell.
 
     Raises:
-        InputError: the demands name what is not there.
+        InputError: The demands name a variable that does not exist.
     """
 
     def __init__(self, cell: Cell, demands: Demands) -> None:
@@ -37,25 +37,25 @@ class Course(Run):
         self._operator = Operator(cell, demands.recovery or Recovery())
         self.judge = Judge(cell, demands.properties, self._found_now)
         self.begun = bool(demands.start)
-        """The cell needs no start: its storms bring it."""
+        """Whether the cell needs no start, because its storms contain the start."""
         self.back_us: int | None = None
-        """When the last way back began."""
+        """The time [us] at which the last recovery began."""
         self.expect = ""
-        """The condition that did not come on the way back, for a replay."""
+        """The condition that did not hold in the recovery. A replay expects it."""
 
     def begin(self) -> None:
-        """Start the cell, unless a good run says how."""
+        """Start the cell, unless a good run contains the start."""
         if self.begun:
             return
         self.come_to_rest()
         self._back(self._operator.act)
 
     def come_to_rest(self) -> None:
-        """Nothing befalls the cell any more; the controllers come back."""
+        """Wait without further faults until the controllers are back."""
         self._operator.wait_for_controllers(self)
 
     def recover(self) -> None:
-        """The way back, and what has to come of it."""
+        """Execute the recovery, and check that the cell works again."""
         self.back_us = self.cell.now_us
         if self._demands.recovery is None:
             self.let_pass(_AFTER_US)
@@ -78,7 +78,7 @@ class Course(Run):
             self.check()
 
     def let_go(self) -> None:
-        """What was to happen does not; nobody presses a button any more."""
+        """Drop all planned actions, and release all buttons."""
         self.drop_rest()
         steps = self._demands.recovery.steps if self._demands.recovery is not None else ()
         pressed = dict.fromkeys(path for step in steps for path in step.press)
@@ -87,15 +87,15 @@ class Course(Run):
             self.plan(Entry(self.cell.now_us, values=down))
 
     def paths(self, kind: str) -> tuple[str, ...]:
-        """The variables that a kind of failure is about, as far as conditions name them."""
+        """Return the variables that the conditions behind a kind of failure name."""
         return self._operator.paths if kind == RECOVERY else self.judge.paths(kind)
 
     def snapshot(self) -> object:
-        """The state of everything."""
+        """Return the state of the run and of the properties."""
         return super().snapshot(), self.judge.snapshot()
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore a state that `snapshot` returned."""
         state, judged = snapshot
         super().restore(state)
         self.judge.restore(judged)

@@ -1,4 +1,4 @@
-"""What a user says of his cell: what its operator can do, what goes wrong, what he demands."""
+"""A user's demands on a cell: what the operator can do, what can fail, and what must hold."""
 
 from __future__ import annotations
 
@@ -22,34 +22,35 @@ from structured_text.output.units import parse_us
 
 __all__ = ["FAULTS", "Demands"]
 
-#: What can go wrong, by the names of events.
+#: Faults that can occur, by the names of events.
 FAULTS = (
     *(one for one in OPPOSITES if one != "warning"),
     *("power_cycle", "alarm", "packets_lost", "packets_late", "packets_doubled", "plc_overrun"),
 )
 _KEYS = ("length", "operator", "faults", "always", "eventually", "recover")
-#: How late a packet is at most: what the default of FB_WriteArea.Margin, 150 ms, stands beside a
-#: loss of all packets up to the connection's time-out (docs/explanation/scan-model.md).
+#: The largest delay of a packet [us]. With the default of FB_WriteArea.Margin, 150 ms, a delay up
+#: to this value is harmless even if all packets are lost up to the connection's time-out
+#: (docs/explanation/scan-model.md).
 _LATE_US = 40_000
 _LENGTH_US = 12_000_000
 
 
 @dataclass(frozen=True)
 class Demands:
-    """What is known of a cell besides its program.
+    """The demands on a cell, in addition to its program.
 
     Attributes:
-        buttons: Inputs that are pressed and let go.
-        switches: Inputs that are switched over.
-        values: Variables that are set, each with the values that it can have.
-        faults: Of `FAULTS`.
-        late_us: How late a packet is at most.
-        length_us: How long things go wrong at most.
-        properties: What always holds, or has to come.
-        recovery: The way back; None: none is demanded.
-        start: What happens at the beginning instead of the way back; empty: that.
-        start_file: Where that was written.
-        places: File and line of each input that the operator has, where it is known.
+        buttons: Inputs that are pressed and released.
+        switches: Inputs that are switched.
+        values: Variables that are set, each with its possible values.
+        faults: Names from `FAULTS`.
+        late_us: The largest delay of a packet [us].
+        length_us: The longest time of a storm [us].
+        properties: What always holds, or must hold within a time.
+        recovery: The recovery. None: no recovery is demanded.
+        start: A good run that replaces the recovery at the beginning. Empty: the recovery.
+        start_file: The file of that run.
+        places: File and line of each input of the operator, if known.
     """
 
     buttons: tuple[str, ...] = ()
@@ -69,12 +70,12 @@ class Demands:
         """Read files of demands: TOML, or Python with properties.
 
         Args:
-            files: The files; each table is in one of them.
-            stimulus: A good run; where no file names inputs, those of type BOOL that it sets are
-                the operator's.
+            files: The files. Each table may occur in one file only.
+            stimulus: A good run. If no file names inputs, the BOOL inputs that it sets are the
+                operator's switches.
 
         Raises:
-            InputError: a file that cannot be read, or something in it that cannot be.
+            InputError: A file cannot be read, or has a wrong value.
         """
         tables: dict[str, tuple[Any, Path]] = {}
         properties: list[Declared] = []
@@ -114,7 +115,7 @@ class Demands:
         return cls(**made)
 
     def at_home(self, homes: Mapping[str, str]) -> Demands:
-        """Return these with the user's names of files; `homes` has them by those of copies."""
+        """Return these demands with the user's paths of files; `homes` maps copies to them."""
         recovery = self.recovery
         if recovery is not None and recovery.file is not None:
             recovery = replace(recovery, file=homes.get(recovery.file, recovery.file))
@@ -131,10 +132,10 @@ class Demands:
         )
 
     def check(self, cell: Cell) -> None:
-        """Refuse what the cell does not have.
+        """Check that the cell has everything that the demands name.
 
         Raises:
-            InputError: an unknown variable (with near names), or a value that it cannot have.
+            InputError: A variable is unknown (the hint has similar names), or cannot have a value.
         """
         Stimulus(Path(self.start_file), list(self.start)).check(cell)
         before = cell.program.snapshot()
@@ -192,7 +193,7 @@ def _operator(table: Any, file: Path) -> dict[str, Any]:
 
 
 def _line(file: Path, path: str) -> int | None:
-    """Return the line of `[operator]` that names an input, if one does as it stands."""
+    """Return the line of `[operator]` that names an input literally, or None."""
     told = False
     for number, line in enumerate(toml_text(file).splitlines(), 1):
         told = told or "operator" in line

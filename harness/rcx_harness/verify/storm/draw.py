@@ -1,4 +1,4 @@
-"""What befalls a cell in a storm: drawn from a seed in advance, as a list that can be cut."""
+"""Draws the actions of storms from a seed in advance, as lists that can be shortened."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rcx_harness.verify.storm.storms import Storm
 
 __all__ = ["draw_storms"]
 
-#: How often each kind of fault is drawn, beside the others.
+#: The weight of each kind of fault; other kinds have weight 1.
 _OFTEN = {
     "link_down": 4,
     "emergency_stop": 3,
@@ -27,12 +27,13 @@ _OFTEN = {
     "plc_stop": 2,
     "plc_power_off": 2,
 }
-#: Faults that do not last.
+#: Faults without a duration.
 _AT_ONCE = ("power_cycle", "alarm", "plc_overrun")
-#: A connection is lost after its time-out: a scan that comes later is taken for a STOP.
+#: A connection is lost after its time-out, and a later scan would be taken for a STOP of the PLC.
+#: This is the longest distance of two scans [us].
 _LATEST_SCAN_US = 90_000
 _LONGEST_US = 4_000_000
-#: How long storms are, in parts of the demanded length.
+#: Lengths of storms as parts of the demanded length.
 _LENGTHS = (0.1, 0.2, 0.2, 0.3, 0.3, 0.5, 1.0, 3.0)
 _CALM_LENGTHS = (1.0, 1.0, 1.0, 3.0)
 
@@ -40,26 +41,26 @@ _CALM_LENGTHS = (1.0, 1.0, 1.0, 3.0)
 def draw_storms(
     demands: Demands, seed: int, controllers: int, scan_us: int, moments: Moments = ((), ())
 ) -> list[Storm]:
-    """The storms of a seed, each followed by the way back.
+    """Return the storms of a seed. The caller lets a recovery follow each of them.
 
     Args:
-        demands: What the operator can do, what can go wrong.
-        seed: Decides everything.
-        controllers: How many the cell has.
-        scan_us: Period of the PLC: times are multiples of it, mostly.
-        moments: When something changes in the first storm, and in others, if nothing goes wrong.
+        demands: What the operator can do, and what can fail.
+        seed: The seed, which determines everything.
+        controllers: The number of controllers of the cell.
+        scan_us: The period of the PLC [us]. Most times are multiples of it.
+        moments: The times of changes in the first storm and in later storms without faults.
     """
     random = Random(f"storms {seed}")
     first, others = moments
     drawn = _Drawn(demands, random, controllers, scan_us)
-    if demands.start:  # a good run is gone through once
+    if demands.start:  # a good run is executed only once
         return [drawn.storm(demands.length_us, first)]
     storms = []
     for number in range(random.choice((1, 2, 3, 5))):
         if drawn.inputs and random.random() < 0.15:
             storms.append(drawn.calm())
             continue
-        # Short storms show most; what takes its time comes in a long one.
+        # Short storms find most failures; long storms find failures of slow processes.
         share = random.choice(_LENGTHS) * random.uniform(0.3, 1.0)
         storms.append(drawn.storm(round(demands.length_us * share), others if number else first))
     return storms
@@ -72,11 +73,11 @@ class _Drawn:
         self.inputs = [kind for kind in ("buttons", "switches", "values") if getattr(demands, kind)]
         self._length_us = 0
         self._marks: list[int] = []
-        """When something began or ended: much goes wrong close to it."""
+        """Times at which something begins or ends. Many failures occur close to them."""
         self._moments: Sequence[int] = ()
 
     def storm(self, length_us: int, moments: Sequence[int]) -> Storm:
-        """Some uses, faults and ways back, in any order."""
+        """Return a storm with some uses, faults and recoveries in random order."""
         random, demands = self._random, self._demands
         self._length_us = max(length_us, 2 * self._scan_us)
         self._marks = []
@@ -95,7 +96,7 @@ class _Drawn:
         return Storm(tuple(acts), self._length_us)
 
     def calm(self) -> Storm:
-        """Nothing goes wrong; the cell works on, as it is switched and set, for a long time."""
+        """Return a long storm without faults, with random switches and values."""
         random, demands = self._random, self._demands
         length_us = round(demands.length_us * random.choice(_CALM_LENGTHS))
         states = [*demands.switches, *demands.values]
@@ -110,12 +111,12 @@ class _Drawn:
         return Storm(tuple(acts), length_us)
 
     def _value(self, path: str) -> Any:
-        """One that a variable can have, often the first or the last of them."""
+        """Return a possible value of a variable; the first and the last value are preferred."""
         values = self._demands.values[path]
         return self._random.choice((values[0], values[-1], self._random.choice(values)))
 
     def _time(self) -> int:
-        """Somewhere in the storm, or close to something else."""
+        """Return a time in the storm, often close to another event."""
         random, scan_us = self._random, self._scan_us
         how = random.random()
         if how < 0.4 and self._marks:
@@ -129,7 +130,7 @@ class _Drawn:
         return max(0, min(near_us + scans * scan_us, self._length_us))
 
     def _lasting(self, longest_us: int = _LONGEST_US) -> int:
-        """A scan to some seconds, short and long ones alike."""
+        """Return a duration between a scan and some seconds, distributed logarithmically."""
         share = self._random.random()
         lasts_us: float = self._scan_us * (longest_us / self._scan_us) ** share
         return max(1, round(lasts_us / self._scan_us)) * self._scan_us
@@ -180,17 +181,17 @@ class _Drawn:
             held_us = random.choice((self._scan_us, 100_000, 100_000, self._lasting()))
         else:
             held_us = self._lasting(self._length_us)
-            if random.random() < 0.3:  # as it is for all of the time
+            if random.random() < 0.3:  # set for the whole storm
                 t_us, held_us = 0, self._length_us
         apart_us = self._scan_us * random.choice((0, 0, 1, 2, 5))
         if together == 1 or not apart_us:
             yield Entry(t_us, values=dict.fromkeys(chosen, to), held_us=held_us)
             return
-        for number, name in enumerate(chosen):  # one just after the other
+        for number, name in enumerate(chosen):  # one after the other
             yield Entry(t_us + number * apart_us, values={name: to}, held_us=held_us)
 
     def _way_back(self) -> Iterator[Entry]:
-        """The operator goes the way back, some time after something has ended."""
+        """Yield the operator's recovery at a random time."""
         recovery = self._demands.recovery
         assert recovery is not None
         t_us = self._time() + self._lasting()

@@ -1,4 +1,4 @@
-"""Results of earlier calls: the next one goes on where the last has ended."""
+"""Saved results of earlier calls, so that the next call continues after the last."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ __all__ = ["keep"]
 
 
 def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
-    """The results in a file, and a line where they are begun anew.
+    """Return the saved results of a file, and a notice if they must be computed again.
 
     Args:
-        file: JSON lines.
-        about: What they rest on.
+        file: The file with JSON lines.
+        about: The files and options that the results depend on.
 
     Raises:
-        InputError: the file is there and none of ours.
+        InputError: The file exists and was not written by this program.
     """
     fresh = _rests_on_other(file, about)
     kept: Kept[Any, Any] = Kept(
@@ -38,7 +38,7 @@ def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
 
 
 def _rests_on_other(file: Path, about: Mapping[str, str]) -> bool:
-    """Are there results of ours that rest on something else?"""
+    """Return whether the file contains results for other files or options."""
     try:
         with open_file(file, OTHER) as stream:
             first = json.loads(stream.readline(MOST_LINE_BYTES))

@@ -1,4 +1,4 @@
-"""When something changes in a good run: much goes wrong just then."""
+"""The times at which something changes in a good run. Many failures occur at these times."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from structured_text.language.types import BlockType, ElementaryType, EnumType, 
 
 __all__ = ["Moments", "moments"]
 
-#: Times [us] from the begin of the first storm of a run, and of any other.
+#: Times [us] from the beginning of the first storm of a run, and of any later storm.
 Moments = tuple[tuple[int, ...], tuple[int, ...]]
 
 _DISCRETE = frozenset(("BOOL", "SINT", "INT", "DINT", "USINT", "UINT", "UDINT", "BYTE", "WORD"))
-#: A variable that changes in more than this share of the scans marks no moment.
+#: A variable that changes in more than this share of the scans is ignored.
 _OFTEN = 0.1
-#: A good run is looked at for so long at most.
+#: The longest observed part of a good run [us].
 _LONGEST_US = 20_000_000
 
 
 def moments(
     course: Course, start: Collection[Entry], length_us: int, library: Collection[str]
 ) -> Moments:
-    """Find out when states and flags of the user's own blocks change while nothing goes wrong.
+    """Return the times at which states and flags of the user's blocks change without any fault.
 
     Args:
-        course: Of a cell at its beginning.
-        start: The good run, if there is one.
-        length_us: How long storms are.
-        library: Names of types, in upper case, whose insides are left out.
+        course: The course of a cell at its beginning.
+        start: The good run, if any.
+        length_us: The length of storms [us].
+        library: Names of types, in upper case, whose members are ignored.
     """
     course.wanted = ""
     length_us = min(length_us, _LONGEST_US)
@@ -59,7 +59,7 @@ class _Changes:
         self._read = cell.program.reader(list(_own(cell.program, library)))
 
     def over(self, length_us: int) -> tuple[int, ...]:
-        """Run for a while; the times of changes, from now."""
+        """Run for a while, and return the times of changes relative to now [us]."""
         cell, begin_us = self._cell, self._cell.now_us
         before = self._read()
         times: dict[int, list[int]] = {}

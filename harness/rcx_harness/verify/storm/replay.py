@@ -1,4 +1,4 @@
-"""A failing run as a stimulus file that `rcx run` replays, and what comes of it there."""
+"""A failing run as a stimulus file that `rcx run` replays, and the result of that replay."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from structured_text.output.units import format_us
 
 __all__ = ["MARK", "Replay", "Replayed", "replay", "replay_of"]
 
-#: Of a chart the latest changes of variables are shown, and of all there is.
+#: The chart shows this many of the latest changes of variables, and of all changes.
 _TOLD, _LATEST = 18, 12
 
 
 @dataclass(frozen=True)
 class Replay:
-    """A run to be told again.
+    """A failing run that can be replayed.
 
     Attributes:
         text: The stimulus file.
-        duration_us: How long to run.
-        seed: Of the cell.
-        kind: The kind of its failure.
-        told: The failure, as a sentence.
+        duration_us: The duration of the run [us].
+        seed: The seed of the cell.
+        kind: The kind of the failure.
+        told: The failure as a sentence.
     """
 
     text: str
@@ -43,13 +43,13 @@ class Replay:
 
     @property
     def lines(self) -> int:
-        """Lines of the file."""
+        """Return the number of lines of the file."""
         return self.text.count("\n")
 
 
 @dataclass(frozen=True)
 class Replayed:
-    """What came of a replay: the rules and conditions that were broken, and its chart (SVG)."""
+    """The result of a replay: the broken rules and conditions, and the chart (SVG)."""
 
     found: tuple[str, ...]
     chart: str
@@ -58,14 +58,14 @@ class Replayed:
 def replay_of(
     done: Sequence[Entry], failure: Failure, expect: str, seed: int, scan_us: int
 ) -> Replay:
-    """Write down a run that has failed.
+    """Return the replay of a run that has failed.
 
     Args:
-        done: What was done to the cell.
-        failure: How it has failed.
-        expect: The condition that did not hold then; empty: the run itself says what is wrong.
-        seed: Of the cell.
-        scan_us: Period of the PLC.
+        done: The actions on the cell.
+        failure: The failure.
+        expect: The condition that did not hold. Empty: the run itself reports the failure.
+        seed: The seed of the cell.
+        scan_us: The period of the PLC [us].
     """
     entries = sorted((one for one in done if one.t_us <= failure.t_us), key=lambda one: one.t_us)
     after_us = failure.t_us + min(1_000, scan_us // 2)
@@ -78,10 +78,10 @@ def replay_of(
 
 
 def replay(cells: Cells, one: Replay, stimulus: Stimulus) -> Replayed:
-    """Run a replay, judged by rules, by what it expects itself, and by properties.
+    """Run a replay, checked by the rules, its own expectations and the properties.
 
     Args:
-        cells: Where.
+        cells: Builds the cells.
         one: The replay.
         stimulus: Its text as a file.
     """
@@ -102,21 +102,21 @@ def replay(cells: Cells, one: Replay, stimulus: Stimulus) -> Replayed:
 
 
 class _Ending(Timeline):
-    """The end of a run, below what its operator does and what its property names."""
+    """The chart of a run's end, with the operator's inputs and the property's variables on top."""
 
     def lanes(self) -> list[Lane]:
-        """Variables first."""
+        """Return the lanes, with variables first."""
         variables = self._variables.lanes()
         names = {lane.name for lane in variables}
         return [*variables, *(lane for lane in super().lanes() if lane.name not in names)]
 
     def instants(self) -> list[int]:
-        """The latest changes of variables, and of anything."""
+        """Return the times of the latest changes of variables, and of all changes."""
         of_variables = {t_us for lane in self._variables.lanes() for t_us, _ in lane.changes}
         return sorted({*sorted(of_variables)[-_TOLD:], *super().instants()[-_LATEST:]})
 
     def bands(self, widths: Sequence[int], room: int) -> list[Band]:
-        """Without the signals that do not change in a band."""
+        """Return the bands without signals that do not change in them."""
 
         def told(lane: Lane, band: Band) -> bool:
             return lane.always or lane.kind == "word" or any(map(lane.changes_at, band.instants))

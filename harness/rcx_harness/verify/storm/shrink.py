@@ -1,4 +1,4 @@
-"""The shortest storms that still fail in the same way (delta debugging)."""
+"""Finds the shortest storms that still fail in the same way (delta debugging)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from rcx_harness.verify.storm.storms import Failure, Storm
 
 __all__ = ["shrink", "thin_out"]
 
-#: Runs that are tried at most.
+#: Most runs that are tried.
 MOST_TRIES = 250
-#: Times are tried as multiples of these [us], the coarsest first.
+#: Times are rounded to multiples of these [us], the coarsest first.
 _ROUND_US = (1_000_000, 500_000, 100_000, 10_000, 1_000)
 
 _Item = TypeVar("_Item")
@@ -29,14 +29,14 @@ def shrink(
     """Find a shorter run that fails in the same way.
 
     Args:
-        run: Runs storms; raises the failure that they lead to.
-        storms: Those that fail.
-        failure: How it fails; a shorter run must fail with the same kind.
-        tries: How many runs may be tried.
+        run: Runs storms, and raises the failure that they cause.
+        storms: The storms that fail.
+        failure: Their failure. A shorter run must fail with the same kind.
+        tries: The number of runs that may be tried.
         tried: Called after each of them.
 
     Returns:
-        The storms of the shortest run found, and how it fails.
+        The storms of the shortest run found, and its failure.
     """
     best, found = list(storms), failure
 
@@ -55,6 +55,9 @@ def shrink(
             tried()
         return False
 
+    # First storms at the end are removed, because the failure ends the run. Then storms before
+    # the last are removed. At last each storm loses actions, becomes shorter, and gets round
+    # times. `fails` updates `best` whenever a shorter run fails with the same kind.
     for count in range(len(best)):
         if fails(storms[:count]):
             break
@@ -80,12 +83,12 @@ def shrink(
 
 
 def _with(storms: Sequence[Storm], number: int, one: Storm) -> list[Storm]:
-    """The same storms with another one in this place."""
+    """Return the storms with the storm at index `number` replaced."""
     return [*storms[:number], one, *storms[number + 1 :]]
 
 
 def thin_out(items: Sequence[_Item], fails: Callable[[list[_Item]], bool]) -> list[_Item]:
-    """Take out items, in ever smaller pieces, as long as what is left fails."""
+    """Remove items in ever smaller pieces as long as the remaining items fail."""
     left = list(items)
     piece = max(1, len(left) // 2)
     while True:
@@ -105,7 +108,7 @@ def thin_out(items: Sequence[_Item], fails: Callable[[list[_Item]], bool]) -> li
 def _make_round(
     best: Sequence[Storm], number: int, fails: Callable[[Sequence[Entry]], bool]
 ) -> None:
-    """Try round times for the acts that are left, and for how long they last."""
+    """Round the times and durations of the remaining actions if the storm still fails."""
     acts = list(best[number].acts)
     for place in range(len(acts)):
         for round_us in _ROUND_US:

@@ -1,4 +1,4 @@
-"""Storms that befall a cell one after the other, each followed by the way back."""
+"""Storms of faults and uses on a cell, each followed by a recovery."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from structured_text.output.units import format_us
 
 __all__ = ["Failure", "Run", "Storm", "kind_of"]
 
-#: A storm is looked at this often.
+#: The run is checked at this interval during a storm [us].
 _SLICE_US = 500_000
-#: What happens at the end of a storm has happened before the way back begins.
+#: The time [us] between the last action of a storm and the beginning of the recovery.
 _MOMENT_US = 1_000
 
 
 class Failure(AssertionError):  # noqa: N818 - a failed check, told with its run
-    """What a run has shown to be wrong: its kind, when, and a sentence."""
+    """A failure of a run: its kind, its time [us] and a sentence."""
 
     def __init__(self, kind: str, t_us: int, text: str) -> None:
         super().__init__(f"{kind} at {format_us(t_us)}: {text}")
@@ -34,14 +34,14 @@ class Failure(AssertionError):  # noqa: N818 - a failed check, told with its run
 
 @dataclass(frozen=True)
 class Storm:
-    """What happens, at times from its begin, and how long it lasts [us]."""
+    """The actions of a storm, at times from its beginning, and its duration [us]."""
 
     acts: Sequence[Entry]
     length_us: int
 
 
 def kind_of(violation: Violation) -> str:
-    """The kind of a failure that is a broken rule; of a contract with the block that broke it."""
+    """Return the kind of failure of a broken rule; a broken contract includes the block's name."""
     name = violation.text.partition(f"{violation.rule}: ")[2].partition(" ")[0].strip(":,")
     of_block = violation.rule in ("contract", "calls") and "." in name
     return f"rule {violation.rule}" + (f" of {name}" if of_block else "")
@@ -51,44 +51,44 @@ class Run(ABC):
     """Storms on a cell, each followed by rest and recovery.
 
     Args:
-        cell: The cell, at its beginning.
+        cell: The cell at its beginning.
     """
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
         self.done: list[Entry] = []
-        """All that was done to the cell, at times from the run's begin."""
+        """All actions on the cell, at times from the beginning of the run."""
         self.wanted: str | None = None
-        """The run ends with a failure of this kind alone; None: with any."""
+        """Only a failure of this kind ends the run. None: any failure ends it."""
         self.failures: dict[str, Failure] = {}
-        """Of those with which it did not end the first of each kind."""
+        """The first failure of each kind that did not end the run."""
         self._found: list[Failure] = []
         self._judged = 0
         self._dropped: set[int] = set()
         self._ever: list[Entry] = []
-        """What was planned once, so that no other act has its identity."""
+        """All actions ever planned, saved because `_dropped` refers to their ids."""
 
     def begin(self) -> None:
-        """Bring the cell into work."""
+        """Start the cell."""
         self.come_to_rest()
         self.recover()
 
     @abstractmethod
     def come_to_rest(self) -> None:
-        """All causes go: everything ends."""
+        """Remove all causes of faults."""
 
     @abstractmethod
     def recover(self) -> None:
-        """The way back to a working cell."""
+        """Execute the recovery, so that the cell works again."""
 
     def weathered(self) -> None:  # noqa: B027 - a run may have nothing to do then
-        """A storm is over, and the cell works."""
+        """Do something after a storm when the cell works again; default: nothing."""
 
     def of(self, storms: Sequence[Storm]) -> None:
         """Run storms one after the other.
 
         Raises:
-            Failure: the first thing that is wrong.
+            Failure: The first failure.
         """
         self.begin()
         for storm in storms:
@@ -98,7 +98,7 @@ class Run(ABC):
             self.weathered()
 
     def weather(self, storm: Storm) -> None:
-        """Let a storm pass."""
+        """Run a storm to its end."""
         begin_us = self.cell.now_us
         for act in storm.acts:
             self.plan(replace(act, t_us=begin_us + act.t_us))
@@ -106,25 +106,25 @@ class Run(ABC):
         self.let_pass(max(storm.length_us, *ends_us, 0))
 
     def plan(self, act: Entry) -> None:
-        """Let something happen, at its time in the run."""
+        """Schedule an action at its time in the run."""
         self.done.append(act)
         for part in act.parts():
             self.cell.at(part.t_us, partial(self._apply_planned, act, part))
 
     def drop_rest(self) -> None:
-        """What is planned and has not begun does not happen."""
+        """Cancel planned actions that have not begun."""
         now_us = self.cell.now_us
         self._dropped |= {id(act) for act in self.done if act.t_us >= now_us}
         self._ever += self.done
         self.done = [act for act in self.done if act.t_us < now_us]
 
     def snapshot(self) -> object:
-        """The state of run and cell."""
+        """Return the state of run and cell."""
         known = list(self.done), set(self._dropped), dict(self.failures), self._judged
         return self.cell.snapshot(), known
 
     def restore(self, snapshot: Any) -> None:
-        """Go back to what `snapshot` gave."""
+        """Restore a state that `snapshot` returned."""
         state, (done, dropped, failures, self._judged) = snapshot
         self.cell.restore(state)
         self.done, self._dropped, self.failures = list(done), set(dropped), dict(failures)
@@ -135,11 +135,11 @@ class Run(ABC):
             self.apply(part)
 
     def apply(self, act: Entry) -> None:
-        """Something happens now."""
+        """Apply an action now."""
         act.apply(self.cell)
 
     def let_pass(self, duration_us: int) -> None:
-        """Run for a while, and check on the way."""
+        """Run for a duration [us], and check at intervals."""
         end_us = self.cell.now_us + duration_us
         while self.cell.now_us < end_us:
             self.cell.run(min(_SLICE_US, end_us - self.cell.now_us))
@@ -147,11 +147,14 @@ class Run(ABC):
         self.check()
 
     def note(self, kind: str, text: str) -> None:
-        """Something is wrong now; `check` raises it."""
+        """Note a failure at the current time, for `check` to raise."""
         self._found.append(Failure(kind, self.cell.now_us, text))
 
     def check(self) -> None:
-        """Raise what was found first."""
+        """Raise the earliest failure that was found.
+
+        Failures of other kinds than the wanted kind are saved in `failures`.
+        """
         new = self.cell.violations[self._judged :]
         self._judged += len(new)
         self._found += [Failure(kind_of(one), one.t_us, one.text) for one in new]
@@ -162,14 +165,14 @@ class Run(ABC):
         self._found.clear()
 
     def fail(self, kind: str, text: str) -> NoReturn:
-        """Raise what was found first, or this."""
+        """Raise the earliest failure that was found, otherwise this failure."""
         self.check()
         raise Failure(kind, self.cell.now_us, text)
 
     def wait(
         self, condition: Callable[[], bool], within_us: int, kind: str, what: Callable[[], str]
     ) -> int:
-        """Run until something holds, and check; how long it took [us]."""
+        """Run until a condition holds, check, and return the elapsed time [us]."""
         try:
             took_us = self.cell.run_until(condition, within=within_us)
         except CellTimeout:

@@ -1,4 +1,4 @@
-"""One good run, and every fault at every moment of it: from which does the cell not come back?"""
+"""Injects every fault at every moment of a good run, and finds those without recovery."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from structured_text.output.units import format_us
 
 __all__ = ["Failing", "Inject", "Moments", "Shown", "Sweep", "injects", "pieces", "ranges", "told"]
 
-#: So many scans are one piece of work.
+#: Number of scans in one work item.
 _PIECE = 25
 _ONCE = ("power_cycle", "alarm", "plc_overrun", "program_end")
 
 
 @dataclass(frozen=True)
 class Inject:
-    """What is injected: an event at a controller, or values of inputs, for a time."""
+    """An injection: an event at a controller, or values of inputs, for a time."""
 
     name: str
     event: str = ""
@@ -36,7 +36,7 @@ class Inject:
     held_us: int | None = None
 
     def at(self, t_us: int) -> Entry:
-        """It, at a time."""
+        """Return the action that injects this at a time."""
         events: tuple[tuple[str, Mapping[str, Any]], ...] = ()
         if self.event:
             events = ((self.event, {}),)
@@ -50,7 +50,7 @@ class Inject:
 
 
 class Moments(NamedTuple):
-    """Scans at which something is injected: from `first` to before `end`, every `step`th."""
+    """Scans for an injection: every `step`th from `first` to before `end`."""
 
     inject: Inject
     first: int
@@ -59,28 +59,28 @@ class Moments(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """A moment that fails in a way, to be shown by its shortest run."""
+    """A failing moment and its kind of failure, for which the shortest run is wanted."""
 
     inject: Inject
     scan: int
     kind: str
 
 
-#: Of each scan that fails the kinds of failures with a sentence.
+#: For each failing scan the kinds of failures, each with a sentence.
 Failing = dict[int, dict[str, str]]
 
 
 def injects(names: Sequence[str], controllers: int, hold_us: int) -> list[Inject]:
-    """What a user wants to be injected.
+    """Return the injections that a user names.
 
     Args:
         names: Events (`link_down`, at every controller; `link_down@2`), or inputs with a value
             (`Main.CellSafe=false`).
-        controllers: How many the cell has.
-        hold_us: How long what lasts is held.
+        controllers: The number of controllers of the cell.
+        hold_us: How long a lasting injection is held [us].
 
     Raises:
-        InputError: no such event, controller or value.
+        InputError: The event, controller or value does not exist.
     """
     found: list[Inject] = []
     for name in names:
@@ -117,7 +117,7 @@ def injects(names: Sequence[str], controllers: int, hold_us: int) -> list[Inject
 
 
 def pieces(what: Sequence[Inject], scans: int, step: int) -> list[Moments]:
-    """The work of a sweep."""
+    """Return the work items of a sweep."""
     size = _PIECE * step
     return [
         Moments(one, first, min(first + size, scans), step)
@@ -127,7 +127,7 @@ def pieces(what: Sequence[Inject], scans: int, step: int) -> list[Moments]:
 
 
 def ranges(scans: Sequence[int], step: int) -> list[tuple[int, int]]:
-    """Scans that follow each other as first and last."""
+    """Return consecutive scans as pairs of first and last."""
     found: list[tuple[int, int]] = []
     for scan in sorted(scans):
         if found and scan - found[-1][1] <= step:
@@ -139,13 +139,13 @@ def ranges(scans: Sequence[int], step: int) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Sweep:
-    """The work of a sweep, for one worker: moments, or one to be shown."""
+    """The work of a sweep for one worker: moments, or a failing moment to show."""
 
     cells: CellsOf
     seed: int = 0
 
     def prepare(self) -> Callable[[Moments | Shown], Any]:
-        """Compile the program."""
+        """Compile the program, and return the function that handles a work item."""
         return _Worker(self.cells.make(), self.seed).do
 
 
@@ -153,11 +153,11 @@ class _Worker:
     def __init__(self, cells: Cells, seed: int) -> None:
         self._cells, self._seed = cells, seed
         self._good: Course | None = None
-        """The good run; None: its program has served another one since."""
+        """The good run. None: its program has run another cell since."""
         self._known: dict[int, object] = {}
 
     def do(self, item: Moments | Shown) -> Any:
-        """Moments: those that fail. One to be shown: its replay."""
+        """Return the failing scans of moments, or the replay of a moment to show."""
         return self._shown(item) if isinstance(item, Shown) else self._moments(item)
 
     def _begun(self, entries: Sequence[Entry]) -> Course:
@@ -187,7 +187,7 @@ class _Worker:
         return failing
 
     def _shown(self, item: Shown) -> Replay | None:
-        """The replay of a moment, with as little of the good run as it needs."""
+        """Return the replay of a moment, with the shortest part of the good run that it needs."""
         self._good = None
         course = self._begun(self._cells.demands.start)
         _go_to(course, item.scan)
@@ -213,10 +213,10 @@ class _Worker:
 
 
 def _go_to(course: Course, scan: int) -> None:
-    """Shortly after a scan of the good run.
+    """Run the course until shortly after a scan of the good run.
 
     Raises:
-        InputError: the run is not good.
+        InputError: The good run fails.
     """
     cell = course.cell
     if cell.scans <= scan:
@@ -230,7 +230,7 @@ def _go_to(course: Course, scan: int) -> None:
 
 
 def _fails(course: Course, inject: Inject) -> Failure | None:
-    """Inject something now, let it end, and go the way back."""
+    """Inject something now, let it end, and execute the recovery; return a wanted failure."""
     cell = course.cell
     try:
         course.plan(inject.at(cell.now_us))
@@ -245,7 +245,7 @@ def _fails(course: Course, inject: Inject) -> Failure | None:
 
 
 def told(moments: Sequence[tuple[int, int]], scan_us: int) -> str:
-    """Ranges of scans for people."""
+    """Return ranges of scans as text."""
     return (
         ", ".join(f"{first}" if first == last else f"{first} to {last}" for first, last in moments)
         + f" (the first at {format_us(moments[0][0] * scan_us)})"

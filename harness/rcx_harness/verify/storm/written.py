@@ -1,4 +1,4 @@
-"""What campaign and sweep leave in a folder: never over a file of the user's."""
+"""The files that campaign and sweep write to a folder; they never overwrite a user's file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["check_folder", "command", "file_name", "forget", "write"]
 
 
 def file_name(kind: str, taken: Iterable[str]) -> str:
-    """A name for the files of a class that is not taken."""
+    """Return an unused name for the files of a class."""
     plain = re.sub(r"\W+", "_", kind, flags=re.ASCII).strip("_").lower()[:40] or "failure"
     names = set(taken)
     number = next(k for k in range(1, len(names) + 2) if f"{plain}-{k}" not in names)
@@ -24,7 +24,7 @@ def file_name(kind: str, taken: Iterable[str]) -> str:
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse a folder that is none (InputError)."""
+    """Raise InputError if the path or one of its parents is a file."""
     for one in (folder, *folder.parents):
         if os.path.exists(one) and not os.path.isdir(one):
             raise InputError("is a file, not a folder", file=one, hint="name another with --out")
@@ -34,7 +34,7 @@ def write(folder: Path, files: Mapping[str, str]) -> None:
     """Write files by their names, all or none.
 
     Raises:
-        InputError: one is there already and none of ours.
+        InputError: A file exists and was not written by this program.
     """
     for name in files:
         check(folder / name)
@@ -52,7 +52,7 @@ def forget(folder: Path) -> None:
 
 
 def command(replayed: Replay, words: Iterable[str], file: Path) -> str:
-    """The command that replays it."""
+    """Return the command that replays a run."""
     duration = f"{replayed.duration_us // 1000}ms"
     seed = ["--seed", str(replayed.seed)] if replayed.seed else []
     return " ".join(["rcx run", *words, *seed, "--stimulus", file.as_posix(), "--for", duration])
