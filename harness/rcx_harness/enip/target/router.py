@@ -54,7 +54,7 @@ class Router:
         self._reset = reset
 
     def answer(self, message: bytes, origin: Origin | None = None) -> bytes:
-        """Reply to a CIP request of at least two bytes, unconnected or not."""
+        """Return the reply to a CIP request of at least two bytes, connected or unconnected."""
         return self._answer(message, origin or Origin(), routed=False)
 
     def identity(self) -> bytes:
@@ -114,7 +114,7 @@ class Router:
         return encode_reply(Service.GET_ATTRIBUTE_LIST, status, values)
 
     def _reset_device(self, request: Request) -> bytes:
-        """Return the reply to a CIP request of at least two bytes, connected or unconnected.
+        """Reset the network side for type 0 (the default), and refuse all other types.
 
         While a master owns the outputs it is refused: a robot must not lose its master by a
         stray message.
