@@ -186,7 +186,7 @@ class Later(TyperCommand):
     """A command that is listed with its first sentence, and loaded when it is called."""
 
     def loaded(self) -> Any:
-        """The command itself."""
+        """Return the command itself, and import its module on first use."""
         module, _, function = COMMANDS[str(self.name)][0].partition(":")
         gc.disable()  # what is imported stays: looking for what may go takes a tenth of the start
         try:

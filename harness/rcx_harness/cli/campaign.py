@@ -44,7 +44,7 @@ class VerifyOptions(FarmOptions, CellOptions):
     ] = None
 
     def cells(self, stimulus: Path | None) -> CellsOf:
-        """What the cells are made of.
+        """Return the description from which each worker builds its cells.
 
         Raises:
             InputError: something that cannot be read, or that goes with no campaign.
@@ -54,7 +54,7 @@ class VerifyOptions(FarmOptions, CellOptions):
         return CellsOf.of(self.files, self.of_cell(), self.properties or (), stimulus)
 
     def about(self, cells: CellsOf, further: str = "") -> dict[str, str]:
-        """What results rest on."""
+        """Return the files, options and version that the results depend on."""
         options = " ".join([*self.words()[len(self.files) :], further]).strip()
         ours = hashlib.sha256(repr(fingerprint()).encode()).hexdigest()[:16]
         return {"files": cells.parcel.digest(), "options": options or "none", "rcx": ours}

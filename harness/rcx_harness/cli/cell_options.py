@@ -66,7 +66,7 @@ class CellOptions:
     ] = "hold"
 
     def of_cell(self) -> dict[str, Any]:
-        """The arguments of `Cell.build`; where nothing is given, its own defaults.
+        """Return the arguments of `Cell.build`; without an option its default applies.
 
         Raises:
             InputError: what cannot be.
@@ -77,7 +77,7 @@ class CellOptions:
         return {name: given[name] for name in arguments if given.get(name) not in (None, [])}
 
     def words(self) -> list[str]:
-        """These options as they are typed, quoted for a shell, without what is the default."""
+        """Return these options as they are typed, quoted for a shell, without defaults."""
         return [shlex.quote(word) for word in self._words()]
 
     def _words(self) -> Iterator[str]:

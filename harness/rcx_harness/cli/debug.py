@@ -262,7 +262,7 @@ def _of_cell(options: RunOptions) -> Launched:
 
 
 def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
-    """The options of `rcx run` that a client gives, by their own rules."""
+    """Return the options of `rcx run` that a client gives, checked by their own rules."""
     made: list[RunOptions] = []
 
     @with_options(RunOptions)

@@ -174,7 +174,7 @@ def _settings(given: Options) -> Settings:
 
 
 def _touched(demands: Demands) -> dict[str, list[str]]:
-    """What the operator touches, with its values; those of a BOOL are known."""
+    """Return the operator's inputs with their values; a BOOL needs no values."""
     inputs: dict[str, list[str]] = {path: [] for path in (*demands.buttons, *demands.switches)}
     for path, several in demands.values.items():
         inputs[path] = [str(one).lower() if isinstance(one, bool) else str(one) for one in several]

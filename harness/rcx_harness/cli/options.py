@@ -62,7 +62,7 @@ def with_options(
 
 
 def replacements(given: list[str] | None) -> dict[str, Path]:
-    """What `--replace` says: files by the names of POUs.
+    """Return the files of `--replace` by the names of POUs.
 
     Raises:
         InputError: not of the form POU=file.st, one POU twice, or no such file.
@@ -102,7 +102,7 @@ def check_ipv4(option: str, text: str) -> None:
 
 
 def duration_us(option: str, text: str) -> int:
-    """A duration in microseconds; what is none is refused (InputError)."""
+    """Return a duration in microseconds; raise InputError if the text is not a duration."""
     try:
         return parse_us(text)
     except InputError as error:
@@ -110,7 +110,7 @@ def duration_us(option: str, text: str) -> int:
 
 
 def interval_us(option: str, text: str) -> int:
-    """A packet interval in microseconds.
+    """Return a packet interval in microseconds.
 
     Raises:
         InputError: not a duration, or none that a controller can have.
@@ -136,7 +136,7 @@ def host_port(option: str, text: str, port: int) -> tuple[str, int]:
 
 
 def config_instance(text: str) -> int | None:
-    """What `--config-instance` says: a number, or none (InputError: neither)."""
+    """Return the number of `--config-instance`, or None (InputError: neither)."""
     if text.lower() == "none":
         return None
     if not (text.isascii() and text.isdecimal()) or len(text) > _DIGITS:
@@ -146,7 +146,7 @@ def config_instance(text: str) -> int | None:
 
 
 def config_data(text: str) -> bytes:
-    """What `--config-data` says (InputError: no bytes)."""
+    """Return the bytes of `--config-data` (InputError: not hexadecimal)."""
     try:
         return bytes.fromhex(text)
     except ValueError:

@@ -157,7 +157,7 @@ def points(
 def _connected(
     host: str, size: int, rpi_us: int, port: int, address: str, action: Action
 ) -> Iterator[NetworkLine]:
-    """The way to the controller, closed in any case; what goes wrong on it ends the command."""
+    """Yield the line to the controller and close it; its errors end the command."""
     try:
         line = NetworkLine(host, size, rpi_us, port, address)
     except EnipError as error:
@@ -183,7 +183,7 @@ def _connected(
 def _check_options(
     action: Action, csv: Path | None, robot: Sequence[int], numbers: str, write: bool
 ) -> None:
-    """What only goes with another action."""
+    """Raise InputError for options that need another action."""
     if csv or robot:
         raise InputError(f"{'--csv' if csv else '--robot'} goes with backup only")
     if action is Action.restore and numbers:
@@ -243,7 +243,7 @@ def _keys(kinds: Sequence[str], numbers: range, robots: Sequence[int]) -> list[K
 
 
 def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
-    """The file without the kinds that are not wanted."""
+    """Return the stored data of the wanted kinds only."""
     asked = [key for key in stored.asked if not kinds or key[0] in kinds]
     if not asked:
         raise InputError("has nothing of what is asked for", file=file, hint="see --kind")

@@ -74,7 +74,7 @@ def record(
 
 
 def _filter(hosts: list[str], port: int, io_port: int) -> str:
-    """What to capture, in pcap-filter's words: with a VLAN tag, too."""
+    """Return the capture filter in pcap-filter syntax, also for packets with a VLAN tag."""
     wanted = f"(tcp port {port} or udp port {io_port})"
     if hosts:
         wanted = f"({wanted} and ({' or '.join(f'host {one}' for one in hosts)}))"
@@ -82,7 +82,7 @@ def _filter(hosts: list[str], port: int, io_port: int) -> str:
 
 
 def _interfaces(tool: str) -> list[str]:
-    """The names of the interfaces at which the tool can capture."""
+    """Return the names of the interfaces at which the tool can capture."""
     found = programs.run([tool, "-D"], text=True)
     lines = [line.split(maxsplit=1) for line in found.stdout.splitlines()]
     return [line[1] for line in lines if len(line) > 1] or ["none that you may capture at"]

@@ -168,7 +168,7 @@ class RunOptions(CellOptions):
         return self.realtime or self.connect is not None
 
     def where(self) -> Elsewhere | None:
-        """The controller of `--connect`, if it is given.
+        """Return the controller of `--connect`, if given.
 
         Raises:
             InputError: no address, or options that go with no such controller.
@@ -199,7 +199,7 @@ class RunOptions(CellOptions):
         )
 
     def of_cell(self) -> dict[str, Any]:
-        """The arguments of `Cell.build`; where nothing is given, its own defaults.
+        """Return the arguments of `Cell.build`; without an option its default applies.
 
         Raises:
             InputError: options that exclude each other.
@@ -245,7 +245,7 @@ class RunOptions(CellOptions):
         return line_us
 
     def _link(self) -> str:
-        """The cell's link; in real time the network is a real one and has its own jitter."""
+        """Return the cell's link; in real time the network is real and has its own jitter."""
         if not self.live:
             return self.link
         if self.connect is None and self.link != "enip":
@@ -303,7 +303,7 @@ def run(options: RunOptions) -> None:
 
 
 def _collector(options: RunOptions) -> Collector | None:
-    """What counts, if that is asked for.
+    """Return the coverage collector, if coverage is requested.
 
     Raises:
         InputError: what cannot be done, or is said of a coverage that is not asked for.
@@ -477,7 +477,7 @@ def _check_panel(options: RunOptions) -> None:
 
 @contextmanager
 def _panel(options: RunOptions, cell: Bench) -> Iterator[None]:
-    """The page of `--panel`, as long as the program runs."""
+    """Serve the page of `--panel` while the program runs."""
     if options.panel is None or not isinstance(cell, Cell):
         yield
         return

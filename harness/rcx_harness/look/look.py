@@ -212,7 +212,7 @@ def _area_text(area: bytes | None, letter: str) -> str:
 
 
 def _content(area: bytes, letter: str) -> Iterator[str]:
-    """What it says; of an assembly that is none of the controller's areas, its bytes."""
+    """Return the content as lines; an area of another size is shown as bytes."""
     return area_lines(area, letter) if len(area) in AREA_SIZES else byte_lines(area)
 
 
@@ -234,7 +234,7 @@ class _Seen:
             self._trace = Trace(header, options.trace, keep=0)
 
     def take(self, t_us: int, image: bytes) -> None:
-        """The next look."""
+        """Add the next sample."""
         changed = image != self._last
         self._t_us, self._last = t_us, image
         if changed:

@@ -84,7 +84,7 @@ def byte_change_lines(before: bytes, after: bytes) -> Iterator[str]:
 
 
 def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
-    """The last telegram in plain language.
+    """Yield the last telegram in plain language.
 
     Args:
         to_master: Assembly 100.
@@ -104,7 +104,7 @@ def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
 
 
 def change_lines(before: bytes, after: bytes, letter: str) -> Iterator[str]:
-    """What is another in the second of two areas of the same length."""
+    """Yield the differences of the second of two areas of the same length."""
     for signal in _dedicated(letter):
         if _level(before, signal) != _level(after, signal):
             yield f"{signal.signal} {_level(after, signal)}  {signal.title}"

@@ -97,7 +97,7 @@ class Session:
         return b"".join(answer.encode() for answer in answers)
 
     def is_overdue(self) -> bool:
-        """Nothing has come for too long, or a frame is too long on its way."""
+        """Return whether nothing came for too long, or a frame takes too long to arrive."""
         now = self._device.clock()
         if self._received and now - self._started >= SLOW_S:
             return True
@@ -120,14 +120,14 @@ class Session:
         return True, self._last_frame
 
     def close(self) -> None:
-        """The connection is gone, whoever closed it; its class 3 connections go with it."""
+        """End the session, whoever closed it, and its class 3 connections."""
         self.ended = True
         if self._handle:
             self._device.unregister(self._handle)
             self._handle = 0
 
     def _next(self) -> Frame | None:
-        """The next whole frame; an oversized one ends the connection before its data has come."""
+        """Return the next whole frame; an oversized frame ends the connection at its header."""
         if len(self._received) < HEADER_SIZE:
             return None
         if int.from_bytes(self._received[_LENGTH], "little") > MAX_DATA:
@@ -278,15 +278,15 @@ class Device:
 
     @property
     def inactivity_s(self) -> int:
-        """Seconds of silence before a TCP connection is closed; 0 for never."""
+        """Return the seconds of silence before a TCP connection is closed; 0 for never."""
         return self.objects.inactivity_s
 
     def connect(self, local: tuple[str, int], peer: str) -> Session:
-        """The session layer of a new TCP connection."""
+        """Return the session layer of a new TCP connection."""
         return Session(self, local, peer)
 
     def register(self) -> int:
-        """A new session handle; 0 if there are `MAX_SESSIONS`."""
+        """Return a new session handle; 0 if there are `MAX_SESSIONS`."""
         if len(self._handles) >= MAX_SESSIONS:
             return 0
         self._last_handle += 1
@@ -294,7 +294,7 @@ class Device:
         return self._last_handle
 
     def unregister(self, handle: int) -> None:
-        """A session has ended; its class 3 connections end with it."""
+        """End a session, and its class 3 connections."""
         self._handles.discard(handle)
         self.connections.session_ended(handle)
 

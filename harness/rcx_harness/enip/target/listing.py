@@ -1,4 +1,4 @@
-"""What is there, and who: the commands that need no session, over TCP and UDP; no sockets.
+"""Discovery: the commands that need no session, over TCP and UDP, without sockets.
 
 A broadcast ListIdentity is answered after a random delay, because everybody on the network
 answers it (volume 2, chapter 2-4.2); the longest delay is the request's, in milliseconds, in the

@@ -1,4 +1,4 @@
-"""What the machine tells of the network interface that has an address.
+"""The properties of the network interface with a given address.
 
 Linux tells all; elsewhere the netmask is guessed and the rest is unknown (zero), which costs only
 the answers about it.
@@ -37,7 +37,7 @@ class NetworkInterface:
     hardware_address: bytes = _NO_HARDWARE_ADDRESS
 
     def broadcast_addresses(self) -> tuple[str, ...]:
-        """Where a broadcast to its network may be sent to; on the loopback only its own."""
+        """Return the broadcast addresses of its network; on the loopback only its own."""
         network = ipaddress.IPv4Network((self.address, self.netmask), strict=False)
         directed = str(network.broadcast_address)
         if network.is_loopback or directed == "255.255.255.255":
@@ -46,7 +46,7 @@ class NetworkInterface:
 
 
 def address_toward(local: str, peer: str = _ELSEWHERE) -> str:
-    """Our address as this peer knows it: `local`, or the one that leads there if it is `ANY`."""
+    """Return our address as a peer sees it: `local`, or for `ANY` that of the route."""
     if local != ANY:
         return local
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -58,7 +58,7 @@ def address_toward(local: str, peer: str = _ELSEWHERE) -> str:
 
 
 def find_interface(address: str) -> NetworkInterface:
-    """The interface of an IPv4 address of this machine."""
+    """Return the interface of an IPv4 address of this machine."""
     wanted = ipaddress.IPv4Address(address)
     for own, netmask, hardware in addresses():
         # Only the first address is told; further ones are of the same network, as a rule.

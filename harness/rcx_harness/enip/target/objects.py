@@ -41,7 +41,7 @@ _SPEEDS = ((10, 0), (10, 1), (100, 0), (100, 1))  # Mbit/s, full duplex
 
 
 def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
-    """Attributes 1 to 12 of the TCP/IP Interface object.
+    """Return attributes 1 to 12 of the TCP/IP Interface object.
 
     Args:
         interface: The adapter's own.
@@ -65,7 +65,7 @@ def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
 
 
 def ethernet_link_values(port: int, hardware_address: bytes) -> dict[int, bytes]:
-    """Attributes 1 to 11 of an Ethernet Link instance.
+    """Return attributes 1 to 11 of an Ethernet Link instance.
 
     The module has two connectors, 10Base-T or 100Base-TX (manual chapter 1, 3.1); the first is
     the one that is plugged in.
@@ -116,7 +116,7 @@ _KINDS: dict[ClassId, Any] = {
 
 
 class _Value(device.Attribute):  # type: ignore[misc]  # cpppo has no types
-    """An attribute whose bytes are elsewhere; to be set only if it has a `write`."""
+    """An attribute that reads its bytes from a function; it can be set if it has a `write`."""
 
     def __init__(
         self,
@@ -130,7 +130,7 @@ class _Value(device.Attribute):  # type: ignore[misc]  # cpppo has no types
         self.write = write
 
     def produce(self, start: int = 0, stop: int | None = None) -> bytes:
-        """The bytes as they are now."""
+        """Return the current bytes."""
         return self.read()[start:stop]
 
 
@@ -190,16 +190,16 @@ class ObjectModel:
 
     @property
     def inactivity_s(self) -> int:
-        """Seconds of silence after which a TCP connection is closed; 0 for never."""
+        """Return the seconds of silence before a TCP connection is closed; 0 for never."""
         return self._inactivity_s
 
     @property
     def explicit_dscp(self) -> int:
-        """Code point for explicit messages."""
+        """Return the code point for explicit messages."""
         return self._dscp[_EXPLICIT_DSCP]
 
     def dscp(self, priority: int) -> int:
-        """Code point for packets of a connection: priority 0 (low) to 3 (urgent)."""
+        """Return the code point for a connection's packets: priority 0 (low) to 3 (urgent)."""
         return self._dscp[7 - priority]
 
     def require(self, path: Path) -> None:
@@ -212,7 +212,7 @@ class ObjectModel:
             raise Refusal(Status.PATH_DESTINATION_UNKNOWN)
 
     def get(self, class_id: int, instance: int, attribute: int | None) -> bytes:
-        """Value of an attribute of an existing object.
+        """Return the value of an attribute of an existing object.
 
         Raises:
             Refusal: 0x14, no such attribute.
@@ -267,7 +267,7 @@ class ObjectModel:
         return found
 
     def _find(self, *path: int) -> Any:
-        """An object or attribute, None where there is none; what there is stays as it is."""
+        """Return an object or attribute, or None; an existing result is cached."""
         found = self._found.get(path)
         if found is None:
             found = device.lookup(*map(int, path))

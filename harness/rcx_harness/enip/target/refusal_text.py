@@ -1,4 +1,4 @@
-"""Says for people who was refused a connection, why, and what to set at which side.
+"""Explains a refused connection: who asked, why it was refused, and what to set where.
 
 A PLC's tool often shows no more than the code of a refusal. The controller knows both what was
 asked for and what it has.
@@ -171,7 +171,7 @@ def _from_controller(request: ForwardOpen, facts: Facts) -> str:
 
 
 def _set_size(asked: int, size: int, header: str) -> str:
-    """What to set; the other size of the controller where that was asked for."""
+    """Return what to set, and the controller's other size if that was requested."""
     text = f"set {size} bytes {header} in the PLC"
     for other in AREA_SIZES:
         if other != size and asked in (other, other + RUN_IDLE_SIZE):

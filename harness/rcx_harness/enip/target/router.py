@@ -1,4 +1,4 @@
-"""What the device answers to a CIP request."""
+"""The router, which answers CIP requests to the device."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ class Router:
         self._reset = reset
 
     def answer(self, message: bytes, origin: Origin | None = None) -> bytes:
-        """Reply to a CIP request of at least two bytes, unconnected or not."""
+        """Return the reply to a CIP request of at least two bytes, connected or unconnected."""
         return self._answer(message, origin or Origin(), routed=False)
 
     def identity(self) -> bytes:
-        """Attributes 1 to 8 of the Identity object, as ListIdentity shows them."""
+        """Return attributes 1 to 8 of the Identity object, as ListIdentity shows them."""
         return b"".join(self._objects.get(ClassId.IDENTITY, 1, number) for number in range(1, 9))
 
     def _answer(self, message: bytes, origin: Origin, routed: bool) -> bytes:
@@ -114,7 +114,7 @@ class Router:
         return encode_reply(Service.GET_ATTRIBUTE_LIST, status, values)
 
     def _reset_device(self, request: Request) -> bytes:
-        """Type 0 (the default) switches the network side off and on; others are not for us.
+        """Reset the network side for type 0 (the default), and refuse all other types.
 
         While a master owns the outputs it is refused: a robot must not lose its master by a
         stray message.
@@ -129,7 +129,7 @@ class Router:
         return encode_reply(request.service, Status.SUCCESS)
 
     def _unconnected_send(self, request: Request, origin: Origin, routed: bool) -> bytes:
-        """Carry out the request within, which must be for ourselves: we have no other port."""
+        """Execute the contained request, which must be for this device: it has no other port."""
         data = request.data
         if len(data) < _UNCONNECTED_SEND.size:
             raise Refusal(Status.NOT_ENOUGH_DATA)

@@ -48,16 +48,16 @@ class TcpServer:
         """Those that are open."""
 
     def protocol(self) -> asyncio.BufferedProtocol:
-        """What asyncio asks for with each new connection."""
+        """Return the protocol object that asyncio needs for each new connection."""
         return _Connection(self)
 
     def has_room(self, peer: str) -> bool:
-        """May one more connection come from this address?"""
+        """Return whether one more connection from this address is allowed."""
         taken = (each.peer for each in self.connections)
         return self.accepts and has_room(taken, peer, MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER)
 
     def make_room(self, peer: str) -> bool:
-        """Close what is idle if a newcomer would find no room; is there room now?
+        """Close an idle connection if a newcomer needs room; return whether there is room.
 
         A newcomer is an address with at most one connection: a master that has lost its old one
         without a word comes from such an address, too.
@@ -75,11 +75,11 @@ class TcpServer:
         return True
 
     def add(self, connection: _Connection) -> None:
-        """A connection has come."""
+        """Add a new connection."""
         self.connections.add(connection)
 
     def discard(self, connection: _Connection) -> None:
-        """It has gone."""
+        """Remove a closed connection."""
         self.connections.discard(connection)
 
     def close_overdue(self) -> None:
@@ -129,7 +129,7 @@ class _Connection(asyncio.BufferedProtocol):
         self._server.add(self)
 
     def get_buffer(self, sizehint: int) -> memoryview:
-        """Where the next bytes are received: a turn's, what is more waits for the next turn."""
+        """Return the buffer for the next bytes: one turn's bytes, the rest waits."""
         return self._received
 
     def buffer_updated(self, nbytes: int) -> None:
@@ -142,20 +142,20 @@ class _Connection(asyncio.BufferedProtocol):
             self.transport.close()
 
     def pause_writing(self) -> None:
-        """It does not take our answers: take no more of its requests."""
+        """Stop reading requests, because the client does not read our answers."""
         self.transport.pause_reading()
 
     def resume_writing(self) -> None:
-        """It has taken them."""
+        """Resume reading, because the client has read our answers."""
         self.transport.resume_reading()
 
     def give_way(self) -> None:
-        """Close it at once; its place and its session are free."""
+        """Close the connection at once, so that its place and session are free."""
         self.transport.abort()
         self._leave()
 
     def connection_lost(self, error: Exception | None) -> None:
-        """The connection is gone; its session with it."""
+        """End the session of a lost connection."""
         self._leave()
 
     def _leave(self) -> None:

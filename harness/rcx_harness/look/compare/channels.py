@@ -39,7 +39,7 @@ class Channel:
 
 @lru_cache(maxsize=2)
 def channels(size: int) -> tuple[Channel, ...]:
-    """The channels of an area of that size, from its first byte to its last."""
+    """Return the channels of an area of this size, from the first byte to the last."""
     found = [Channel(STATUS, 0, 2), Channel(RESPONSE, 2, DEDICATED_AT)]
     names = {(one.byte, one.bit): one.short for one in signals().output}
     for at in (DEDICATED_AT, DEDICATED_AT + 1):
@@ -68,7 +68,7 @@ class Timeline:
 
     @classmethod
     def of(cls, channel: Channel, outputs: Sequence[tuple[int, bytes]]) -> Timeline:
-        """A channel of areas that follow each other."""
+        """Return the timeline of a channel in consecutive areas."""
         changes: list[tuple[int, int]] = []
         for t_us, area in outputs:
             value = channel.of(area)
@@ -77,7 +77,7 @@ class Timeline:
         return cls(changes)
 
     def at(self, t_us: int) -> int | None:
-        """The value at a time; None before the first one."""
+        """Return the value at a time; None before the first value."""
         place = bisect_right(self.times, t_us) - 1
         return self.values[place] if place >= 0 else None
 

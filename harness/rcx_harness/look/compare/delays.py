@@ -75,14 +75,14 @@ class Drawn:
 
 
 def asked(inputs: Sequence[tuple[int, bytes | None]]) -> dict[str, Timeline]:
-    """What the PLC sent, by dedicated input, `code` and `words`; without a connection 0."""
+    """Return the PLC's dedicated inputs, `code` and `words`; 0 without a connection."""
     size = next((len(si) for _, si in inputs if si is not None), SIZE)
     areas = [(t_us, bytes(size) if si is None else si) for t_us, si in inputs]
     return {one.name: Timeline.of(one, areas) for one in (_CODE, _WORDS, *INPUTS.values())}
 
 
 def _shows_run(status: Timeline, words: Timeline) -> bool:
-    """Does a command show status 0x0100 that is not continuous and was not changed meanwhile?"""
+    """Return whether a command shows status 0x0100, is not continuous, and did not change."""
     for before, at_us, now in zip(status.values, status.times[1:], status.values[1:], strict=False):
         was, there = words.at(at_us - 1) or 0, words.at(at_us) or 0
         entry = commands().get(there & 0x0FFF)
@@ -128,7 +128,7 @@ class Guide:
         vars(self._machine)["draw_us"] = draw
 
     def draw_us(self, key: str) -> int:
-        """A delay [us], in place of Machine.draw_us."""
+        """Return a delay [us], in place of Machine.draw_us."""
         now_us = self._machine.now_us
         delay = getattr(self._config, key)
         low, high = delay if isinstance(delay, tuple) else (delay, delay)
@@ -166,7 +166,7 @@ class Guide:
         return key == "command_accept_delay" and not self._shows_run
 
     def _accepted(self, at_us: int) -> bool:
-        """Does the status show, by its change at that time, the acceptance of a command?"""
+        """Return whether the status at that time shows the acceptance of a command."""
         if self._shows_run:
             return True
         status, us = self._recorded[STATUS].at(at_us), at_us - self._machine.now_us

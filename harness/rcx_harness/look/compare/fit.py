@@ -122,7 +122,7 @@ class _Search:
         return self._replay.run(config, free=free, expected=self._result.left, to_first=to_first)
 
     def _better(self, here: Replayed) -> RobotConfig | None:
-        """The configuration, one key another, with which both agree longest.
+        """Return the configuration, with one key changed, of the longest agreement.
 
         Of those that are equally good it is the one whose key has few values: any alarm can be
         given a name, a key that is true or false explains it with less.
@@ -160,7 +160,7 @@ class _Search:
             return None
 
     def _seen(self, here: Replayed) -> Seen:
-        """What the recording shows at the first difference, and every alarm in it."""
+        """Return the recorded answers at the first difference, and all recorded alarms."""
         recording = self._replay.recording
         first = here.differences[0] if here.differences else None
         alarms: set[str] = set()
@@ -296,7 +296,7 @@ class _Search:
 
 
 def _from_to(key: str, lengths: Sequence[float]) -> dict[str, Any]:
-    """A delay by its lengths in ms, shortest first: one number, or a range."""
+    """Return a delay from its lengths in ms, shortest first: one number, or a range."""
     return {key: lengths[0] if len(lengths) == 1 else (lengths[0], lengths[-1])}
 
 
@@ -315,7 +315,7 @@ def _words(one: Difference) -> int:
 
 
 def _answer(here: Replayed, first: Difference, recorded: bytes) -> bytes:
-    """What the virtual controller answers in place of a recorded area, be it somewhat later."""
+    """Return the virtual controller's answer to a recorded area, possibly somewhat later."""
     area = here.outputs[0][1]
     for t_us, one in here.outputs:
         if t_us > first.begin_us and (

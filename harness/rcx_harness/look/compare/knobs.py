@@ -66,7 +66,7 @@ class Seen:
 
 
 def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -> Seen:
-    """What the answers at a time suggest.
+    """Return the values that the answers at a time suggest.
 
     Args:
         t_us: The time.
@@ -99,7 +99,7 @@ def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -
 
 
 def _clock(t_us: int, fields_: Mapping[str, Any], clock: str) -> str:
-    """What the clock showed at time 0, by an answer to its reference."""
+    """Return the clock at time 0, computed from an answer to a clock reference."""
     try:
         shown = datetime.fromisoformat(clock) + timedelta(microseconds=t_us)
         if "year" in fields_:
@@ -130,7 +130,7 @@ def values(
     raised: Collection[str],
     asked: Mapping[str, Timeline],
 ) -> list[Any]:
-    """What to try instead of the current value.
+    """Return the values to try instead of the current value.
 
     Args:
         key: One of KNOBS.

@@ -118,7 +118,7 @@ def load(
 def of_cycles(
     cycles: Sequence[tuple[int, bytes | None, bytes]], *, every: bool, from_power_on: bool = True
 ) -> Recording:
-    """A recording of the controller's own cycles, which is exact.
+    """Return an exact recording of the controller's own cycles.
 
     Args:
         cycles: When, the area that it took (None without a connection), the area that it gave.
@@ -213,7 +213,7 @@ def _of_capture(
 
 
 def _interval_us(connections: Sequence[object]) -> int:
-    """The packet interval where no Forward Open tells it: the time from first to last, shared."""
+    """Return the mean packet interval, used if the recording has no Forward Open."""
     longest = 0
     for one in connections:
         way = one.to_master  # type: ignore[attr-defined]

@@ -76,7 +76,7 @@ class _Watched(RobotConfig):
 
 
 def watched(config: RobotConfig) -> RobotConfig:
-    """The same configuration; `Replayed.read` then says which keys were read."""
+    """Return the same configuration, for which `Replayed.read` lists the keys read."""
     return _Watched(**{name: getattr(config, name) for name in _KEYS})
 
 
@@ -221,7 +221,7 @@ class _Watch:
         self._same: tuple[bytes, bytes] = (b"", b"")
 
     def differs(self, now_us: int, so: bytes) -> bool:
-        """Does something differ that is not known?"""
+        """Return whether a difference exists that is not known yet."""
         outputs = self._outputs
         while self._at < len(outputs) and outputs[self._at][0] <= now_us:
             self._recorded = outputs[self._at][1]

@@ -18,7 +18,7 @@ __all__ = ["robot_file"]
 
 
 def robot_file(fit: Fit, base: Path | None, of: str) -> str:
-    """The text of the file.
+    """Return the text of the robot file.
 
     Args:
         fit: What was found.
@@ -49,7 +49,7 @@ def robot_file(fit: Fit, base: Path | None, of: str) -> str:
 
 
 def _split(text: str) -> tuple[str, str, str]:
-    """What stands before the first table, and the rest."""
+    """Return the text before the first table, the rest, and an empty text."""
     found = re.search(r"^\s*\[", text, re.MULTILINE)
     return (text[: found.start()], text[found.start() :], "") if found else (text, "", "")
 

@@ -46,7 +46,7 @@ _TITLES = {one.short: f"{one.signal} {one.title}" for one in signals().output}
 
 
 def rules_of(channel: str, code: int) -> tuple[Rule, ...]:
-    """The rules that bear on a difference: of the signal, and of the command that was asked.
+    """Return the rules that affect a difference: of its signal and of the current command.
 
     Args:
         channel: Its name.
@@ -60,7 +60,7 @@ def rules_of(channel: str, code: int) -> tuple[Rule, ...]:
 
 
 def lines(replay: Replay, result: Replayed) -> Iterator[str]:
-    """What differs: the first ones side by side, then how many by signal and by rule."""
+    """Yield the first differences side by side, then their number by signal and by rule."""
     recording = replay.recording
     begin_us, end_us = replay.span
     yield (
@@ -101,7 +101,7 @@ def lines(replay: Replay, result: Replayed) -> Iterator[str]:
 
 
 def fit_lines(fit: Fit, replay: Replay) -> Iterator[str]:
-    """What the search has found, and what it has not."""
+    """Yield the keys that the search has found, and those that it has not."""
     found = [one for one in fit.knobs if one.found]
     yield f"{'key':<34} value that the recording shows"
     for one in found:
@@ -129,7 +129,7 @@ def fit_lines(fit: Fit, replay: Replay) -> Iterator[str]:
 
 
 def as_json(replay: Replay, result: Replayed, fit: Fit | None) -> dict[str, Any]:
-    """The same as an object of JSON; times in microseconds from the beginning of the recording."""
+    """Return the result as a JSON object; times in microseconds from the recording's start."""
     begin_us, end_us = replay.span
     found: dict[str, Any] = {
         "begin_us": begin_us,
@@ -156,7 +156,7 @@ def as_json(replay: Replay, result: Replayed, fit: Fit | None) -> dict[str, Any]
 
 
 def chart(replay: Replay, result: Replayed, around_us: int, at_us: int) -> Timeline:
-    """The surroundings of a time: controller 1 is the recorded one, 2 the virtual one."""
+    """Return the chart around a time: controller 1 is recorded, controller 2 is virtual."""
     timeline = Timeline()
     recording = replay.recording
     merged = [(t_us, 1, area) for t_us, area in recording.outputs]
@@ -232,7 +232,7 @@ def _at(outputs: Sequence[tuple[int, bytes]], at_us: int) -> bytes:
 
 
 def _asked(recording: Recording, at_us: int) -> tuple[int, bytes]:
-    """The latest command that was out by then: its code, and the area with it."""
+    """Return the latest command at that time: its code, and the area that contains it."""
     code, found = 0, bytes(recording.size)
     for t_us, area in recording.inputs:
         if t_us > at_us:

@@ -207,12 +207,12 @@ class Capture:
 
 
 def host_text(address: bytes) -> str:
-    """An IPv4 address in words."""
+    """Return an IPv4 address as text."""
     return ".".join(map(str, address))
 
 
 def _library() -> Any:
-    """The package cypcap.
+    """Return the package cypcap.
 
     Raises:
         InputError: it is not installed, or libpcap (on Windows Npcap) is not.

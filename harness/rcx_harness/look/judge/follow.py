@@ -84,7 +84,7 @@ class Follower:
         self._reset_us: int | None = None
 
     def take(self, sample: Sample) -> None:
-        """The next sample."""
+        """Add the next sample."""
         if not sample.whole:
             self.gaps += 1
         if not sample.connected or not sample.whole or not sample.so:
@@ -102,7 +102,7 @@ class Follower:
         self._si, self._so = sample.si or self._si, sample.so or self._so
 
     def finish(self) -> None:
-        """The recording is at its end: what is still open has no answer."""
+        """End the recording: count requests without an answer as open."""
         for number in list(self._asked):
             self._of(_answer_name(number)).open += 1
         self._asked.clear()

@@ -104,7 +104,7 @@ class _Judge:
         self._trace: Trace | None = None
 
     def take(self, sample: Sample) -> None:
-        """The next sample."""
+        """Add the next sample."""
         self.result.last_us = sample.t_us
         follower = self.result.followers.get(sample.controller)
         if follower is None:
@@ -136,7 +136,7 @@ class _Judge:
             self._tell(f"{t_us / 1e6:12.6f} s  {who}{text}")
 
     def report(self, controller: int, one: Violation) -> None:
-        """A broken rule, unless the trace has it already."""
+        """Report a broken rule, if this recording is judged."""
         if not self.judges:
             return
         if controller > 1:
@@ -155,7 +155,7 @@ class _Judge:
             self.result.timeline.take(one)
 
     def finish(self) -> Judgement:
-        """The recording is at its end."""
+        """End the recording, and return the judgement."""
         for follower in self.result.followers.values():
             follower.finish()
         return self.result
@@ -239,7 +239,7 @@ def is_judged(file: Path) -> bool:
 
 
 def _beginning(file: Path) -> str:
-    """The first four bytes in hexadecimal."""
+    """Return the first four bytes in hexadecimal."""
     return beginning(file, CAPTURE, 4).hex()
 
 

@@ -169,7 +169,7 @@ class Network:
         self._open: dict[tuple[bytes, bytes, bytes], tuple[Robot, Connection]] = {}
 
     def take(self, packet: Packet) -> Iterator[Sample | Note]:
-        """What a packet says that is new."""
+        """Yield the new samples and notes from a packet."""
         if packet.tcp:
             if self._port in (packet.source_port, packet.destination_port):
                 yield from self._explicit(packet)
@@ -362,7 +362,7 @@ class Network:
             robot.source = others[-1].to_master
 
     def _robot_of(self, host: bytes, asked: ForwardOpen) -> Robot | None:
-        """The controller that a Forward Open is for; None where it is for another device."""
+        """Return the controller that a Forward Open addresses; None for another device."""
         size = _TO_ROBOT.get(asked.t_to_o.size, (0, False))[0]
         if size not in self._sizes or (self._hosts and host not in self._hosts):
             return None
@@ -381,7 +381,7 @@ class Network:
         return robot
 
     def _guessed(self, key: _Key, packet: Packet, length: int) -> _Line | None:
-        """A direction of a connection that was open before the capture began, by its addresses."""
+        """Return a connection direction opened before the capture, guessed from its addresses."""
         if key in self.strangers:
             return None
         size, header = _TO_ROBOT.get(length, (0, False))
@@ -421,13 +421,13 @@ class Network:
 
 
 def _wrapped(data: bytes) -> Request:
-    """The request in an Unconnected Send: ticks, its length, it, the route."""
+    """Return the request in an Unconnected Send: ticks, length, request, route."""
     length = int.from_bytes(data[2:4], "little")
     return decode_request(data[4 : 4 + length])
 
 
 def _points(path: bytes) -> tuple[int, ...]:
-    """The consuming and the producing connection point of a path; none if it is another path."""
+    """Return consuming and producing connection point of a path; none for other paths."""
     while path and not path[0] & 0xE0:  # port segments: the way there
         length = 2 if not path[0] & 0x10 else 2 + path[1] + path[1] % 2
         path = path[length:]

@@ -34,7 +34,7 @@ class Streams:
         self._streams: OrderedDict[tuple[bytes, int, bytes, int], _Stream] = OrderedDict()
 
     def take(self, packet: Packet) -> Iterator[Frame]:
-        """The frames that this segment completes."""
+        """Yield the frames that this segment completes."""
         key = (packet.source, packet.source_port, packet.destination, packet.destination_port)
         if packet.flags & _SYN:
             self._streams.pop(key, None)

@@ -50,7 +50,7 @@ def summary(result: Judgement) -> Iterator[str]:
 
 
 def as_json(result: Judgement) -> dict[str, Any]:
-    """The same as an object of JSON; times are microseconds from the first packet."""
+    """Return the result as a JSON object; times are microseconds from the first packet."""
     robots = {one.number: one for one in result.network.robots.values()} if result.network else {}
     found: dict[str, Any] = {"file": str(result.file), "length_us": result.last_us}
     if result.capture is not None and result.network is not None:

@@ -40,7 +40,7 @@ class Times:
         return self.count <= _EXACT
 
     def percentile_us(self, share: float) -> int:
-        """The time that this share (0 to 1) of all did not exceed; 0 without any."""
+        """Return the time that this share (0 to 1) did not exceed; 0 without any."""
         left = math.ceil(share * self.count)
         if self.exact and self.count:
             return sorted(self._exact)[left - 1]

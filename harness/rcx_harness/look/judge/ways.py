@@ -65,7 +65,7 @@ class Way:
         self._data = b""
 
     def take(self, t_us: int, packet: Packet, cut: bool) -> Arrival | None:
-        """The next packet; None if it is not to be used.
+        """Take the next packet; return None if it cannot be used.
 
         Args:
             t_us: When it was captured.

@@ -66,7 +66,7 @@ class Carrier:
             raise RefusedError(f"it shows the remote status {status} without a command")
 
     def read(self, asked: Sequence[Key], progress: Progress) -> Stored:
-        """What the controller has of these; what is not defined is left out.
+        """Return the controller's values of these keys, without those that are not defined.
 
         Raises:
             LostError: the connection is gone.
@@ -114,7 +114,7 @@ class Carrier:
 
 
 def _check_number(what: str, got: Mapping[str, Any], asked: Mapping[str, int]) -> None:
-    """A reference names in m+4 what it is about, of hands the robot, too (guide 4.3)."""
+    """Check the numbers in an answer: m+4, and for hands the robot, too (guide 4.3)."""
     for name, number in asked.items():
         if name in got and got[name] != number:
             said = name.replace("_number", "")
@@ -122,7 +122,7 @@ def _check_number(what: str, got: Mapping[str, Any], asked: Mapping[str, int]) -
 
 
 def _value(kind: str, answer: Answer) -> Any:
-    """What a reference gave; None for what is no definition."""
+    """Return the value of an answer; None if the answer is not a definition."""
     got = answer.fields
     if kind == "points":
         turns = (_TURNS.get(got[name], 0) for name in ("arm1", "arm2"))
@@ -139,7 +139,7 @@ def _value(kind: str, answer: Answer) -> Any:
 
 
 def _fields(kind: str, value: Any) -> dict[str, Any]:
-    """The fields of a definition."""
+    """Return the fields of a definition."""
     if kind == "points":
         return {
             "unit": int(value.mm),

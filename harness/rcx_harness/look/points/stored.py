@@ -39,12 +39,12 @@ class Stored:
     asked: list[Key] = field(default_factory=list)
 
     def of(self, kind: str) -> dict[tuple[int, int], Any]:
-        """What there is of a kind, by robot and number."""
+        """Return all values of a kind, by robot and number."""
         return {key[1:]: value for key, value in self.values.items() if key[0] == kind}
 
 
 def without_foreign(stored: Stored) -> tuple[Stored, list[int]]:
-    """What a robot file can have, and the numbers of the comments that it cannot.
+    """Return the data that a robot file can contain, and the numbers of other comments.
 
     Comments are of the characters 16#20 to 16#7E (guide 4.3.2); no command writes others.
     """
@@ -59,7 +59,7 @@ def without_foreign(stored: Stored) -> tuple[Stored, list[int]]:
 
 
 def as_toml(stored: Stored, head: Iterable[str]) -> str:
-    """The tables of a robot file; mm to the thousandth, as the controller has them.
+    """Return the tables of a robot file; mm have three decimals, as in the controller.
 
     Args:
         stored: What is written.
@@ -100,7 +100,7 @@ def as_csv(stored: Stored) -> str:
 
 
 def from_toml(file: Path) -> Stored:
-    """The stored data of a file of `rcx points`, or of a robot file that has some.
+    """Return the stored data of a file of `rcx points`, or of a robot file.
 
     Raises:
         InputError: it cannot be read, or has none.
@@ -123,7 +123,7 @@ def from_toml(file: Path) -> Stored:
 
 
 def shown(value: Any) -> str:
-    """A value in one line, for people."""
+    """Return a value in one line for people."""
     if value is None:
         return "not defined"
     if isinstance(value, str):
@@ -156,7 +156,7 @@ def _table(name: str, rows: Iterable[tuple[int, str]]) -> list[str]:
 
 
 def _mm(value: int) -> str:
-    """An integer of thousandths as a decimal, exactly."""
+    """Return an integer of thousandths as an exact decimal."""
     size = abs(value)
     return f"{'-' if value < 0 else ''}{size // 1000}.{size % 1000:03}"
 

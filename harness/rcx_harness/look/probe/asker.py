@@ -129,20 +129,20 @@ class Asker:
         self._decides = decides
 
     def knob(self, name: str, *values: Any, text: str) -> None:
-        """The controller has one of these values."""
+        """Report that the controller has one of these values."""
         self._found(name, values, text, between=False)
 
     def between(self, name: str, low: float, high: float, text: str) -> None:
-        """The controller has more than `low` and at most `high`."""
+        """Report that the value is more than `low` and at most `high`."""
         self._found(name, (low, high), text, between=True)
 
     def delay(self, name: str, us: int, text: str) -> None:
-        """A delay was measured; it may be shorter by what the way takes."""
+        """Report a measured delay; it may be shorter by the tolerance of the line."""
         low = max(0.0, (us - self.line.tolerance_us) / 1000)
         self._found(name, (low - 0.001, us / 1000 + self.line.step_us / 1000), text, between=True)
 
     def rule(self, name: str, holds: bool, text: str) -> None:
-        """A rule without a knob holds, or does not."""
+        """Report whether a rule without a knob holds."""
         self.findings.append(Finding(name, "", (holds,), True, text))
 
     def _found(self, name: str, values: tuple[Any, ...], text: str, *, between: bool) -> None:
@@ -154,12 +154,12 @@ class Asker:
     # Inputs and outputs.
 
     def on(self, name: str) -> bool:
-        """A dedicated output, as it came last."""
+        """Return a dedicated output, as it was received last."""
         at, mask = _BITS[name]
         return bool(self._so[at] & mask)
 
     def is_set(self, name: str) -> bool:
-        """A dedicated input, as it is sent."""
+        """Return a dedicated input, as it is sent."""
         at, mask = _BITS[name]
         return bool(self._si[at] & mask)
 
@@ -236,7 +236,7 @@ class Asker:
         self.wait(_SETTLED_US)
 
     def needs_person(self, text: str, event: str) -> None:
-        """The same without a connection: nothing is looked at."""
+        """Ask a person to act without a connection; raise SkipError if it is not done."""
         if not self._person(text, event):
             raise SkipError(f"not done: {text}")
 
@@ -356,7 +356,7 @@ class Asker:
             raise SkipError(text)
 
     def history(self) -> History:
-        """The alarm history as the message reference gives it."""
+        """Return the alarm history from the message reference."""
         known: dict[int, str] = {}
         low, high = 0, 1
         while high <= _MOST_MESSAGES and self._message(high, known):
@@ -393,7 +393,7 @@ class Asker:
 
 
 def telegram(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
-    """The 16 words of a request; not checked, since some questions ask for what is refused."""
+    """Return the 16 words of a request, unchecked, since some questions send wrong ones."""
     entry = command(name)
     words = [0] * 16
     for part in entry.request:

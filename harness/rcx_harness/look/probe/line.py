@@ -72,10 +72,10 @@ class Line(Protocol):
         """Fall silent, as if the cable were cut."""
 
     def write(self, area: bytes, *, run: bool = True) -> None:
-        """What is sent from now on; without `run` with the idle header."""
+        """Send this area from now on; without `run` with the idle header."""
 
     def read(self) -> bytes:
-        """The area that came last.
+        """Return the area that was received last.
 
         Raises:
             LostError: nothing comes any more.

@@ -20,7 +20,7 @@ class Risk(IntEnum):
 
     @property
     def text(self) -> str:
-        """In words."""
+        """Return the risk in words."""
         return {
             Risk.READING: "reading only: SI(00) and SI(06) are OFF, nothing is changed",
             Risk.STILL: "no motion: the servos stay off; signals, data and settings are changed",

@@ -92,7 +92,7 @@ def _reason(rule: Rule, outcome: Outcome) -> str:
 
 
 def as_toml(outcome: Outcome, subject: Subject) -> str:
-    """The report for programs."""
+    """Return the report for programs."""
     lines = [
         'format = "rcx-probe/1"',
         f"host = {_text(subject.host)}",
@@ -122,7 +122,7 @@ def as_toml(outcome: Outcome, subject: Subject) -> str:
 
 
 def as_markdown(outcome: Outcome, subject: Subject) -> str:
-    """The report for people."""
+    """Return the report for people."""
     every = verdicts(outcome)
     count = {kind: sum(one.verdict == kind for one in every) for kind in _KINDS}
     lines = [

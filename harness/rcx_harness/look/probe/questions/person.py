@@ -173,7 +173,7 @@ def power_cycle(ask: Asker) -> None:
 
 
 def _origins(ask: Asker, before: Answer, after: Answer) -> None:
-    """What became of the origins of incremental axes."""
+    """Report whether incremental axes have lost their origins."""
     was, now = (one.fields.get("origin_states", ()) for one in (before, after))
     complete = [k for k, state in enumerate(was) if state == 1]
     if complete:
