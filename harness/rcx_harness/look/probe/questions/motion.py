@@ -20,7 +20,7 @@ def _servos_on(ask: Asker) -> None:
 
 
 def _servos_off(ask: Asker) -> None:
-    """Switch the servos off by an emergency stop, the safest way."""
+    """Switch the servos off by an emergency stop, the most reliable way."""
     ask.turn("SI00", False)
     ask.until(lambda: not ask.on("SO02"))
 
