@@ -86,7 +86,7 @@ def _points(model: RobotModel) -> list[list[int]]:
 
 
 def _robot(name: str | None) -> dict[str, str]:
-    """What the template has for the robot of that model; without one it has axes of its own.
+    """Return what the template has for a model; without a model it has axes of its own.
 
     Raises:
         InputError: there is no such model.
