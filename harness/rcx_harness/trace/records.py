@@ -10,6 +10,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
+from rcx_harness.spec.wire import AREA_SIZES, SIZE
 from structured_text.bench import samples
 from structured_text.bench.samples import COMPACT, FORMAT, KEPT
 from structured_text.errors import InputError, Violation
@@ -179,6 +180,10 @@ def _header(line: bytes, path: str | Path) -> dict[str, Any]:
                 raise InputError(
                     f"{key} is {value!r:.40}, and not a number from 1", file=path, line=1
                 )
+        size = header.get("size", SIZE)
+        if size not in AREA_SIZES:
+            hint = "the areas of a controller have 48 or 256 bytes"
+            raise InputError(f"size is {size}", file=path, line=1, hint=hint)
         return header
     if str(given).startswith(FORMAT.partition("/")[0]):
         text = f"is a trace of format {given:.40}, and this version of rcx reads {FORMAT}"
