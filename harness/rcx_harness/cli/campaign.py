@@ -30,7 +30,7 @@ __all__ = ["VerifyOptions", "campaign", "write_replay"]
 
 @dataclass(frozen=True)
 class VerifyOptions(FarmOptions, CellOptions):
-    """What campaign and sweep can be asked for besides the cell."""
+    """The options of campaign and sweep besides those of the cell."""
 
     properties: Annotated[
         list[Path] | None,
@@ -62,7 +62,7 @@ class VerifyOptions(FarmOptions, CellOptions):
 
 @dataclass(frozen=True)
 class CampaignOptions(VerifyOptions):
-    """What `rcx campaign` can be asked for."""
+    """The options of `rcx campaign`."""
 
     seeds: Annotated[int, typer.Option(help="How many storms.", min=1, max=10**9)] = 100
     seed_from: Annotated[int, typer.Option(help="The first seed.", min=0, max=2**63 - 1)] = 0

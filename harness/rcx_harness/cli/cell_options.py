@@ -21,7 +21,7 @@ __all__ = ["CellOptions"]
 
 @dataclass(frozen=True)
 class CellOptions:
-    """What cells are made of: every option, its type, its default and its help.
+    """The options of a cell: each with its type, its default and its help.
 
     Those that bear the name of an argument of `Cell.build` go there.
     """

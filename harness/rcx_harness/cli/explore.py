@@ -32,7 +32,7 @@ _PATIENCE_S = 30.0
 
 @dataclass(frozen=True, kw_only=True)
 class Options(FarmOptions):
-    """What `rcx explore` takes."""
+    """The options of `rcx explore`."""
 
     files: Sources
     lib: Lib = None

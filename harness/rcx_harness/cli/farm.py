@@ -21,7 +21,7 @@ MOST = 4096
 
 @dataclass(frozen=True, kw_only=True)
 class FarmOptions:
-    """Who does the work; for a command that takes `with_options` of a dataclass built on this."""
+    """The options for workers; a command takes `with_options` of a dataclass built on this."""
 
     workers: Annotated[
         int | None,
@@ -45,7 +45,7 @@ class FarmOptions:
     ] = False
 
     def farm(self, console: Console) -> Farm:
-        """Where the work is done, with its progress on this console.
+        """Return the farm that does the work, with its progress on this console.
 
         Raises:
             InputError: options that do not go together, or a cluster that cannot be used so.

@@ -27,7 +27,7 @@ _PRINTED = Path("-")
 
 
 class JsonOutput:
-    """Where the JSON of a command goes, if it is asked for.
+    """The JSON output of a command, if its option is given.
 
     Args:
         file: The option's value.

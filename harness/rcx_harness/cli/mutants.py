@@ -33,7 +33,7 @@ _ROWS = "mutants-without-reason.toml"
 
 @dataclass(frozen=True)
 class Options(FarmOptions):
-    """What `rcx mutants` takes."""
+    """The options of `rcx mutants`."""
 
     files: Annotated[list[Path], typer.Argument(help="ST files of the program, or folders.")]
     lib: Lib = None

@@ -41,7 +41,7 @@ dedicated inputs stay OFF, SI(00) among them: the controller is in emergency sto
 
 
 class Action(str, Enum):
-    """What is done with the file."""
+    """The direction: from the controller to the file, or back."""
 
     backup = "backup"
     restore = "restore"

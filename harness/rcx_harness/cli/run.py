@@ -81,7 +81,7 @@ _SHORTEST_LINE_US = 1_000
 
 @dataclass(frozen=True)
 class RunOptions(CellOptions):
-    """What `rcx run` can be asked for besides the cell."""
+    """The options of `rcx run` besides those of the cell."""
 
     no_robot: Annotated[
         bool, typer.Option("--no-robot", help="Run the program alone: no areas, no controller.")
@@ -159,7 +159,7 @@ class RunOptions(CellOptions):
 
     @property
     def outputs(self) -> dict[str, Path | None]:
-        """Where to write, by kind."""
+        """Return the output files by kind."""
         return {"trace": self.trace, "chart": self.chart, "vcd": self.vcd, "view": self.view}
 
     @property
@@ -265,7 +265,7 @@ class RunOptions(CellOptions):
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What came of a run; the cell is closed."""
+    """The result of a run; the cell is closed."""
 
     cell: Bench
     duration_us: int

@@ -31,7 +31,7 @@ _AFTER_US = 1_000_000
 
 @dataclass(frozen=True)
 class SweepOptions(VerifyOptions):
-    """What `rcx sweep` can be asked for."""
+    """The options of `rcx sweep`."""
 
     stimulus: Annotated[Path | None, typer.Option(help="The good run (TOML).")] = None
     inject: Annotated[
@@ -134,7 +134,7 @@ def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
 
 
 def _scans(options: SweepOptions, cells: Cells) -> int:
-    """How many scans the good run has."""
+    """Return the number of scans of the good run."""
     last = cells.demands.start[-1].t_us if cells.demands.start else 0
     length_us = last + _AFTER_US
     if options.duration is not None:

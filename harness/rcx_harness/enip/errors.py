@@ -1,4 +1,4 @@
-"""What goes wrong on the network, as the caller sees it."""
+"""The errors of the network, as the caller sees them."""
 
 from __future__ import annotations
 

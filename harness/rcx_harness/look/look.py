@@ -49,7 +49,7 @@ _OPTIONS = (
 
 @dataclass(frozen=True)
 class ScanOptions:
-    """What `rcx scan` was asked for.
+    """The options of `rcx scan`.
 
     Attributes:
         host: Address of the controller.

@@ -34,7 +34,7 @@ _DEVICE_STATES = {
 
 
 def identity_lines(attributes: bytes) -> Iterator[str]:
-    """Who the device is.
+    """Return the identity of the device.
 
     Args:
         attributes: Data of Get_Attributes_All of the Identity object.

@@ -19,7 +19,7 @@ __all__ = ["Seen", "view_file"]
 
 @dataclass(frozen=True)
 class Seen:
-    """What came of a recording.
+    """The result of reading a recording.
 
     Attributes:
         page: The page, as HTML.

@@ -198,7 +198,7 @@ class ElectronicKey:
 
 @dataclass(frozen=True)
 class Path:
-    """Where a request goes; instance 0 is the class itself."""
+    """The path of a request; instance 0 is the class itself."""
 
     class_id: int
     instance: int

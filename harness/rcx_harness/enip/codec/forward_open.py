@@ -67,7 +67,7 @@ class PathRefusal(Refusal):
 
 @dataclass(frozen=True)
 class ConnectionPath:
-    """What a connection path names.
+    """The elements that a connection path names.
 
     Attributes:
         key: Which device the originator means.

@@ -257,7 +257,7 @@ class _Connection:
 
 @dataclass
 class _Production:
-    """What several multicast connections share."""
+    """The production that several multicast connections share."""
 
     producer: Producer
     destination: tuple[str, int]

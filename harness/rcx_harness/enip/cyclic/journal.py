@@ -1,7 +1,8 @@
-"""What happens to connections, in memory that several processes share: one writes, any may read.
+"""The events of connections, in memory that several processes share.
 
-The writer never waits for a reader. A record is written into the next of a few slots and then
-published by its number. A reader that is too slow misses records, and learns how many.
+One process writes, and any may read. The writer never waits for a reader. A record is written
+into the next of a few slots and then published by its number. A reader that is too slow misses
+records, and learns how many.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ _LENGTH = struct.Struct("=H")
 
 
 class Read(NamedTuple):
-    """What a reader gets.
+    """The answer to a reader.
 
     Attributes:
         records: The records, in their order.

@@ -24,7 +24,7 @@ _TRIES = 8  # numbers of a path that are shown
 
 @dataclass(frozen=True)
 class Facts:
-    """What the controller has.
+    """The sizes and numbers that the controller has.
 
     Attributes:
         size: Bytes of each assembly.

@@ -1,4 +1,4 @@
-"""What of an area is compared by itself: the status, the response, each signal, each port."""
+"""The parts of an area that are compared one by one: status, response, signals, ports."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def differences(
     span: tuple[int, int],
     tolerance_us: int,
 ) -> Iterator[Difference]:
-    """Where one side shows what the other does not show within the tolerance before or after.
+    """Return where one side shows a value that the other does not show within the tolerance.
 
     A value that the virtual controller shows for less time than the tolerance may be missing: it
     may have had no packet of its own.

@@ -1,4 +1,4 @@
-"""Which robot file lets the virtual controller answer as a recorded one (`rcx compare --fit`).
+"""Finds the robot file with which the virtual controller answers as a recorded one.
 
 Delays are measured. Every other key is tried where it can have had an influence: a key that the
 controller has not read up to a difference has no part in it. The one with which both agree longest
@@ -33,7 +33,7 @@ _LEAST_MODE_DELAY = 0.001
 
 @dataclass(frozen=True)
 class Knob:
-    """What the recording says of one key.
+    """The evidence of the recording for one key.
 
     Attributes:
         key: It.
@@ -54,7 +54,7 @@ class Knob:
 
 @dataclass
 class Fit:
-    """What was found.
+    """The result of a fit.
 
     Attributes:
         config: With which both agree, but for what is left over.

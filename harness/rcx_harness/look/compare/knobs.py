@@ -1,4 +1,4 @@
-"""Which values each key of a robot file is tried with, and which a difference suggests."""
+"""The values that are tried for each key of a robot file, and those a difference suggests."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _LONGEST_INTERVAL_US = 1_000_000
 
 @dataclass(frozen=True)
 class Seen:
-    """What a place in a recording suggests.
+    """The suggestion of one place in a recording.
 
     Attributes:
         alarms: Numbers of alarms that it shows.

@@ -1,4 +1,4 @@
-"""What a recording says of one controller: what it got, and what it answered, with times."""
+"""The record of one controller: its inputs and its answers, with times."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ _KEYS = frozenset(entry.name for entry in fields(RobotConfig))
 
 @dataclass(frozen=True)
 class Happening:
-    """What a person has done at the cell: when [us from the beginning], an event, its arguments."""
+    """An action of a person at the cell: time [us from the beginning], event, arguments."""
 
     t_us: int
     event: str
@@ -42,7 +42,7 @@ class Happening:
 
 @dataclass(frozen=True)
 class Replayed:
-    """What came of a replay.
+    """The result of a replay.
 
     Attributes:
         outputs: Every change of the area that the virtual controller gave.

@@ -1,1 +1,1 @@
-"""What a recorded controller and its PLC did: found in a capture or a trace, told and judged."""
+"""The reading and judging of a recorded controller and its PLC, from a capture or a trace."""

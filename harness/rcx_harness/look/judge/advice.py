@@ -1,4 +1,4 @@
-"""What to do about a capture in which no connection of a controller was found."""
+"""The advice for a capture in which no connection of a controller was found."""
 
 from __future__ import annotations
 

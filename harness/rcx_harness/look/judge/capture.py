@@ -186,7 +186,7 @@ class Capture:
         return Packet(*place, True, *ends, payload, cut, sequence, flags)
 
     def _at_ip(self, data: bytes) -> int | None:
-        """Where the IP header of a frame begins; None where it has none."""
+        """Return the offset of the IP header of a frame; None if there is none."""
         if self.link in _BARE:
             kind, at = _IP, 0
             if data and data[0] >> 4 == 6:

@@ -33,7 +33,7 @@ _UNJUDGED = ("rcx scan", "rcx serve")
 
 @dataclass(frozen=True)
 class JudgeOptions:
-    """What `rcx judge` was asked for.
+    """The options of `rcx judge`.
 
     Attributes:
         file: A capture or a trace.
@@ -58,7 +58,7 @@ class JudgeOptions:
 
 @dataclass
 class Judgement:
-    """What came of it.
+    """The result of `rcx judge`.
 
     Attributes:
         file: The recording.

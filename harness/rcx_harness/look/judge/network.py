@@ -1,4 +1,4 @@
-"""Who is connected with whom in a capture: class 1 connections from Forward Open to their end."""
+"""The class 1 connections in a capture, from the Forward Open to their end."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _TO_ROBOT = {
 
 
 class Sample(NamedTuple):
-    """What a controller and its PLC show from a time on.
+    """The state of a controller and its PLC from a time on.
 
     Attributes:
         t_us: When it was captured.
@@ -73,7 +73,7 @@ class Sample(NamedTuple):
 
 
 class Note(NamedTuple):
-    """What happened to the connection of a controller."""
+    """An event of the connection of a controller."""
 
     t_us: int
     controller: int

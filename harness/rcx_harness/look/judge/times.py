@@ -1,4 +1,4 @@
-"""How long answers took: exact counts and longest times, percentiles of many to half a per cent."""
+"""The times of answers: exact counts and longest times, percentiles to half a per cent."""
 
 from __future__ import annotations
 

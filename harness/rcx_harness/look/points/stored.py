@@ -27,7 +27,7 @@ Key = tuple[str, int, int]
 
 @dataclass
 class Stored:
-    """What a controller stores, or a file has of it.
+    """The data that a controller stores, or that a file has of it.
 
     Attributes:
         values: By kind, robot and number: a Point, a text, a Shift, a Hand or a Pallet. What is

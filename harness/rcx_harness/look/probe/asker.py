@@ -1,4 +1,4 @@
-"""Who asks: writes inputs and telegrams as a careful PLC does, and measures what comes back."""
+"""The asker: writes inputs and telegrams as a careful PLC does, and measures the answers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _END = 6
 
 @dataclass(frozen=True)
 class Answer:
-    """How a remote command ended.
+    """The end of a remote command.
 
     Attributes:
         status: 0x0200 or 0x4000.

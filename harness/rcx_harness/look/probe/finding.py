@@ -1,4 +1,4 @@
-"""What the answer to a question says, or why it says nothing."""
+"""The meaning of the answer to a question, or the reason why it has none."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class SkipError(Exception):
 
 @dataclass(frozen=True)
 class Finding:
-    """What an answer says.
+    """The meaning of an answer.
 
     Attributes:
         rule: Which rule it is about.

@@ -1,4 +1,4 @@
-"""What a question is."""
+"""The questions to a controller: their kinds and risks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Question", "Risk", "asked"]
 
 
 class Risk(IntEnum):
-    """What can happen at the cell, the least first."""
+    """The risk of a question at the cell, the lowest first."""
 
     READING = 1
     STILL = 2

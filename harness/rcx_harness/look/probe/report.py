@@ -19,7 +19,7 @@ __all__ = ["Subject", "Verdict", "as_markdown", "as_toml", "unasked", "verdicts"
 
 @dataclass(frozen=True)
 class Subject:
-    """What was probed, by whom and when: as the person gives it.
+    """The person, the day and the device of a probe, as the person gives them.
 
     Attributes:
         host: Its address.
@@ -36,7 +36,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a probe says of one assumed rule.
+    """The result of a probe for one assumed rule.
 
     Attributes:
         rule: It.

@@ -19,7 +19,7 @@ __all__ = ["Outcome", "Person", "probe"]
 
 @dataclass
 class Outcome:
-    """What came of a probe.
+    """The result of a probe.
 
     Attributes:
         identity: Who the controller says it is.
@@ -36,7 +36,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Person:
-    """Who sits before the probe.
+    """The person who operates the probe.
 
     Attributes:
         confirms: Is asked before each question; False leaves it out.

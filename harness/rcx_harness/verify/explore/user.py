@@ -53,7 +53,7 @@ _ALONE_S = 1.0
 
 
 class Choice(NamedTuple):
-    """What happens before a scan: a move of the controller and a new value of an input."""
+    """An event before a scan: a move of the controller and a new value of an input."""
 
     number: int
     move: str

@@ -27,7 +27,7 @@ _FILES = ("lib", "replace", "robot")
 
 @dataclass(frozen=True)
 class CellsOf:
-    """What a worker needs to build cells; it can be sent to another process or computer.
+    """The arguments from which a worker builds cells; they can be sent to another process.
 
     Attributes:
         parcel: All files that are read.
