@@ -7,6 +7,7 @@ from typing import Any
 
 from rcx_harness.robot.alarms import AlarmList
 from rcx_harness.robot.area import Overlay, build_area, input_words
+from rcx_harness.robot.commands import perform
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.dedicated import DedicatedInputs
 from rcx_harness.robot.events import happen
@@ -34,7 +35,7 @@ class _State:
     """The complete changing state of a controller; a deep copy of it is a snapshot."""
 
     def __init__(self, config: RobotConfig, seed: int) -> None:
-        self.machine = Machine(config, seed)
+        self.machine = Machine(config, seed, perform)
         self.findings = Findings()
         self.overlay = Overlay(config.size)
         self.now_us = 0

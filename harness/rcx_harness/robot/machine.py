@@ -18,7 +18,7 @@ from rcx_harness.robot.motion import Motion, Movement, OriginRun, Origins
 from rcx_harness.robot.paths import Path
 from rcx_harness.robot.ports import Ports
 from rcx_harness.robot.stored import Point
-from rcx_harness.robot.tasks import Programs
+from rcx_harness.robot.tasks import Perform, Programs
 
 __all__ = ["Machine"]
 
@@ -30,7 +30,9 @@ class Machine:
     state of the connection: `none` since power-on, `normal`, or `lost` in operation.
     """
 
-    def __init__(self, config: RobotConfig, seed: int) -> None:
+    def __init__(self, config: RobotConfig, seed: int, perform: Perform) -> None:
+        """Start a controller; `perform` executes the statements of robot programs that move it."""
+        self.perform = perform
         self.config = config
         self.rng = random.Random(seed)
         self.now_us = 0
@@ -71,7 +73,7 @@ class Machine:
         self.auto_mode = self._auto_selected
         self.sequence_running = False
         self.ports.lose_power(clears_internal=self.config.power_clears_internal_outputs)
-        self.program = Programs(self.config, self.ports)
+        self.program = Programs(self)
         self.motion.forget()
         self.pending: dict[str, int] = {}
         self.schedule("boot_time")
@@ -200,7 +202,9 @@ class Machine:
         """Return a robot by its number, 1 to 4."""
         return Arm(robot, self.config, self.memory, self.settings, self.positions)
 
-    def check_movable(self, arm: Arm, places: Iterable[int] | None = None) -> None:
+    def check_movable(
+        self, arm: Arm, places: Iterable[int] | None = None, *, by_program: bool = False
+    ) -> None:
         """Raise CommandError if the robot may not start a movement.
 
         Movements are refused in emergency stop, in stop, with servos off, with a serious alarm,
@@ -209,6 +213,7 @@ class Machine:
         Args:
             arm: The robot that is to move.
             places: The places of its moving axes; None: all axes.
+            by_program: A robot program moves it.
 
         Raises:
             CommandError: with the number of the alarm that gives the reason.
@@ -224,7 +229,7 @@ class Machine:
         for alarm in self.alarms.active:
             if alarm.serious:
                 raise CommandError(alarm.number)
-        if self.program.running and not config.motion_during_program:
+        if self.program.running and not (by_program or config.motion_during_program):
             raise CommandError(config.busy_alarm)
         if self.motion.moving(arm.number) or self.origins.moves(arm.indices):
             raise CommandError(config.moving_alarm)

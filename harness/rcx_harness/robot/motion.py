@@ -26,6 +26,8 @@ class Movement:
         relative: Key by which a relative movement (MOVEI, DRIVEI) is recognised again, else None.
         tolerance: Per axis, the distance to its target at which it counts as arrived [pulses].
         pushing: It stops at workpieces.
+        by_program: A robot program has started it.
+        continuous: The next movement of the program may begin in the OUT position range.
         done: It has reached its target, or its tolerance.
         finished: It has reached its target.
         stopped_by: Number of the alarm that stopped it on its way, else empty.
@@ -37,6 +39,8 @@ class Movement:
     relative: Hashable | None = None
     tolerance: Mapping[int, int] | None = None
     pushing: bool = False
+    by_program: bool = False
+    continuous: bool = False
     done: bool = False
     finished: bool = False
     stopped_by: str = ""
@@ -103,6 +107,10 @@ class Motion:
         """Return whether the robot moves."""
         movement = self._movements.get(robot)
         return movement is not None and not movement.done
+
+    def under_way_of(self, robot: int) -> Movement | None:
+        """Return the movement of a robot, or None if it does not move."""
+        return self._movements.get(robot)
 
     def start(self, robot: int, movement: Movement) -> None:
         """Start a movement, and forget an interrupted one."""

@@ -7,25 +7,54 @@ the main program, which is in task 1 from power-on.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import copy
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, Protocol
 
+from rcx_harness.robot.alarms import AlarmList, CommandError, Place
+from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.config import RobotConfig, RobotProgram
+from rcx_harness.robot.memory import Memory
+from rcx_harness.robot.motion import Motion
 from rcx_harness.robot.ports import Port, Ports
-from rcx_harness.robot.script import Delay, End, Gosub, Return, Step, Wait, script
-from rcx_harness.robot.script import Task as TaskStep
+from rcx_harness.robot.program.code import program_code
+from rcx_harness.robot.program.execution import NEXT, STAY, Frame, Order, Statement, execute
+from rcx_harness.robot.program.motion import Request
+from rcx_harness.robot.program.syntax import Program
+from rcx_harness.robot.program.values import Value
 
-__all__ = ["NEXT", "RUN", "STEP", "TASKS", "Programs", "Task"]
+__all__ = ["MAIN_PRIORITY", "NEXT_LINE", "RUN", "STEP", "TASKS", "Perform", "Programs", "Task"]
 
 #: Numbers of the tasks.
 TASKS = range(1, 17)
 #: Modes of a start: run without limit, one line, or one line with its subroutine.
-RUN, STEP, NEXT = "run", "step", "next"
+RUN, STEP, NEXT_LINE = "run", "step", "next"
 
-#: Limit of steps of a task in one controller cycle; a program that never waits continues in the
-#: next cycle, so an endless loop of steps cannot block the controller.
-_STEPS = 100
 #: Priority of the main program and of programs that others start.
-_PRIORITY = 32
+MAIN_PRIORITY = 32
+_ROBOT_TASK = 2  # kind of the place of an alarm
+
+#: Executes a statement that is a remote command; see commands/base.py.
+Perform = Callable[[Any, Request], Any]
+
+
+class Surroundings(Protocol):
+    """The controller as far as its programs need it; see Machine."""
+
+    config: RobotConfig
+    now_us: int
+    memory: Memory
+    motion: Motion
+    ports: Ports
+    positions: list[int]
+    alarms: AlarmList
+    perform: Perform
+
+    def arm(self, robot: int) -> Arm:
+        """Return a robot by its number, 1 to 4."""
+
+    def raise_alarm(self, number: str, *, serious: bool | None = None) -> None:
+        """Raise an alarm."""
 
 
 class Task:
@@ -37,59 +66,92 @@ class Task:
         number: In the table of tasks; 0 while the program is not registered.
         priority: 1 (first in each cycle) to 64.
         temporary: A program has registered it; it leaves the table at its end or reset.
+        variables: Its variables by name; elements of arrays as `A%(3)`.
     """
 
-    def __init__(self, program: RobotProgram, size: int) -> None:
+    def __init__(self, program: RobotProgram, variables: dict[str, Value], plain: str) -> None:
         self.program = program
-        self._size = size
+        self.code: Program = program_code(program, plain)
         self.state = "ready"
         self.number = 0
-        self.priority = _PRIORITY
+        self.priority = MAIN_PRIORITY
         self.temporary = False
+        self.variables = variables if self.code.shared else {}
         self.rewind()
         self.since_us = 0
 
-    def __deepcopy__(self, memo: object) -> Task:
-        """Return a copy that shares the program, because programs never change."""
-        copied = Task.__new__(Task)
-        copied.__dict__.update(self.__dict__)
-        return copied
-
     def rewind(self) -> None:
-        """Go back to the first step."""
+        """Go back to the first instruction; the program's own variables have no value again."""
         self.at = 0
         self.elapsed_us = 0
         self.until_us: int | None = None
-        """The end of the delay under way, counted as `elapsed_us`; None without a delay."""
+        """The end of the wait under way, counted as `elapsed_us`; None without an end."""
         self.waits = False
-        self.calls: tuple[int, ...] = ()
-        """The GOSUBs that have not returned yet, by their places."""
+        """It waits for an input of the master only."""
+        self.frames: list[Frame] = []
+        self.handler = -1
+        self.error: tuple[str, int] | None = None
+        self.error_at = -1
+        self.execution: Statement | None = None
+        self.passed: set[int] = set()
+        self.interrupted = False
         self.mode = RUN
         self.depth = 0
+        if not self.code.shared:
+            self.variables.clear()
 
     @property
-    def steps(self) -> tuple[Step, ...]:
-        """Return the steps of the program; a program without steps is a delay of `duration`."""
-        if self.program.steps:
-            return script(self.program.steps, self._size)
-        return (Delay(round(self.program.duration * 1000)),)
+    def integers(self) -> bool:
+        """Return whether variables without a type character are integers."""
+        return self.code.integers
 
     @property
     def line(self) -> int:
         """Return the line that is executed, from 1."""
-        return self.at + 1
+        return self.code.line(self.at)
 
     @property
     def endless(self) -> bool:
-        """Return whether the task runs forever without executing any step."""
-        return self.program.loop and not self.program.steps and self.mode == RUN
+        """Return whether the task runs forever without executing any instruction."""
+        return self.program.begins_again and not self.program.has_code and self.mode == RUN
+
+    def variable(self, name: str) -> Value | None:
+        """Return a variable, or None if it has no value yet."""
+        variables, key = self._place(name, len(self.frames) - 1)
+        return variables.get(key)
+
+    def assign_variable(self, name: str, value: Value) -> None:
+        """Assign a converted value to a variable."""
+        variables, key = self._place(name, len(self.frames) - 1)
+        variables[key] = value
+
+    def _place(self, name: str, depth: int) -> tuple[dict[str, Value], str]:
+        """Return the variables in which a name is found from a depth of calls, and its key."""
+        base = name.partition("(")[0].removeprefix("DIM@")
+        while depth >= 0:
+            frame = self.frames[depth]
+            if frame.variables is None:  # a GOSUB
+                depth -= 1
+            elif base in frame.references:
+                depth, other = frame.references[base]
+                name, base = name.replace(base, other, 1), other
+            elif base in frame.shared:
+                break
+            else:
+                return frame.variables, name
+        return self.variables, name
+
+    def passed_us(self, now_us: int) -> int:
+        """Return its progress without the time of its stops [us]."""
+        return self.elapsed_us + now_us - self.since_us
 
     def go(self, now_us: int, mode: str = RUN) -> None:
         """Start, or continue after a stop, as far as the mode says."""
         self.state = "running"
         self.since_us = now_us
         self.mode = mode
-        self.depth = len(self.calls)
+        self.depth = len(self.frames)
+        self.interrupted = True
 
     def pause(self, now_us: int, state: str = "stopped") -> None:
         """Stop, or wait in another `state`; the time until the task continues does not count."""
@@ -98,72 +160,117 @@ class Task:
             self.elapsed_us += now_us - self.since_us
 
     def end(self) -> None:
-        """End the task; its next start begins at the first step."""
+        """End the task; its next start begins at the first instruction."""
         if self.state in ("running", "stopped", "suspended"):
             self.state = "ended"
             self.rewind()
         self._leave()
 
     def reset(self) -> None:
-        """Reset the task to its first step; it does not run."""
+        """Reset the task to its first instruction; it does not run."""
         self.rewind()
         self.state = "ready"
         self._leave()
 
     def skip(self) -> None:
         """Skip the current line."""
-        self.until_us, self.waits = None, False
+        self.until_us, self.waits, self.execution = None, False, None
         self.state = "stopped"
-        self.at += 1
+        self.at = self.code.behind(self.line)
         self.come_round()
 
     def come_round(self) -> None:
         """Go back to the first line, or end, if the task is behind its last line."""
-        if self.at < len(self.steps):
+        if self.at < len(self.code.code):
             return
         self.rewind()
-        if not self.program.loop:
+        if not self.program.begins_again:
             self.end()
 
-    @property
-    def has_done_its_line(self) -> bool:
-        """Return whether the task was started for one line only and has finished it."""
-        return self.mode == STEP or (self.mode == NEXT and len(self.calls) <= self.depth)
+    def has_done(self, at: int) -> bool:
+        """Return whether the task was started for one line only and has finished it.
+
+        Args:
+            at: Position of the instruction that it has executed.
+        """
+        if self.mode == RUN or (at < self.at < len(self.code.code)
+                                and self.line == self.code.line(at)):  # fmt: skip
+            return False
+        return self.mode == STEP or len(self.frames) <= self.depth
 
     def due_us(self, now_us: int) -> int | None:
         """Return when the task continues by itself; None if it waits for an input or is stopped."""
-        if self.state != "running" or self.endless or self.waits:
+        if self.state != "running" or self.endless:
             return None
         if self.until_us is None:
-            return now_us
-        return self.since_us + self.until_us - self.elapsed_us
+            return None if self.waits else now_us
+        due_us = self.since_us + self.until_us - self.elapsed_us
+        kind = self.code.code[self.at].kind if self.at < len(self.code.code) else ""
+        return due_us if self.waits or kind in ("delay", "duration") else now_us
 
     def _leave(self) -> None:
         if self.temporary:
             self.number, self.temporary = 0, False
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> Task:
+        """Return a copy that shares the program, because programs never change."""
+        copied = Task.__new__(Task)
+        memo[id(self)] = copied
+        copied.__dict__.update(self.__dict__)
+        for name in ("variables", "frames", "execution", "passed"):
+            setattr(copied, name, copy.deepcopy(getattr(self, name), memo))
+        return copied
+
 
 class Programs:
-    """All tasks, with the ports and variables on which they act.
+    """All tasks, and the parts of the controller on which they act.
 
     Attributes:
-        ports: The controller's general-purpose ports.
         tasks: One for each program of the configuration, in the order of their numbers.
         is_reset: The program has been reset and not started since: SO(14).
-        variables: The variables of the programs, by name.
+        variables: The variables of the programs that are steps of the robot file, by name.
     """
 
-    def __init__(self, config: RobotConfig, ports: Ports) -> None:
-        self._config = config
-        self.ports = ports
-        self.variables: dict[str, int] = {}
-        self.tasks = [Task(program, config.size) for program in config.programs]
+    def __init__(self, machine: Surroundings) -> None:
+        self._machine = machine
+        self.config = config = machine.config
+        self.variables: dict[str, Value] = {}
+        plain = config.plain_variables
+        self.tasks = [Task(program, self.variables, plain) for program in config.programs]
         self.tasks[0].number = TASKS[0]
         self.is_reset = config.program_is_reset
-        self._now_us = 0
         self._pulses: list[tuple[int, Port]] = []
         self._to_start: dict[int, str] | None = None
         self._to_reset: Collection[int] | None = None
+
+    @property
+    def now_us(self) -> int:
+        """Return the time of this controller cycle [us]."""
+        return self._machine.now_us
+
+    @property
+    def ports(self) -> Ports:
+        """Return the controller's general-purpose ports."""
+        return self._machine.ports
+
+    @property
+    def memory(self) -> Memory:
+        """Return the stored data."""
+        return self._machine.memory
+
+    @property
+    def motion(self) -> Motion:
+        """Return the movements of all robots."""
+        return self._machine.motion
+
+    @property
+    def positions(self) -> list[int]:
+        """Return the positions of all axes [pulses]."""
+        return self._machine.positions
+
+    def arm(self, robot: int) -> Arm:
+        """Return a robot by its number, 1 to 4."""
+        return self._machine.arm(robot)
 
     @property
     def main(self) -> Task:
@@ -173,7 +280,7 @@ class Programs:
     @property
     def running(self) -> bool:
         """Return SO(13): whether the robot program is being executed."""
-        if self._config.running_shows_all_tasks:
+        if self.config.running_shows_all_tasks:
             return self.busy
         return self.main.state == "running"
 
@@ -214,7 +321,7 @@ class Programs:
         """Define which tasks the next `start` starts.
 
         Args:
-            modes: RUN, STEP or NEXT by place in `tasks`; None: run all tasks that can run.
+            modes: RUN, STEP or NEXT_LINE by place in `tasks`; None: run all tasks that can run.
             beside: Earlier orders remain valid.
         """
         before = self._to_start if beside else {}
@@ -243,7 +350,7 @@ class Programs:
             modes = dict.fromkeys(self._startable(), RUN)
         for place, mode in modes.items():
             task = self.tasks[place]
-            if self._config.restart_begins_anew and task.state == "stopped" and mode == RUN:
+            if self.config.restart_begins_anew and task.state == "stopped" and mode == RUN:
                 task.rewind()
             task.go(now_us, mode)
         self.is_reset = False
@@ -264,7 +371,7 @@ class Programs:
             task.reset()
         self.is_reset = True
         self._pulses.clear()
-        if self._config.reset_clears_outputs:
+        if self.config.reset_clears_outputs:
             self.ports.clear_outputs()
 
     def halt(self) -> None:
@@ -275,17 +382,61 @@ class Programs:
     def end_main(self) -> None:
         """End the main program."""
         self.main.end()
-        if self._config.main_ends_tasks:
+        if self.config.main_ends_tasks:
             self.halt()
 
     def pulse(self, place: Port, ms: int) -> None:
         """Turn an output ON, and OFF again after `ms`."""
         self.ports.write(place, 1)
-        self._pulses.append((self._now_us + 1000 * ms, place))
+        self._pulses.append((self.now_us + 1000 * ms, place))
+
+    def perform(self, wanted: Request) -> Statement | None:
+        """Execute a remote command at once, or begin it if it takes time."""
+        statement: Statement | None = self._machine.perform(self._machine, wanted)
+        return statement
+
+    def step(self, statement: Statement) -> bool:
+        """Continue a remote command; return whether it has ended."""
+        return statement.step(self._machine) is not None
+
+    def order(self, task: Task, wanted: Order) -> None:
+        """Start, suspend, restart or cut a task.
+
+        Raises:
+            CommandError: there is no such program or task, or no task is vacant.
+        """
+        other = self._ordered(wanted)
+        if wanted.what == "SUSPEND":
+            other.pause(self.now_us, "suspended")
+        elif wanted.what == "RESTART":
+            if other.state == "suspended":
+                other.go(self.now_us)
+        elif wanted.what == "CUT":
+            other.end()
+        elif other.state in ("ready", "ended"):
+            priority = wanted.priority or MAIN_PRIORITY
+            if (wanted.task or not other.number) and not self.register(
+                other, wanted.task or 0, priority, temporary=True
+            ):
+                raise CommandError(self.config.undefined_task_alarm)
+            other.go(self.now_us)
+
+    def end(self, task: Task, *, everything: bool) -> None:
+        """End the program of a task, or all programs."""
+        if everything:
+            self.halt()
+        elif task is self.main:
+            self.end_main()
+        else:
+            task.end()
+
+    def hold(self, task: Task, *, everything: bool) -> None:
+        """Stop the program of a task, or all programs; the next start continues them."""
+        for other in self.tasks if everything else (task,):
+            other.pause(self.now_us)
 
     def advance(self, now_us: int) -> None:
-        """Execute the steps of all running tasks, in the order of their priorities."""
-        self._now_us = now_us
+        """Execute the instructions of all running tasks, in the order of their priorities."""
         for due_us, place in self._pulses:
             if due_us <= now_us:
                 self.ports.write(place, 0)
@@ -314,62 +465,63 @@ class Programs:
         return [k for k in registered if self.tasks[k].state == "ended"]
 
     def _work(self, task: Task, now_us: int) -> None:
-        steps = task.steps
-        for _ in range(_STEPS):
-            if task.at >= len(steps):
+        """Execute a task in this cycle, until it has to wait or has used its statements."""
+        code = task.code.code
+        for _ in range(self.config.program_statements):
+            at = task.at
+            if at >= len(code):
                 self._finish(task, now_us)
                 return
-            if not self._done(task, steps[task.at], now_us):
+            try:
+                to = execute(code[at], task, self)
+            except CommandError as error:
+                to = self._failed(task, error.number)
+            if task.state in ("ended", "ready") or to == STAY:
                 return
-            if task.state == "suspended":  # by its own SUSPEND: it continues behind that line
-                task.at += 1
-            if task.state != "running":
+            task.at = at + 1 if to == NEXT else to
+            if task.state != "running":  # by its own SUSPEND or HOLD: it continues behind that line
                 return
-            task.at += 1
-            if task.has_done_its_line:
+            if task.has_done(at):
                 task.pause(now_us)
                 task.come_round()
                 return
 
-    def _done(self, task: Task, step: Step, now_us: int) -> bool:
-        """Execute a step; return False if the task has to wait in it."""
-        if isinstance(step, Wait):
-            task.waits = self.ports.read(step.place) != step.value
-            return not task.waits
-        if isinstance(step, Delay):
-            passed_us = task.elapsed_us + now_us - task.since_us
-            if task.until_us is None:
-                task.until_us = passed_us + step.us if task.program.steps else step.us
-            if passed_us < task.until_us:
-                return False
-            task.until_us = None
-        elif isinstance(step, TaskStep):
-            self._act_on(step, now_us)
-        elif isinstance(step, Gosub):
-            task.calls += (task.at,)
-            task.at = step.at
-        elif isinstance(step, Return) and task.calls:
-            task.at, task.calls = task.calls[-1], task.calls[:-1]
-        elif isinstance(step, (Return, End)):
-            task.at = len(task.steps) - 1
-        else:
-            step(self)
-        return True
+    def _failed(self, task: Task, number: str) -> int:
+        """Return the position of the error handler, or stop the program with an alarm.
 
-    def _act_on(self, step: TaskStep, now_us: int) -> None:
-        other = self.tasks[step.number - 1]
-        if step.what == "SUSPEND":
-            other.pause(now_us, "suspended")
-        elif step.what == "RESTART":
-            if other.state == "suspended":
-                other.go(now_us)
-        elif other.state in ("ready", "ended") and (
-            other.number or self.register(other, 0, _PRIORITY, temporary=True)
-        ):
-            other.go(now_us)
+        An error in the handler itself stops the program.
+        """
+        task.until_us, task.waits, task.execution = None, False, None
+        if task.handler >= 0 and task.error_at < 0:
+            task.error, task.error_at = (number, task.line), task.at
+            return task.handler
+        place = Place(_ROBOT_TASK, task.number)
+        self._machine.alarms.note(number, self.now_us, place=place)
+        if self.config.program_error_is_serious:
+            self._machine.raise_alarm(number, serious=True)
+        self.hold(task, everything=self.config.program_error_stops_all)
+        return STAY
+
+    def _ordered(self, wanted: Order) -> Task:
+        """Return the task that an order names.
+
+        Raises:
+            CommandError: there is none.
+        """
+        if isinstance(wanted.program, int):
+            return self.tasks[wanted.program - 1]
+        if wanted.program is not None:
+            for task in self.tasks:
+                if task.program.name == wanted.program:
+                    return task
+            raise CommandError(self.config.undefined_program_alarm)
+        other = self.in_task(wanted.task or 0)
+        if other is None:
+            raise CommandError(self.config.undefined_task_alarm)
+        return other
 
     def _finish(self, task: Task, now_us: int) -> None:
-        if task.program.loop:
+        if task.program.begins_again:
             task.rewind()
             task.since_us = now_us
         elif task is self.main:

@@ -13,6 +13,6 @@ from rcx_harness.robot.commands import (  # noqa: F401  (register)
     setup,
     utility,
 )
-from rcx_harness.robot.commands.base import Call, CommandError, Execution, Response, start
+from rcx_harness.robot.commands.base import Call, CommandError, Execution, Response, perform, start
 
-__all__ = ["Call", "CommandError", "Execution", "Response", "start"]
+__all__ = ["Call", "CommandError", "Execution", "Response", "perform", "start"]

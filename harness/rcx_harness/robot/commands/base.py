@@ -10,6 +10,7 @@ from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.kinematics import UnreachableError
 from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.program.motion import Request
 from rcx_harness.spec import FieldValue
 from rcx_harness.spec.wire import CYCLE_US
 
@@ -23,6 +24,7 @@ __all__ = [
     "act",
     "acts_once",
     "answers_absent",
+    "perform",
     "registered",
     "start",
     "takes_time",
@@ -36,13 +38,15 @@ Response = Mapping[str, FieldValue]
 class Call:
     """A command from the master: its code without R, the addressed robot, and the fields.
 
-    `designated` is R as it was sent, 0 to 4. Some commands distinguish 0 from robot 1.
+    `designated` is R as it was sent, 0 to 4. Some commands distinguish 0 from robot 1. With
+    `by_program` a robot program executes a statement that does the same as the command.
     """
 
     code: int
     arm: Arm
     values: Mapping[str, Any]
     designated: int = 0
+    by_program: bool = False
 
     @property
     def places(self) -> tuple[int, ...]:
@@ -157,6 +161,23 @@ def start(machine: Machine, call: Call) -> Execution:
     if call.code in _ACTIONS:
         return Action(machine, call)
     raise CommandError(machine.config.undefined_code_alarm)
+
+
+def perform(machine: Machine, wanted: Request) -> Execution | None:
+    """Execute a statement of a robot program as the remote command that does the same.
+
+    Returns:
+        The command under way, or None if it is done.
+
+    Raises:
+        CommandError: it cannot be executed.
+    """
+    values, code = wanted.values, wanted.code
+    call = Call(code, machine.arm(wanted.robot or 1), values, wanted.robot, by_program=True)
+    if code in _STARTERS:
+        return start(machine, call)
+    _ACTIONS[code](machine, call)
+    return None
 
 
 class Action(Lasting):

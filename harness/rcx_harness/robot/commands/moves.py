@@ -65,7 +65,7 @@ def position_output(call: Call) -> Response:
 def move_to_point(machine: Machine, call: Call) -> Moving:
     """Move with PTP or linear interpolation to a point (MOVE, 4.2.1)."""
     places = _movable_places(machine, call)
-    point = machine.memory.point(call.values["point"])
+    point = _point(machine, call)
     path = _plan(call)(call.arm, _target(call, point, places), _pace(call))
     return _begin(machine, call, path, point.hand)
 
@@ -74,7 +74,7 @@ def move_to_point(machine: Machine, call: Call) -> Moving:
 def move_arch(machine: Machine, call: Call) -> Moving:
     """Move in an arch to a point; an arch axis that is not selected returns to its start."""
     places = _movable_places(machine, call)
-    point = machine.memory.point(call.values["point"])
+    point = _point(machine, call)
     arch = _arch(call)
     path = plan_arch(call.arm, _target(call, point, places), _pace(call), arch)
     return _begin(machine, call, path, point.hand)
@@ -84,7 +84,7 @@ def move_arch(machine: Machine, call: Call) -> Moving:
 def move_circular(machine: Machine, call: Call) -> Moving:
     """Move on an arc through the first point to the second one, with all axes."""
     places = _movable_places(machine, call)
-    points = [machine.memory.point(call.values[name]) for name in ("point1", "point2")]
+    points = [_point(machine, call, name) for name in ("point1", "point2")]
     via, target = (_target(call, point, places) for point in points)
     path = plan_arc(call.arm, via, target, _pace(call))
     return _begin(machine, call, path, points[1].hand)
@@ -110,7 +110,7 @@ def move_direct(machine: Machine, call: Call) -> Moving:
 def move_by_point(machine: Machine, call: Call) -> Moving:
     """Move by the data of a point: MOVEI with PTP or on a line (4.2.2), DRIVEI (4.2.4)."""
     places = _movable_places(machine, call)
-    point = machine.memory.point(call.values["point"])
+    point = _point(machine, call)
     ways = {place: point.data[place] for place in places}
     one_axis = call.code == _DRIVEI_BY_POINT
     hand = 0 if one_axis else point.hand
@@ -159,7 +159,7 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
     The selected axes are those of the tool: the robot's axes move as required.
     """
     arm, places = call.arm, _movable_places(machine, call)
-    point = machine.memory.point(call.values["point"])
+    point = _point(machine, call)
     way = [0.0] * len(arm.axes)
     for place in places:
         scale = 1 if point.mm else 1000 / arm.axes[place].pulses_per_mm
@@ -211,6 +211,16 @@ class Push(Moving):
         return {**position_output(self.call), "push_done": 1}
 
 
+def _point(machine: Machine, call: Call, name: str = "point") -> Point:
+    """Return the point of a field: by its number, or as data from a robot program.
+
+    Raises:
+        CommandError: the point is not defined.
+    """
+    value = call.values[name]
+    return value if isinstance(value, Point) else machine.memory.point(value)
+
+
 def _movable_places(machine: Machine, call: Call) -> tuple[int, ...]:
     """Return the places (0 to 5) of the axes that the command selects.
 
@@ -218,7 +228,7 @@ def _movable_places(machine: Machine, call: Call) -> tuple[int, ...]:
         CommandError: the robot has no such axis, or these axes cannot move now.
     """
     places = call.places
-    machine.check_movable(call.arm, places)
+    machine.check_movable(call.arm, places, by_program=call.by_program)
     return places
 
 
@@ -270,7 +280,7 @@ def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
     """
     places = _movable_places(machine, call)
     if call.code in _DRIVE_TO_POINT:
-        return _target(call, machine.memory.point(call.values["point"]), places)
+        return _target(call, _point(machine, call), places)
     value, mm = call.values["target"], call.code in _MM
     return {place: call.arm.place_pulses(place, value, mm=mm) for place in places}
 

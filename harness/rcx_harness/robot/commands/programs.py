@@ -11,7 +11,7 @@ from rcx_harness.robot.commands.base import Call, CommandError, Response, act
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port_of
 from rcx_harness.robot.signals import dedicated_outputs
-from rcx_harness.robot.tasks import NEXT, RUN, STEP
+from rcx_harness.robot.tasks import NEXT_LINE, RUN, STEP
 
 _KINDS = ("DI", "DO", "MO", "LO", "TO", "SI", "SO")
 _DEDICATED = 2  # SO0() and SO1()
@@ -19,7 +19,7 @@ _STOP_PORT, _STOP_BIT = 0, 6  # DI(06)
 _ALL, _NUMBER, _TASK = 0, 1, 2  # designation methods; any other is the name
 _NAME_LENGTH = 16
 _COMMON, _IN_COMMON = "COMMON", 10000
-_MODES = {0x403: STEP, 0x405: NEXT}
+_MODES = {0x403: STEP, 0x405: NEXT_LINE}
 
 
 @act(0x300)

@@ -126,13 +126,13 @@ def return_robot_to_origin(machine: Machine, call: Call) -> Execution:
         chosen = [index for index in indices if not machine.origins.complete[index]]
     else:
         chosen = indices
-    return _return_to_origin(machine, chosen)
+    return _return_to_origin(machine, call, chosen)
 
 
 @takes_time(0x033)
 def return_axis_to_origin(machine: Machine, call: Call) -> Execution:
     """Return one axis to its origin (4.2.12)."""
-    return _return_to_origin(machine, call.indices)
+    return _return_to_origin(machine, call, call.indices)
 
 
 @takes_time(0x034)
@@ -171,14 +171,14 @@ def motor_power_on(machine: Machine, call: Call) -> Execution:
     return _SwitchOn(machine, every if call.code == _WITH_SERVOS else ())
 
 
-def _return_to_origin(machine: Machine, chosen: Sequence[int]) -> Execution:
+def _return_to_origin(machine: Machine, call: Call, chosen: Sequence[int]) -> Execution:
     """Start a return-to-origin, absolute axes first, as SI(17) does, without mark method axes."""
     config = machine.config
     for robot in range(1, ROBOTS + 1):
         arm = machine.arm(robot)
         places = [place for place, index in enumerate(arm.indices) if index in chosen]
         if places:
-            machine.check_movable(arm, places)
+            machine.check_movable(arm, places, by_program=call.by_program)
     if machine.origin_running:
         raise CommandError(config.moving_alarm)
     marked = [index for index in chosen if config.axes[index].origin_method == "mark"]

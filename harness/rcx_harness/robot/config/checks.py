@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping
 from datetime import datetime
 from typing import Any
 
-from rcx_harness.robot.script import Task, script
+from rcx_harness.robot.program.checks import problems
+from rcx_harness.robot.program.code import in_program, program_code
 from rcx_harness.robot.stored import (
     AXES,
     COUNTS,
@@ -65,6 +66,7 @@ CHOICES = {
     "comment_filler": ("zeros", "spaces"),
     "name_filler": ("zeros", "spaces"),
     "real_to_integer": ("round", "truncate"),
+    "plain_variables": ("real", "integer"),
     "origin_method": ("sensor", "stroke_end", "mark"),
 }
 RANGES = {
@@ -85,6 +87,8 @@ RANGES = {
     "driver_version": (0, 0xFFFF),
     "max_payload": (0, 2_000_000),
     "alarm_history_length": (1, 100_000),
+    "program_statements": (1, 10_000),
+    "program_stack": (1, 1000),
 }
 _PROGRAMS = 100
 #: Item numbers of the real time output (guide, 4.9.1).
@@ -205,22 +209,32 @@ def check_stored(key: str, value: Any, axes: int) -> None:
             _CHECKS[key](name, entry)
 
 
-def check_programs(programs: Any, size: int) -> None:
-    """Raise InputError for programs with steps that are impossible on areas of `size` bytes."""
+def check_programs(programs: Any, size: int, plain: str) -> None:
+    """Raise InputError for programs that are impossible on areas of `size` bytes.
+
+    Args:
+        programs: RobotProgram objects.
+        size: 48 or 256.
+        plain: The key `plain_variables`.
+    """
     seen = set[str]()
     for program in programs:
-        steps = program.steps
-        texts = isinstance(steps, tuple) and all(isinstance(step, str) for step in steps)
-        _expect(texts, "steps", steps, 'a list of texts, such as ["WAIT SI(20)=1"]')
-        for step in script(steps, size):
-            number = step.number if isinstance(step, Task) else 1
-            allowed = f"START 1 to START {len(programs)}"
-            _expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
+        _expect_steps(program.steps)
         named = isinstance(program.name, str) and _NAME.fullmatch(program.name) is not None
         _expect(named, "name", program.name, "upper case letters, digits and _")
         if program.name in seen and program.name != type(program).name:  # not by default
             raise same_name(program.name)
         seen.add(program.name)
+    names = [program.name for program in programs]
+    for program in programs:
+        code = program_code(program, plain)
+        for error in problems(code, size, names):
+            raise in_program(program, error)
+
+
+def _expect_steps(steps: Any) -> None:
+    texts = isinstance(steps, tuple) and all(isinstance(step, str) for step in steps)
+    _expect(texts, "steps", steps, 'a list of texts, such as ["WAIT SI(20)=1"]')
 
 
 def same_name(name: str) -> InputError:

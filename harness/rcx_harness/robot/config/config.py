@@ -16,6 +16,7 @@ from typing import Any
 from rcx_harness.robot.config.checks import STORED, check_programs, check_stored, check_value
 from rcx_harness.robot.config.file import read_value
 from rcx_harness.robot.config.models import merged, model_of
+from rcx_harness.robot.config.programs import program_texts, with_programs
 from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
 from rcx_harness.spec.robots import RobotModel
 from rcx_harness.spec.wire import SIZE
@@ -60,15 +61,28 @@ class Axis:
 
 @dataclass(frozen=True)
 class RobotProgram:
-    """A robot program that runs `duration` ms, or executes its `steps` (see script.py).
+    """A robot program: a text in the robot language, `steps` in it, or a `duration` in ms.
 
-    Then it ends, or begins again if `loop`.
+    Steps and durations begin again at their end if `loop` is set. A program that is a text ends
+    there. `file` is the file of the text (.PGM), relative to the robot file.
     """
 
     name: str = "MAIN"
     duration: float = 1000.0
     loop: bool = True
     steps: tuple[str, ...] = ()
+    file: str = ""
+    text: str = ""
+
+    @property
+    def has_code(self) -> bool:
+        """Return whether it executes statements, not only a time."""
+        return bool(self.steps or self.text)
+
+    @property
+    def begins_again(self) -> bool:
+        """Return whether it begins again at its end."""
+        return self.loop and not self.text
 
 
 #: Default axes, of two types, so that both inputs of a return-to-origin have an effect.
@@ -184,6 +198,11 @@ class Programs:
     program_words_between_commands: bool = True
     waiting_is_standby: bool = True
     program_info_while_running: bool = True
+    program_statements: int = 100  # of a task, in one controller cycle at most
+    program_stack: int = 20  # GOSUB and CALL in each other at most
+    plain_variables: str = "real"  # variables without %, ! or $: real, integer
+    program_error_stops_all: bool = True
+    program_error_is_serious: bool = False
     name_filler: str = "spaces"  # zeros, spaces
 
 
@@ -285,6 +304,8 @@ class Alarms:
     point_unit_alarm: str = "6.205"
     overflow_alarm: str = "6.252"
     division_alarm: str = "6.203"
+    program_type_alarm: str = "5.999"
+    program_stack_alarm: str = "5.998"
 
 
 #: The keys that are lists of tables, with the class of their tables.
@@ -318,7 +339,7 @@ class RobotConfig(  # fields of the last one come first
                 check_stored(entry.name, getattr(self, entry.name), len(self.axes))
             else:
                 check_value(entry.name, str(entry.type), getattr(self, entry.name))
-        check_programs(self.programs, self.size)
+        check_programs(self.programs, self.size, self.plain_variables)
 
     def __deepcopy__(self, memo: object) -> RobotConfig:
         """Return the object itself: it never changes, which keeps snapshots cheap."""
@@ -357,18 +378,26 @@ class RobotConfig(  # fields of the last one come first
             InputError: unreadable file, unknown key (the error suggests names) or impossible value.
         """
         file = Path(path)
-        return _loaded(file, toml_text(file))
+        text = toml_text(file)
+        return _loaded(file, text, program_texts(file, parse_toml(text, file)))
 
 
 @lru_cache(maxsize=64)
-def _loaded(file: Path, text: str) -> RobotConfig:
-    """Return the properties in the text of a file; cached, because they never change."""
-    table = parse_toml(text, file)
+def _loaded(file: Path, text: str, programs: tuple[str, ...]) -> RobotConfig:
+    """Return the properties in the text of a file; cached, because they never change.
+
+    `programs` are the texts of its `[[programs]]`, empty where a program has no file.
+    """
+    table = with_programs(parse_toml(text, file), programs)
     try:
         table = _with_models(table)
         values = {key: read_value(RobotConfig, key, value, _TABLES) for key, value in table.items()}
         return RobotConfig(**values)
     except InputError as error:
+        if error.file:  # a program in a file of its own
+            raise InputError(
+                error.message, file=file.parent / error.file, line=error.line, hint=error.hint
+            ) from error
         quoted = re.search(r"'([^']+)'", error.message)
         line = line_of(file, quoted[1]) if quoted else None
         raise InputError(error.message, file=file, line=line, hint=error.hint) from error

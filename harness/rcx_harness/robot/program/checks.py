@@ -1,0 +1,111 @@
+"""The checks of a robot program before it runs: ports, tasks, options, and loops without a wait."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from rcx_harness.robot.program.syntax import MOVES, OPTIONS, Instruction, Node, Program
+from structured_text.errors import InputError
+
+__all__ = ["endless_loops", "problems"]
+
+#: Kinds of instructions in which time passes.
+_TAKES_TIME = ("delay", "duration", "wait", "wait_arm", "servo", "motor", "origin", "hold",
+               "hold_all", "halt", "halt_all", "exit_task", *MOVES)  # fmt: skip
+_BRANCHES = ("unless", "case", "for_test", "goto", "jump")
+_TASKS = range(1, 17)
+
+
+def problems(program: Program, size: int, programs: Collection[str] = ()) -> list[InputError]:
+    """Return what cannot work, in the order of the lines.
+
+    Args:
+        program: The program.
+        size: Number of bytes of the areas, 48 or 256.
+        programs: Names of all programs of the controller; empty: not known.
+    """
+    found = []
+    for one in program.code:
+        for error in (*_ports(one, size), *_tasks(one, programs), *_options(one)):
+            found.append(InputError(error.message, line=one.line, hint=error.hint))
+    return found
+
+
+def endless_loops(program: Program) -> list[int]:
+    """Return the first lines of loops that never end and in which no time passes.
+
+    Such a loop uses all statements of every controller cycle.
+    """
+    found = []
+    for at, one in enumerate(program.code):
+        back = one.kind in ("goto", "jump") and 0 <= one.jump <= at
+        if not back:
+            continue
+        body = program.code[one.jump : at + 1]
+        leaves = any(
+            part.kind in _TAKES_TIME
+            or part.kind in ("end", "return_", "exit_sub", "call", "gosub", "on_goto", "on_gosub")
+            or (part.kind in _BRANCHES and not one.jump <= part.jump <= at)
+            for part in body
+        )
+        if not leaves:
+            found.append(program.code[one.jump].line)
+    return found
+
+
+def _ports(one: Instruction, size: int) -> Iterator[InputError]:
+    for node in _all_nodes(one):
+        if node.kind == "port":
+            for place in node.args:
+                try:
+                    place.check(size)
+                except InputError as error:
+                    yield error
+    target = one.args[-2] if one.kind == "assign" else one.args[0] if one.args else None
+    written = one.kind in ("assign", "set_", "reset", "out") and isinstance(target, Node)
+    if written and target.kind == "port" and not all(place.output for place in target.args):
+        hint = "SO, DO, MO, LO and TO can be set"
+        yield InputError(f"{target.args[0].name} is an input of the robot", hint=hint)
+
+
+def _tasks(one: Instruction, programs: Collection[str]) -> Iterator[InputError]:
+    if one.kind not in ("start_task", "suspend", "restart", "cut"):
+        return
+    named = one.args[0]
+    if named.kind == "program_name" and programs and named.args[0] not in programs:
+        hint = f"the robot file has {', '.join(sorted(programs))}"
+        yield InputError(f"there is no program {named.args[0]}", hint=hint)
+    if named.kind == "program_number" and programs and not 1 <= named.args[0] <= len(programs):
+        hint = f"write START 1 to START {len(programs)}"
+        yield InputError(f"there is no program {named.args[0]}", hint=hint)
+    texts = [part for part in one.args if isinstance(part, str)]
+    texts += [part for part in named.args if named.kind == "task_number"]
+    for text in texts:
+        if int(text[1:]) not in _TASKS:
+            yield InputError(f"there is no task {text}", hint="tasks are T1 to T16")
+
+
+def _options(one: Instruction) -> Iterator[InputError]:
+    if one.kind not in MOVES:
+        return
+    options = one.args[3] if one.kind in ("move", "movei", "movet") else one.args[2:]
+    for option in options:
+        if option.kind == "option" and option.args[0] not in OPTIONS:
+            hint = f"use {', '.join(OPTIONS)}, STOPON or CONT"
+            yield InputError(f"{option.args[0]} is no option of a movement", hint=hint)
+        elif option.kind in ("point", "data"):
+            yield InputError("a target follows an option", hint="write the targets first")
+        elif option.kind == "axis_target":
+            yield InputError("several axes in one statement are not executed", hint="write one statement for each axis")
+        elif option.kind == "output_at" and (one.kind != "move" or one.args[1] == "P"):
+            yield InputError("an output on the way needs a line or an arc", hint="use MOVE L or C")
+
+
+def _all_nodes(one: Instruction) -> Iterator[Node]:
+    """Yield all nodes of an instruction, also those in its lists of targets and options."""
+    yield from one.nodes()
+    for part in one.args:
+        if isinstance(part, tuple):
+            for node in part:
+                if isinstance(node, Node):
+                    yield from node.walk()

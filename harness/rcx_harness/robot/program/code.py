@@ -1,0 +1,82 @@
+"""The code of the programs of a robot file: a text, steps, or a time."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Protocol
+
+from rcx_harness.robot.program.reader import read_lines, read_program
+from rcx_harness.robot.program.syntax import Instruction, Program
+from structured_text.errors import InputError
+
+__all__ = ["in_program", "program_code"]
+
+
+class Given(Protocol):
+    """A program of a robot file; see RobotProgram."""
+
+    @property
+    def duration(self) -> float:
+        """Return the time that it takes without steps or text [ms]."""
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """Return its steps."""
+
+    @property
+    def file(self) -> str:
+        """Return the file of its text."""
+
+    @property
+    def text(self) -> str:
+        """Return its text."""
+
+
+def program_code(program: Given, plain: str) -> Program:
+    """Return the code of a program.
+
+    Args:
+        program: The program.
+        plain: Variables without a type character are `integer` or `real`; those of steps are
+            integers always.
+
+    Raises:
+        InputError: a line cannot be read.
+    """
+    try:
+        if program.text:
+            return _text(program.text, plain == "integer")
+        if program.steps:
+            return _steps(program.steps)
+    except InputError as error:
+        raise in_program(program, error) from None
+    duration = Instruction("duration", (round(program.duration * 1000),), 1)
+    return Program((duration,), texts=("",), shared=True)
+
+
+def in_program(program: Given, error: InputError) -> InputError:
+    """Return an error with the file of the program, or with the number of the step."""
+    if program.text:
+        where = Path(program.file) if program.file else None
+        return InputError(error.message, file=where, line=error.line, hint=error.hint)
+    step = f"step {error.line} of 'steps'" if error.line else "'steps'"
+    return InputError(f"{step}: {error.message}", hint=error.hint)
+
+
+@cache
+def _text(text: str, integers: bool) -> Program:
+    program, errors = read_program(text, integers=integers)
+    if program is None:
+        raise errors[0]
+    return program
+
+
+@cache
+def _steps(steps: tuple[str, ...]) -> Program:
+    """Return the code of steps: HALT ends all tasks, and variables are integers and shared."""
+    lines = ["HALTALL" if step.strip().upper() == "HALT" else step for step in steps]
+    program, errors = read_lines(lines, integers=True, shared=True)
+    if program is None:
+        raise errors[0]
+    return program

@@ -1,0 +1,559 @@
+"""The execution of the instructions of a robot program, one function for each kind.
+
+A function returns NEXT, STAY (the task continues in this instruction in the next cycle), or the
+position of the next instruction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from rcx_harness.robot.alarms import CommandError
+from rcx_harness.robot.arm import Arm
+from rcx_harness.robot.motion import Motion, Movement
+from rcx_harness.robot.ports import Port
+from rcx_harness.robot.program.expressions import (
+    Scope,
+    Surroundings,
+    assign,
+    evaluate,
+    inputs_only,
+    number_of,
+    write_ports,
+)
+from rcx_harness.robot.program.motion import Request, change_parameter, request
+from rcx_harness.robot.program.syntax import MOVES, Instruction, Node, Program
+from rcx_harness.robot.program.values import Value, convert, integer
+from rcx_harness.robot.stored import Pallet
+
+__all__ = ["NEXT", "STAY", "Frame", "Order", "Running", "Statement", "World", "execute"]
+
+NEXT, STAY = -1, -2
+_MS = 1000
+
+
+class Statement(Protocol):
+    """A remote command that a statement executes and that takes time."""
+
+    def step(self, machine: Any) -> Mapping[str, Any] | None:
+        """Continue in this cycle; return a response once it has ended, else None."""
+
+
+@dataclass
+class Frame:
+    """A subroutine that has not returned yet.
+
+    Attributes:
+        back: Position of the instruction behind the call.
+        variables: Variables of a SUB; None: a GOSUB, which has no variables of its own.
+        shared: Names that SHARED has taken from the main program.
+        references: Variables of the caller by the names of the parameters with REF.
+    """
+
+    back: int
+    variables: dict[str, Value] | None = None
+    shared: set[str] = field(default_factory=set)
+    references: dict[str, tuple[int, str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Order:
+    """An order to a task: `what` is START, SUSPEND, RESTART or CUT.
+
+    Attributes:
+        program: Name or number (place in the list of programs) of the program, or None.
+        task: Number of the task, or None.
+        priority: For START; None: the usual one.
+    """
+
+    what: str
+    program: str | int | None
+    task: int | None = None
+    priority: int | None = None
+
+
+class Running(Scope, Protocol):
+    """The task that executes an instruction; see Task."""
+
+    at: int
+    until_us: int | None
+    waits: bool
+    interrupted: bool
+    execution: Statement | None
+    passed: set[int]
+    frames: list[Frame]
+    handler: int
+    error_at: int
+
+    @property
+    def code(self) -> Program:
+        """Return the program."""
+
+    def passed_us(self, now_us: int) -> int:
+        """Return its progress without the time of its stops [us]."""
+
+
+class World(Surroundings, Protocol):
+    """The parts of the controller on which the instructions act; see Programs."""
+
+    motion: Motion
+    positions: list[int]
+
+    def pulse(self, place: Port, ms: int) -> None:
+        """Turn an output ON, and OFF again after `ms`."""
+
+    def perform(self, wanted: Request) -> Statement | None:
+        """Execute a remote command at once, or begin it if it takes time."""
+
+    def step(self, statement: Statement) -> bool:
+        """Continue a remote command; return whether it has ended."""
+
+    def order(self, task: Any, wanted: Order) -> None:
+        """Act on a task."""
+
+    def end(self, task: Any, *, everything: bool) -> None:
+        """End the program of a task, or all programs."""
+
+    def hold(self, task: Any, *, everything: bool) -> None:
+        """Stop the program of a task, or all programs; the next start continues them."""
+
+
+def execute(one: Instruction, task: Running, world: World) -> int:
+    """Execute one instruction.
+
+    Raises:
+        CommandError: with the number of the alarm that the program gets.
+    """
+    return _FUNCTIONS[one.kind](one, task, world)
+
+
+# Flow
+
+
+def _label(one: Instruction, task: Running, world: World) -> int:
+    return NEXT
+
+
+def _goto(one: Instruction, task: Running, world: World) -> int:
+    return one.jump
+
+
+def _unless(one: Instruction, task: Running, world: World) -> int:
+    return NEXT if _true(one.args[0], task, world) else one.jump
+
+
+def _case(one: Instruction, task: Running, world: World) -> int:
+    selected, *values = one.args
+    for value in values:
+        if _true(Node("compare", (selected, "=", value)), task, world):
+            return NEXT
+    return one.jump
+
+
+def _for_test(one: Instruction, task: Running, world: World) -> int:
+    value, limit, step = (number_of(evaluate(part, world, task), world.config) for part in one.args)
+    over = value > limit if step >= 0 else value < limit
+    return one.jump if over else NEXT
+
+
+def _for_next(one: Instruction, task: Running, world: World) -> int:
+    variable, _, step = one.args
+    assign(variable, Node("add", (variable, step)), world, task)
+    return NEXT
+
+
+def _gosub(one: Instruction, task: Running, world: World) -> int:
+    return _enter(Frame(task.at + 1), one.jump, task, world)
+
+
+def _on_goto(one: Instruction, task: Running, world: World) -> int:
+    number = integer(evaluate(one.args[0], world, task), world.config)
+    places = one.args[1]
+    return places[number - 1] if 1 <= number <= len(places) else NEXT
+
+
+def _on_gosub(one: Instruction, task: Running, world: World) -> int:
+    place = _on_goto(one, task, world)
+    return NEXT if place == NEXT else _enter(Frame(task.at + 1), place, task, world)
+
+
+def _enter(frame: Frame, place: int, task: Running, world: World) -> int:
+    if len(task.frames) >= world.config.program_stack:
+        raise CommandError(world.config.program_stack_alarm)
+    task.frames = [*task.frames, frame]
+    return place
+
+
+def _return(one: Instruction, task: Running, world: World) -> int:
+    if task.frames and task.frames[-1].variables is None:
+        frame = task.frames[-1]
+        task.frames = task.frames[:-1]
+        return frame.back
+    if task.code.shared:  # the steps of a robot file end with it
+        return len(task.code.code)
+    raise CommandError(world.config.program_stack_alarm)
+
+
+def _call(one: Instruction, task: Running, world: World) -> int:
+    name, *given = one.args
+    sub = task.code.subs[name]
+    arguments = [part for part in given if part is not None]
+    if len(arguments) != len(sub.parameters):
+        raise CommandError(world.config.program_type_alarm)
+    frame = Frame(task.at + 1, {})
+    for parameter, argument in zip(sub.parameters, arguments, strict=True):
+        (part,) = argument.args
+        if argument.kind == "reference":
+            depth = max((k for k, one in enumerate(task.frames) if one.variables is not None),
+                        default=-1)  # fmt: skip
+            frame.references[parameter] = (depth, part.args[0])
+        else:
+            value = convert(
+                parameter, evaluate(part, world, task), world.config, integers=task.integers
+            )
+            assert frame.variables is not None
+            frame.variables[parameter] = value
+    return _enter(frame, sub.at, task, world)
+
+
+def _exit_sub(one: Instruction, task: Running, world: World) -> int:
+    for depth in reversed(range(len(task.frames))):
+        if task.frames[depth].variables is not None:
+            back = task.frames[depth].back
+            task.frames = task.frames[:depth]
+            return back
+    raise CommandError(world.config.program_stack_alarm)
+
+
+def _shared(one: Instruction, task: Running, world: World) -> int:
+    for frame in reversed(task.frames):
+        if frame.variables is not None:
+            frame.shared.update(one.args)
+            return NEXT
+    raise CommandError(world.config.program_type_alarm)
+
+
+def _dim(one: Instruction, task: Running, world: World) -> int:
+    for part in one.args:
+        name, *sizes = part.args
+        limits = tuple(integer(evaluate(size, world, task), world.config) for size in sizes)
+        if any(limit < 0 for limit in limits) or math.prod(k + 1 for k in limits) > _LARGEST_ARRAY:
+            raise CommandError(world.config.program_type_alarm)
+        task.assign_variable(f"DIM@{name}", limits)  # type: ignore[arg-type]
+    return NEXT
+
+
+_LARGEST_ARRAY = 32768
+
+
+# Errors
+
+
+def _on_error(one: Instruction, task: Running, world: World) -> int:
+    task.handler = one.jump
+    return NEXT
+
+
+def _no_on_error(one: Instruction, task: Running, world: World) -> int:
+    task.handler = -1
+    return NEXT
+
+
+def _resume(one: Instruction, task: Running, world: World) -> int:
+    """Continue at the instruction with the error, behind it, or at a label."""
+    if task.error_at < 0:
+        raise CommandError(world.config.program_stack_alarm)
+    at, task.error_at = task.error_at, -1
+    if one.kind == "resume_at":
+        return one.jump
+    return at if one.kind == "resume" else at + 1
+
+
+# Ends and tasks
+
+
+def _halt(one: Instruction, task: Running, world: World) -> int:
+    world.end(task, everything=one.kind == "halt_all")
+    return STAY
+
+
+def _end(one: Instruction, task: Running, world: World) -> int:
+    return len(task.code.code)
+
+
+def _hold(one: Instruction, task: Running, world: World) -> int:
+    world.hold(task, everything=one.kind == "hold_all")
+    return NEXT
+
+
+def _exit_task(one: Instruction, task: Running, world: World) -> int:
+    world.end(task, everything=False)
+    return STAY
+
+
+def _start_task(one: Instruction, task: Running, world: World) -> int:
+    program, number, priority = one.args
+    level = None
+    if priority is not None:
+        level = integer(evaluate(priority, world, task), world.config)
+        if not 1 <= level <= 64:
+            raise CommandError(world.config.format_alarm)
+    world.order(task, Order("START", program.args[0], number and int(number[1:]), level))
+    return NEXT
+
+
+def _task_order(one: Instruction, task: Running, world: World) -> int:
+    (named,) = one.args
+    what = one.kind.upper()
+    if named.kind == "task_number":
+        world.order(task, Order(what, None, int(named.args[0][1:])))
+    else:
+        world.order(task, Order(what, named.args[0]))
+    return NEXT
+
+
+# Inputs and outputs
+
+
+def _assign(one: Instruction, task: Running, world: World) -> int:
+    *_, target, source = one.args
+    assign(target, source, world, task)
+    return NEXT
+
+
+def _set(one: Instruction, task: Running, world: World) -> int:
+    ports = one.args[0].args
+    write_ports(ports, (1 << len(ports)) - 1 if one.kind == "set_" else 0, world)
+    return NEXT
+
+
+def _out(one: Instruction, task: Running, world: World) -> int:
+    port, duration = one.args
+    if duration is None:
+        write_ports(port.args, (1 << len(port.args)) - 1, world)
+        return NEXT
+    ms = integer(evaluate(duration, world, task), world.config)
+    for place in port.args:
+        world.pulse(place, ms)
+    return NEXT
+
+
+# Waiting
+
+
+def _delay(one: Instruction, task: Running, world: World) -> int:
+    passed_us = task.passed_us(world.now_us)
+    if task.until_us is None:
+        ms = number_of(evaluate(one.args[0], world, task), world.config)
+        task.until_us = passed_us + max(0, round(ms * _MS))
+    return _until(task, passed_us)
+
+
+def _duration(one: Instruction, task: Running, world: World) -> int:
+    """Wait until the program has run for a time, counted from its start."""
+    task.until_us = one.args[0]
+    return _until(task, task.passed_us(world.now_us))
+
+
+def _until(task: Running, passed_us: int) -> int:
+    assert task.until_us is not None
+    if passed_us < task.until_us:
+        return STAY
+    task.until_us = None
+    return NEXT
+
+
+def _wait(one: Instruction, task: Running, world: World) -> int:
+    condition, limit = one.args
+    if _true(condition, task, world):
+        task.waits, task.until_us = False, None
+        return NEXT
+    task.waits = inputs_only(condition)
+    if limit is None:
+        return STAY
+    passed_us = task.passed_us(world.now_us)
+    if task.until_us is None:
+        ms = number_of(evaluate(limit, world, task), world.config)
+        task.until_us = passed_us + max(0, round(ms * _MS))
+    result = _until(task, passed_us)
+    task.waits = task.waits and result == STAY
+    return result
+
+
+def _wait_arm(one: Instruction, task: Running, world: World) -> int:
+    return STAY if world.motion.moving(one.args[0]) else NEXT
+
+
+# Movements and settings
+
+
+def _movement(one: Instruction, task: Running, world: World) -> int:
+    """Execute a movement until its axes are in the OUT position range, or STOPON ends it."""
+    robot = one.args[0]
+    options = one.args[3] if one.kind in ("move", "movei", "movet") else one.args[2:]
+    _drop_interrupted(task)
+    if task.execution is None:
+        if not _may_begin(robot, world):
+            return STAY
+        task.execution = world.perform(request(one, world, task))
+        task.passed = set()
+        movement = _movement_of(task.execution)
+        movement.by_program = True
+        movement.continuous = any(option.kind == "cont" for option in options)
+    movement = _movement_of(task.execution)
+    _switch_on_the_way(options, movement, task, world, robot)
+    for option in options:
+        if option.kind == "stop_on" and _true(option.args[0], task, world):
+            world.motion.cancel(robot)
+            task.execution = None
+            return NEXT
+    if not world.step(task.execution) and not (one.kind != "push" and _is_out(movement, world)):
+        return STAY
+    task.execution = None
+    return NEXT
+
+
+def _may_begin(robot: int, world: World) -> bool:
+    """Return whether the movement before has ended, or lets this one begin in its OUT range.
+
+    A movement of a remote command does not delay a program: the program gets an alarm.
+    """
+    before = world.motion.under_way_of(robot)
+    if before is None or before.done or not before.by_program:
+        return True
+    if before.continuous and _is_out(before, world):
+        world.motion.cancel(robot)
+        return True
+    return False
+
+
+def _drop_interrupted(task: Running) -> None:
+    """Let a movement that a stop has ended begin again, once the program continues."""
+    if not task.interrupted:
+        return
+    task.interrupted = False
+    movement = getattr(task.execution, "movement", None)
+    if movement is None or movement.stopped_by:
+        task.execution = None
+
+
+def _movement_of(execution: Statement | None) -> Movement:
+    movement: Movement = execution.movement  # type: ignore[union-attr]
+    return movement
+
+
+def _is_out(movement: Movement, world: World) -> bool:
+    """Return whether all moving axes are in the OUT position range (guide, 4.2.1)."""
+    if (world.now_us - movement.start_us) < movement.path.approach * 1e6:
+        return False
+    for index, end in movement.path.target.items():
+        robot = world.config.axes[index].robot
+        place = world.config.axes_of(robot).index(index)
+        if abs(end - world.positions[index]) > world.memory.parameters.get(robot, "OUTPOS", place):
+            return False
+    return True
+
+
+def _switch_on_the_way(
+    options: Sequence[Node], movement: Movement, task: Running, world: World, robot: int
+) -> None:
+    """Write the outputs of `DO(20)=1@30.0` once the tool is that far from its start [mm]."""
+    pending = [
+        (k, option)
+        for k, option in enumerate(options)
+        if option.kind == "output_at" and k not in task.passed
+    ]
+    if not pending:
+        return
+    arm = world.arm(robot)
+    begin, here = map(arm.frame.to_mm, (_start(movement, arm), arm.here))
+    way = math.dist(begin[:3], here[:3]) / 1000
+    for k, option in pending:
+        port, value, distance = option.args
+        if way >= number_of(evaluate(distance, world, task), world.config) or movement.finished:
+            write_ports(port.args, integer(evaluate(value, world, task), world.config), world)
+            task.passed.add(k)
+
+
+def _start(movement: Movement, arm: Arm) -> tuple[float, ...]:
+    """Return the positions of all axes of a robot at the start of its movement [pulses]."""
+    begin = movement.path.at(0.0)
+    return tuple(begin.get(index, now) for index, now in zip(arm.indices, arm.here, strict=True))
+
+
+def _command(one: Instruction, task: Running, world: World) -> int:
+    """Execute a statement that is a remote command without a movement of its own options."""
+    _drop_interrupted(task)
+    if task.execution is None:
+        task.execution = world.perform(request(one, world, task))
+    if task.execution is not None and not world.step(task.execution):
+        return STAY
+    task.execution = None
+    return NEXT
+
+
+def _setting(one: Instruction, task: Running, world: World) -> int:
+    change_parameter(one, world, task)
+    return NEXT
+
+
+def _pdef(one: Instruction, task: Running, world: World) -> int:
+    pallet, nx, ny, nz, first = one.args
+    numbers = [
+        1 if part is None else integer(evaluate(part, world, task), world.config)
+        for part in (pallet, nx, ny, nz, first.args[0])
+    ]
+    number, *counts, point = numbers
+    if not 0 <= number < 40 or min(counts) < 1:
+        raise CommandError(world.config.format_alarm)
+    world.memory.pallets[number] = Pallet(*counts, point)
+    return NEXT
+
+
+def _true(condition: Node, task: Running, world: World) -> bool:
+    """Return whether a condition is true: any number but 0."""
+    return number_of(evaluate(condition, world, task), world.config) != 0
+
+
+_FUNCTIONS: dict[str, Callable[[Instruction, Any, Any], int]] = {
+    **dict.fromkeys(("label", "declare"), _label),
+    **dict.fromkeys(("goto", "jump"), _goto),
+    "unless": _unless,
+    "case": _case,
+    "for_test": _for_test,
+    "for_next": _for_next,
+    "gosub": _gosub,
+    "return_": _return,
+    "on_goto": _on_goto,
+    "on_gosub": _on_gosub,
+    "on_error": _on_error,
+    "no_on_error": _no_on_error,
+    **dict.fromkeys(("resume", "resume_next", "resume_at"), _resume),
+    "call": _call,
+    "exit_sub": _exit_sub,
+    "exit_task": _exit_task,
+    "shared": _shared,
+    "dim": _dim,
+    **dict.fromkeys(("halt", "halt_all"), _halt),
+    **dict.fromkeys(("hold", "hold_all"), _hold),
+    "end": _end,
+    "start_task": _start_task,
+    **dict.fromkeys(("suspend", "restart", "cut"), _task_order),
+    **dict.fromkeys(("set_", "reset"), _set),
+    "out": _out,
+    "delay": _delay,
+    "duration": _duration,
+    "wait": _wait,
+    "wait_arm": _wait_arm,
+    **dict.fromkeys(MOVES, _movement),
+    **dict.fromkeys(
+        ("servo", "motor", "origin", "shift_select", "hand_select", "righty", "lefty", "armsel"),
+        _command,
+    ),
+    **dict.fromkeys(("setting", "setting_axis"), _setting),
+    "pdef": _pdef,
+    "assign": _assign,
+}

@@ -1,0 +1,103 @@
+"""The syntax of a robot program: expressions as nodes, and statements as a flat list of code.
+
+Positions in the code are indices. Blocks such as IF ... ENDIF are jumps in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+__all__ = ["MOVES", "OPTIONS", "Instruction", "Node", "Program", "Subroutine"]
+
+#: Kinds of the instructions that start a movement.
+MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push")
+#: The options of movements that are names, as they are written before `=`.
+OPTIONS = ("S", "SPEED", "DSPEED", "VEL", "ACC", "DEC", "A1", "A2", "A3", "A4", "A5", "A6", "F", "TIM")
+
+
+@dataclass(frozen=True)
+class Node:
+    """An expression, a target or a part of a statement; `kind` is its rule in grammar.lark.
+
+    Attributes:
+        kind: Name of the rule, such as `add` or `variable`.
+        args: Its parts: nodes, numbers, texts, or None for what is left out.
+    """
+
+    kind: str
+    args: tuple[Any, ...] = ()
+
+    def walk(self) -> Iterator[Node]:
+        """Yield this node and all nodes in it."""
+        yield self
+        for part in self.args:
+            if isinstance(part, Node):
+                yield from part.walk()
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """One instruction of the code.
+
+    Attributes:
+        kind: Name of the rule in grammar.lark, or of a jump that blocks.py adds.
+        args: The parts of the statement.
+        line: Number of its line in the file, from 1.
+        jump: Position of the code to which it may jump; -1 if it does not jump.
+    """
+
+    kind: str
+    args: tuple[Any, ...]
+    line: int
+    jump: int = -1
+
+    def nodes(self) -> Iterator[Node]:
+        """Yield all nodes in its parts."""
+        for part in self.args:
+            if isinstance(part, Node):
+                yield from part.walk()
+
+
+@dataclass(frozen=True)
+class Subroutine:
+    """A SUB: position of its first instruction, and the names of its parameters."""
+
+    at: int
+    parameters: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Program:
+    """A robot program that can be executed; it never changes.
+
+    Attributes:
+        code: Its instructions.
+        labels: Positions of its labels, by name with the asterisk.
+        subs: Its subroutines by name.
+        texts: Its lines as written; the first is line 1.
+        integers: Variables without %, ! or $ are integers; else they are real numbers.
+        shared: Its variables are those of all programs (the steps of a robot file).
+    """
+
+    code: tuple[Instruction, ...]
+    labels: Mapping[str, int] = field(default_factory=dict)
+    subs: Mapping[str, Subroutine] = field(default_factory=dict)
+    texts: tuple[str, ...] = ()
+    integers: bool = False
+    shared: bool = False
+
+    def __deepcopy__(self, memo: object) -> Program:
+        """Return the program itself, because programs never change."""
+        return self
+
+    def line(self, at: int) -> int:
+        """Return the line of a position; behind the end, the last line."""
+        if at < len(self.code):
+            return self.code[at].line
+        return max(len(self.texts), 1)
+
+    def behind(self, line: int) -> int:
+        """Return the position of the first instruction behind a line."""
+        return next((k for k, one in enumerate(self.code) if one.line > line), len(self.code))

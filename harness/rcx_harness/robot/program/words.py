@@ -1,0 +1,80 @@
+"""What the robot language has, and what this controller does not execute: statements.toml."""
+
+from __future__ import annotations
+
+import re
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+from lark import UnexpectedInput
+
+from structured_text.errors import InputError
+from structured_text.output.toml_files import parse_toml
+
+__all__ = ["Word", "explain", "words"]
+
+#: Limit of a statement in a message [characters].
+_LONGEST = 40
+_WORD = re.compile(r"[A-Z][A-Z0-9_]*\$?")
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word of the language.
+
+    Attributes:
+        name: The word.
+        group: Its group, such as `flow`.
+        form: How it is written.
+        source: `guide`, `public` or `assumed`.
+        text: What it does here.
+        instead: What to write instead; only for words that are not executed.
+    """
+
+    name: str
+    group: str
+    form: str = ""
+    source: str = "assumed"
+    text: str = ""
+    instead: str = ""
+
+
+@cache
+def words() -> Mapping[str, Word]:
+    """Return all words by name."""
+    text = files(__package__).joinpath("statements.toml").read_text(encoding="utf-8")
+    return {entry["name"]: Word(**entry) for entry in parse_toml(text, Path("statements.toml"))["word"]}
+
+
+def explain(text: str, error: UnexpectedInput) -> InputError:
+    """Return the error for a statement that the grammar does not have."""
+    match = _WORD.match(text)
+    name = match[0] if match else ""
+    word = words().get(name)
+    if word and word.instead:
+        return InputError(f"{name} is not executed by the virtual controller", hint=word.instead)
+    if word and word.form:
+        return InputError(f"cannot read {_shown(text)}: {_near(text, error)}", hint=f"write {word.form}")
+    statement = not text[len(name) :].lstrip().startswith(("=", "("))
+    if name and statement:
+        near = get_close_matches(name, words(), 1)
+        hint = f"did you mean {near[0]}?" if near else "docs/reference/robot-language.md lists all"
+        return InputError(f"unknown statement {name}", hint=hint)
+    hint = "write a statement, such as WAIT SI(20)=1 or SO(20)=1"
+    return InputError(f"cannot read {_shown(text)}: {_near(text, error)}", hint=hint)
+
+
+def _shown(text: str) -> str:
+    return f"'{text}'" if len(text) <= _LONGEST else f"'{text[:_LONGEST]}...'"
+
+
+def _near(text: str, error: UnexpectedInput) -> str:
+    """Return the place of an error in words."""
+    column = error.column if isinstance(error.column, int) and error.column > 0 else len(text) + 1
+    rest = text[column - 1 :]
+    return f"'{rest[:20]}' was not expected" if rest else "something is missing at its end"
