@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rcx_harness.robot.program.syntax import Instruction, Node, Program, Subroutine
@@ -97,10 +97,10 @@ class _Linker:
         for at, one in enumerate(self.code):
             self._line = one.line
             if one.kind in _LABELLED:
-                self.code[at] = Instruction(one.kind, one.args, one.line, self._place(one.args[0]))
+                self.code[at] = replace(one, jump=self._place(one.args[0]))
             elif one.kind in ("on_goto", "on_gosub"):
                 places = tuple(self._place(label) for label in one.args[1:])
-                self.code[at] = Instruction(one.kind, (one.args[0], places), one.line)
+                self.code[at] = replace(one, args=(one.args[0], places))
             elif one.kind == "call" and one.args[0] not in self.subs:
                 self._error(f"there is no SUB {one.args[0]}", f"add SUB {one.args[0]} ... END SUB")
         self._check_recursion()
@@ -122,11 +122,12 @@ class _Linker:
         self._statement(then)
         if otherwise is None:
             self._jump_here(test)
-            return
-        end = self._emit("jump")
-        self._jump_here(test)
-        self._statement(otherwise)
-        self._jump_here(end)
+        else:
+            end = self._emit("jump")
+            self._jump_here(test)
+            self._statement(otherwise)
+            self._jump_here(end)
+        self.code[test] = replace(self.code[test], behind=len(self.code))
 
     def _on_if_block(self, condition: Node) -> None:
         block = self._begin("IF")
@@ -243,8 +244,7 @@ class _Linker:
         return len(self.code) - 1
 
     def _jump_here(self, at: int) -> None:
-        one = self.code[at]
-        self.code[at] = Instruction(one.kind, one.args, one.line, len(self.code))
+        self.code[at] = replace(self.code[at], jump=len(self.code))
 
     def _begin(self, kind: str) -> _Block:
         self._blocks.append(_Block(kind, self._line, len(self.code)))

@@ -96,7 +96,10 @@ def _options(one: Instruction) -> Iterator[InputError]:
         elif option.kind in ("point", "data"):
             yield InputError("a target follows an option", hint="write the targets first")
         elif option.kind == "axis_target":
-            yield InputError("several axes in one statement are not executed", hint="write one statement for each axis")
+            yield InputError(
+                "several axes in one statement are not executed",
+                hint="write one statement for each axis",
+            )
         elif option.kind == "output_at" and (one.kind != "move" or one.args[1] == "P"):
             yield InputError("an output on the way needs a line or an arc", hint="use MOVE L or C")
 

@@ -269,7 +269,10 @@ def _resume(one: Instruction, task: Running, world: World) -> int:
     at, task.error_at = task.error_at, -1
     if one.kind == "resume_at":
         return one.jump
-    return at if one.kind == "resume" else at + 1
+    if one.kind == "resume":
+        return at
+    behind = task.code.code[at].behind
+    return behind if behind >= 0 else at + 1
 
 
 # Ends and tasks

@@ -322,9 +322,7 @@ def _texts(count: int, function: Callable[..., Value]) -> Function:
     return run
 
 
-def _arguments(
-    nodes: list[Node], count: int, world: Surroundings, scope: Scope
-) -> Iterator[Value]:
+def _arguments(nodes: list[Node], count: int, world: Surroundings, scope: Scope) -> Iterator[Value]:
     if len(nodes) != count:
         raise CommandError(world.config.program_type_alarm)
     return (evaluate(one, world, scope) for one in nodes)

@@ -9,8 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from lark import Lark, Token, Transformer, UnexpectedInput
-from lark.exceptions import VisitError
+from lark import Lark, Token, Transformer, Tree, UnexpectedInput
 
 from rcx_harness.robot.ports import Port, port
 from rcx_harness.robot.program.blocks import Line, link
@@ -148,11 +147,9 @@ def _upper(text: str) -> str:
 def _statement(text: str) -> Node:
     """Parse one statement; equal statements are parsed once."""
     try:
-        node = _Builder().transform(_parser().parse(text))
+        node = _parser().parse(text)
     except UnexpectedInput as error:
         raise explain(text, error) from None
-    except VisitError as error:
-        raise error.orig_exc from None
     assert isinstance(node, Node)
     return node
 
@@ -160,13 +157,15 @@ def _statement(text: str) -> Node:
 @cache
 def _parser() -> Lark:
     grammar = files(__package__).joinpath("grammar.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", maybe_placeholders=True)
+    return Lark(grammar, parser="lalr", maybe_placeholders=True, transformer=_Builder())
 
 
 class _Builder(Transformer[Token, Node]):
     """The rules of grammar.lark: each becomes a Node with the name of the rule."""
 
-    def __default__(self, data: Any, children: list[Any], meta: Any) -> Node:
+    def __default__(self, data: Any, children: list[Any], meta: Any) -> Any:
+        if data.startswith("_"):  # a repetition, whose children belong to the rule around it
+            return Tree(data, children)
         return Node(str(data), tuple(_plain(child) for child in children))
 
     def start(self, children: list[Any]) -> Node:

@@ -14,7 +14,22 @@ __all__ = ["MOVES", "OPTIONS", "Instruction", "Node", "Program", "Subroutine"]
 #: Kinds of the instructions that start a movement.
 MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push")
 #: The options of movements that are names, as they are written before `=`.
-OPTIONS = ("S", "SPEED", "DSPEED", "VEL", "ACC", "DEC", "A1", "A2", "A3", "A4", "A5", "A6", "F", "TIM")
+OPTIONS = (
+    "S",
+    "SPEED",
+    "DSPEED",
+    "VEL",
+    "ACC",
+    "DEC",
+    "A1",
+    "A2",
+    "A3",
+    "A4",
+    "A5",
+    "A6",
+    "F",
+    "TIM",
+)
 
 
 @dataclass(frozen=True)
@@ -46,12 +61,14 @@ class Instruction:
         args: The parts of the statement.
         line: Number of its line in the file, from 1.
         jump: Position of the code to which it may jump; -1 if it does not jump.
+        behind: Position behind the statement, if the statement has several instructions; else -1.
     """
 
     kind: str
     args: tuple[Any, ...]
     line: int
     jump: int = -1
+    behind: int = -1
 
     def nodes(self) -> Iterator[Node]:
         """Yield all nodes in its parts."""

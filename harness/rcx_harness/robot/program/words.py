@@ -48,7 +48,9 @@ class Word:
 def words() -> Mapping[str, Word]:
     """Return all words by name."""
     text = files(__package__).joinpath("statements.toml").read_text(encoding="utf-8")
-    return {entry["name"]: Word(**entry) for entry in parse_toml(text, Path("statements.toml"))["word"]}
+    return {
+        entry["name"]: Word(**entry) for entry in parse_toml(text, Path("statements.toml"))["word"]
+    }
 
 
 def explain(text: str, error: UnexpectedInput) -> InputError:
@@ -59,7 +61,9 @@ def explain(text: str, error: UnexpectedInput) -> InputError:
     if word and word.instead:
         return InputError(f"{name} is not executed by the virtual controller", hint=word.instead)
     if word and word.form:
-        return InputError(f"cannot read {_shown(text)}: {_near(text, error)}", hint=f"write {word.form}")
+        return InputError(
+            f"cannot read {_shown(text)}: {_near(text, error)}", hint=f"write {word.form}"
+        )
     statement = not text[len(name) :].lstrip().startswith(("=", "("))
     if name and statement:
         near = get_close_matches(name, words(), 1)

@@ -1,0 +1,253 @@
+"""Movements of robot programs: where they go, when the next statement begins, and what stops them."""
+
+from __future__ import annotations
+
+import pytest
+
+from rcx_harness.robot import Axis
+from robot_master import Master
+from robot_programs import running, started
+
+#: Two axes with 1000 pulses/mm, 1 000 000 pulses/s and 5 000 000 pulses/s^2.
+XY = (Axis(), Axis())
+#: From 0 to 100 mm the axis accelerates and brakes: 2 * sqrt(100 000 / 5 000 000) s. It is within
+#: OUTPOS (2000 pulses) for the last sqrt(2 * 2000 / 5 000 000) s.
+WAY_MS, OUT_MS = 282.8, 254.6
+
+
+def when(master: Master, bit: int, within_ms: int = 3000) -> float:
+    """Return the time [ms] at which a bit of SO2() turns ON."""
+    for _ in range(within_ms // 5):
+        if master.so[34] >> bit & 1:
+            return master.now_us / 1000
+        master.run(5)
+    raise AssertionError(f"SO(2{bit}) stays OFF")
+
+
+def timed(text: str, **config: object) -> tuple[float, float]:
+    """Return how long after SO(20) the outputs SO(21) and SO(22) turn ON [ms]."""
+    master = started(f"WAIT SI(27)=1\nSO(20)=1\n{text}", axes=XY, **config)
+    master.si[34] = 0x80
+    begin = when(master, 0)
+    return when(master, 1) - begin, when(master, 2) - begin
+
+
+def test_the_next_statement_begins_in_the_out_position_range_and_wait_arm_waits_for_the_end() -> (
+    None
+):
+    """The output turns ON 28 ms before the end of the movement.
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.2.1 (OUT valid position range)
+    """
+    out, end = timed("MOVE P,P1\nSO(21)=1\nWAIT ARM\nSO(22)=1")
+    assert OUT_MS <= out <= OUT_MS + 15
+    assert WAY_MS <= end <= WAY_MS + 15
+
+
+def test_the_range_is_the_parameter_outpos() -> None:
+    """With 50 000 pulses the next statement begins half way.
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.4.2 (OUTPOS)
+    """
+    out, _ = timed("OUTPOS(1)=50000\nOUTPOS(2)=50000\nMOVE P,P1\nSO(21)=1\nWAIT ARM\nSO(22)=1")
+    assert WAY_MS / 2 <= out <= WAY_MS / 2 + 15
+
+
+def test_the_next_movement_waits_for_the_end_of_the_one_before() -> None:
+    """There and back takes twice the time; with CONT it begins in the OUT position range.
+
+    Rule: robot-language.
+    """
+    there, back = "MOVE P,100.0 50.0 0 0 0 0", "MOVE P,0.0 0.0 0 0 0 0"
+    plain, _ = timed(f"{there}\n{back}\nWAIT ARM\nSO(21)=1\nSO(22)=1")
+    cont, _ = timed(f"{there},CONT\n{back}\nWAIT ARM\nSO(21)=1\nSO(22)=1")
+    assert 2 * WAY_MS <= plain <= 2 * WAY_MS + 25
+    assert OUT_MS + 2 * 130 <= cont < plain - 20
+
+
+@pytest.mark.parametrize(
+    ("text", "places"),
+    [
+        ("MOVE P,P1", (100_000, 50_000)),
+        ("MOVE L,P1", (100_000, 50_000)),
+        ("MOVE P,P1,P2", (20_000, 0)),
+        ("MOVE P,P3", (5_000, 6_000)),
+        ("MOVE P,10.0 -20.0 0.0 0.0 0.0 0.0", (10_000, -20_000)),
+        ("MOVE P,P1,S=50,ACC=80,DEC=70", (100_000, 50_000)),
+        ("MOVE L,P1,VEL=500", (100_000, 50_000)),
+        ("MOVE C,10.0 10.0 0 0 0 0,20.0 0.0 0 0 0 0", (20_000, 0)),
+        ("MOVEI P,P2\nMOVEI P,P2", (40_000, 0)),
+        ("MOVEI L,P2", (20_000, 0)),
+        ("MOVET P,P2", (20_000, 0)),
+        ("DRIVE(2,P1)", (0, 50_000)),
+        ("DRIVE(2,12.5)", (0, 12_500)),
+        ("DRIVE(2,777)", (0, 777)),
+        ("DRIVEI(1,5.0)\nDRIVEI(1,100)", (5_100, 0)),
+        ("P10=P2\nP11=P2\nP12=P2\nP13=P2\nP14=P2\nPDEF(1)=1,1,1,P10\nPMOVE(1,1)", (20_000, 0)),
+        ("PUSH(1,10.0)", (10_000, 0)),
+        ("MOVE P,P1,A2=20.0{1.0,1.0}", (100_000, 50_000)),
+        ("FOR I%=1 TO 2\nMOVE P,P[I%]\nNEXT", (20_000, 0)),
+    ],
+)
+def test_a_movement_ends_at_its_target(text: str, places: tuple[int, int]) -> None:
+    """The axes are at 1000 pulses/mm; each statement does what its remote command does.
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.2.1 to 4.2.5, 4.2.21, 4.2.23
+    """
+    master = running(text, 3000, axes=XY)
+    assert tuple(master.robot.positions) == places
+    assert master.robot.alarms.history == []
+
+
+def test_the_speed_of_a_movement_is_a_part_of_the_automatic_speed() -> None:
+    """At 10 % of 1000 mm/s the 100 mm take 1 s and the acceleration 0.02 s (100 000 / 5 000 000 s).
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.2.1 (speed)
+    """
+    for text in ("MOVE P,P1,S=10", "SPEED 10\nMOVE P,P1", "ASPEED 20\nMOVE P,P1,S=50",
+                 "MOVE P,P1,DSPEED=10"):  # fmt: skip
+        end, _ = timed(f"{text}\nWAIT ARM\nSO(21)=1\nSO(22)=1")
+        assert 1020 <= end <= 1035, text
+
+
+def test_stopon_ends_the_movement_and_the_program_continues() -> None:
+    """The axis stands where it is when SI(20) turns ON.
+
+    Rule: robot-language.
+    """
+    master = running("MOVE P,P1,S=10,STOPON SI(20)=1\nSO(20)=1", 500, axes=XY)
+    assert master.so[34] == 0
+    master.si[34] = 1
+    master.run(20)
+    assert master.so[34] == 1
+    place = master.robot.positions[0]
+    assert 0 < place < 100_000
+    master.run(500)
+    assert master.robot.positions[0] == place
+
+
+def test_an_output_turns_on_when_the_tool_has_moved_a_distance() -> None:
+    """At 100 mm/s it has moved 40 mm after about 0.41 s, and the line takes 1.02 s.
+
+    Rule: robot-language.
+    """
+    text = "P5= 100.0 0.0 0.0 0.0 0.0 0.0\nMOVE L,P5,VEL=100,SO(21)=1@40.0\nSO(22)=1"
+    way, end = timed(text)
+    assert 405 <= way <= 430
+    assert 980 <= end <= 1035
+
+
+def test_a_stop_input_interrupts_a_movement_and_the_next_start_continues_it() -> None:
+    """The line stays the one of the movement, which begins again from where the robot stands.
+
+    Rule: robot-language.
+    Source: manual, chapter 1, 4.2 (SI(06), SI(12)); chapter 5 (stop)
+    """
+    master = running("SO(21)=1\nMOVE P,P1,S=10\nSO(20)=1", 300, axes=XY)
+    master.turn_and_wait("SI06", False, 300)
+    place = master.robot.positions[0]
+    assert 0 < place < 100_000 and not master.on("SO13")
+    assert master.robot.program.tasks[0].line == 2
+    master.turn_and_wait("SI06", True)
+    assert master.robot.positions[0] == place
+    master.pulse("SI12")
+    master.run(1500)
+    assert master.robot.positions[0] == 100_000
+    assert master.so[34] == 3
+
+
+def test_an_interrupted_relative_movement_continues_to_its_first_target() -> None:
+    """The parameter "MOVEI start position" is Keep.
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.2.2 (MOVEI start position)
+    """
+    master = running("MOVEI P,P2,S=2\nSO(20)=1", 300, axes=XY)
+    master.turn_and_wait("SI06", False, 300)
+    assert 0 < master.robot.positions[0] < 20_000
+    master.turn_and_wait("SI06", True)
+    master.pulse("SI12")
+    master.run(2000)
+    assert master.robot.positions[0] == 20_000
+
+
+def test_an_emergency_stop_ends_program_and_movement_and_switches_the_servos_off() -> None:
+    """The program stands at its movement with the servos off, and a start is refused there.
+
+    Rule: robot-language.
+    Source: manual, chapter 1, 4.2 (SI(00))
+    """
+    master = running("MOVE P,P1,S=10\nSO(20)=1", 300, axes=XY)
+    master.turn_and_wait("SI00", False, 100)
+    assert not master.on("SO13") and not master.on("SO02")
+    place = master.robot.positions[0]
+    master.run(500)
+    assert master.robot.positions[0] == place
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("MOVE P,2000.0 0 0 0 0 0", "2.334"),  # beyond the soft limit (guide: soft limit over)
+        ("SERVO OFF\nMOVE P,P1", "6.301"),
+        ("MOVE P,P1,S=101", "4.2"),
+        ("SPEED 0", "4.2"),
+        ("DRIVE(3,P1)", "4.205"),
+        ("PMOVE(5,1)", "6.236"),
+    ],
+)
+def test_a_movement_that_is_refused_stops_the_program_with_the_alarm(
+    text: str, number: str
+) -> None:
+    """The alarm is the one of the remote command.
+
+    Rule: robot-language.
+    """
+    master = running(text, 200, axes=XY)
+    assert [alarm.number for alarm in master.robot.alarms.history] == [number]
+    assert not master.on("SO13")
+    assert master.robot.positions[0] == 0
+
+
+def test_settings_are_those_of_the_remote_commands() -> None:
+    """Shift 1, hand 2, left-handed; ACCEL of axis 2 only, DECEL of all axes.
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.2.15 to 4.2.19, 4.4.2
+    """
+    text = "SHIFT S1\nCHANGE H2\nLEFTY\nACCEL(2)=40\nDECEL 60\nWEIGHT 2"
+    machine = running(text, axes=XY).robot.machine
+    settings, parameters = machine.arm(1).settings, machine.memory.parameters
+    assert (settings.shift, settings.hand, settings.arm) == (1, 2, 1)
+    assert [parameters.get(1, "ACCEL", place) for place in (0, 1)] == [100, 40]
+    assert [parameters.get(1, "DECEL", place) for place in (0, 1)] == [60, 60]
+    assert parameters.get(1, "WEIGHTG") == 2000
+
+
+def test_servos_motor_power_and_origin_are_statements() -> None:
+    """The servo of axis 1 is free, then ON again; the return-to-origin takes 500 ms.
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.2.12, 4.2.13, 4.2.20
+    """
+    master = running("SERVO FREE(1)\nDELAY 300\nSERVO ON\nORIGIN\nSO(20)=1", 50, axes=XY)
+    assert master.robot.machine.servos.states == [2, 1]
+    master.run(300)
+    assert master.robot.machine.servos.states == [1, 1] and master.so[34] == 0
+    master.run(500)
+    assert master.so[34] == 1 and master.robot.alarms.history == []
+
+
+def test_a_second_robot_moves_beside_the_first() -> None:
+    """MOVE[2] moves robot 2, whose only axis is the third of the controller.
+
+    Rule: robot-language.
+    """
+    axes = (Axis(), Axis(), Axis(robot=2))
+    master = running("MOVE[2] P,3.0 0 0 0 0 0\nWAIT ARM[2]\nSO(20)=1", 1000, axes=axes)
+    assert master.robot.positions == [0, 0, 3_000]
+    assert master.so[34] == 1
