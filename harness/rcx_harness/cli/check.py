@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.sources import blame_lib, library_names, source_files
+from rcx_harness.cli.check_programs import check_programs, is_robot_file
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, replacements
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
@@ -40,6 +41,9 @@ def check(
     Calls: each block of a robot once per scan, between FB_ReadArea and FB_WriteArea. The commonest
     first mistakes, as a pin Connected that is not wired, are warnings.
 
+    Robot programs (.PGM) and files with all data of a controller (.ALL) are checked, too: all
+    statements, blocks, labels, ports and tasks.
+
     With --for: what that tool refuses of your files, or may refuse, where no public document says.
 
     Exit code: 0 if all is well (warnings, and what may be refused, allowed), 1 if a rule of the
@@ -50,6 +54,12 @@ def check(
         raise InputError(f"--for {tool}: no such tool", hint=f"use {', '.join(tools())}")
     if tool is not None and lint_only:
         raise InputError("--for and --lint exclude each other")
+    programs = [file for file in files or () if is_robot_file(file)]
+    if programs:
+        check_programs(programs)
+        files = [file for file in files or () if file not in programs]
+        if not files:
+            return
     # With --lint each file is looked at by itself: folders with several programs go at once.
     sources = source_files(files, lib, replacements(replace))
     for note in sources.notes:

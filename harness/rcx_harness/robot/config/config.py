@@ -16,7 +16,7 @@ from typing import Any
 from rcx_harness.robot.config.checks import STORED, check_programs, check_stored, check_value
 from rcx_harness.robot.config.file import read_value
 from rcx_harness.robot.config.models import merged, model_of
-from rcx_harness.robot.config.programs import program_texts, with_programs
+from rcx_harness.robot.config.programs import brought
 from rcx_harness.robot.stored import EXAMPLE_POINTS, Hand, Pallet, Point, Shift
 from rcx_harness.spec.robots import RobotModel
 from rcx_harness.spec.wire import SIZE
@@ -73,6 +73,7 @@ class RobotProgram:
     steps: tuple[str, ...] = ()
     file: str = ""
     text: str = ""
+    offset: int = 0  # lines of the file before the text
 
     @property
     def has_code(self) -> bool:
@@ -379,19 +380,27 @@ class RobotConfig(  # fields of the last one come first
         """
         file = Path(path)
         text = toml_text(file)
-        return _loaded(file, text, program_texts(file, parse_toml(text, file)))
+        if "data_file" in text or "file" in text:
+            return _configured(file, parse_toml(text, file))
+        return _loaded(file, text)
 
 
 @lru_cache(maxsize=64)
-def _loaded(file: Path, text: str, programs: tuple[str, ...]) -> RobotConfig:
-    """Return the properties in the text of a file; cached, because they never change.
+def _loaded(file: Path, text: str) -> RobotConfig:
+    """Return the properties in the text of a file; cached, because they never change."""
+    return _configured(file, parse_toml(text, file))
 
-    `programs` are the texts of its `[[programs]]`, empty where a program has no file.
-    """
-    table = with_programs(parse_toml(text, file), programs)
+
+def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
+    """Return the properties in the table of a robot file, with those of its other files."""
+    others = brought(file, table)
+    if others.programs:
+        table["programs"] = list(others.programs)
     try:
         table = _with_models(table)
         values = {key: read_value(RobotConfig, key, value, _TABLES) for key, value in table.items()}
+        for key, data in others.data.items():
+            values[key] = {**data, **values.get(key, {})}
         return RobotConfig(**values)
     except InputError as error:
         if error.file:  # a program in a file of its own

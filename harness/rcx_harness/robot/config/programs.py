@@ -1,56 +1,81 @@
-"""The programs of a robot file that are in files of their own."""
+"""The parts of a robot file that are in files of their own: programs (.PGM), all data (.ALL)."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from rcx_harness.robot.program import read_program, text_of
+from rcx_harness.robot.program.all_file import read_all
 from structured_text.errors import InputError
 
-__all__ = ["program_texts", "with_programs"]
+__all__ = ["Brought", "brought"]
+
+#: The key of a robot file that names a file with all data of a controller.
+_DATA_FILE = "data_file"
 
 
-def program_texts(file: Path, table: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the text of each of the `[[programs]]` of a robot file, empty without `file`.
+@dataclass(frozen=True)
+class Brought:
+    """The content of the other files of a robot file.
+
+    Attributes:
+        programs: The entries of `[[programs]]` with the texts of their files; empty: no program.
+        data: Stored data by their keys of RobotConfig.
+    """
+
+    programs: tuple[Mapping[str, Any], ...] = ()
+    data: Mapping[str, Mapping[Any, Any]] = field(default_factory=dict)
+
+
+def brought(file: Path, table: dict[str, Any]) -> Brought:
+    """Return what the other files of a robot file bring; `data_file` is taken out of `table`.
 
     Raises:
         InputError: a file cannot be read, or the first error in it.
     """
-    texts = []
-    for entry in _entries(table):
-        name = entry.get("file", "")
+    own = table.get("programs", [])
+    own = own if isinstance(own, list) and all(isinstance(one, dict) for one in own) else []
+    programs = [_with_text(file, entry) for entry in own]
+    data: dict[str, Mapping[Any, Any]] = {}
+    if (name := table.pop(_DATA_FILE, None)) is not None:
         if not isinstance(name, str) or not name:
-            texts.append("")
-            continue
-        if clash := [key for key in ("text", "steps", "duration") if key in entry]:
-            raise InputError(f"'{clash[0]}' and 'file' exclude each other", file=file)
-        path = file.parent / name
-        text = text_of(path)
-        _, errors = read_program(text, path)
-        if errors:
-            raise errors[0]
-        texts.append(text)
-    return tuple(texts)
+            hint = 'write data_file = "CELL.ALL"'
+            raise InputError(f"'{_DATA_FILE}' must be the name of a file", file=file, hint=hint)
+        content = read_all(file.parent / name)
+        mine = {entry.get("name") for entry in programs}
+        programs += [
+            {"name": one.name, "file": name, "text": one.text, "offset": one.offset}
+            for one in content.programs
+            if one.name not in mine
+        ]
+        keys = ("points", "comments", "shifts", "hands", "pallets", "variables")
+        data = {key: getattr(content, key) for key in keys}
+    for entry in programs:
+        _check(file, entry)
+    return Brought(tuple(programs), data)
 
 
-def with_programs(table: Mapping[str, Any], texts: tuple[str, ...]) -> dict[str, Any]:
-    """Return a robot file with the texts of its programs, each named as its file by default."""
-    if not any(texts):
-        return dict(table)
-    programs = [
-        {"name": _name(entry["file"]), **entry, "text": text} if text else entry
-        for entry, text in zip(_entries(table), texts, strict=True)
-    ]
-    return {**table, "programs": programs}
+def _with_text(file: Path, entry: dict[str, Any]) -> dict[str, Any]:
+    name = entry.get("file", "")
+    if not isinstance(name, str) or not name:
+        return entry
+    if clash := [key for key in ("text", "steps", "duration") if key in entry]:
+        raise InputError(f"'{clash[0]}' and 'file' exclude each other", file=file)
+    return {"name": _name(name), **entry, "text": text_of(file.parent / name)}
 
 
-def _entries(table: Mapping[str, Any]) -> list[dict[str, Any]]:
-    entries = table.get("programs", [])
-    plain = isinstance(entries, list) and all(isinstance(entry, dict) for entry in entries)
-    return entries if plain else []
+def _check(file: Path, entry: Mapping[str, Any]) -> None:
+    """Raise the first error of a program that is in a file of its own."""
+    if not entry.get("file") or not isinstance(entry.get("text"), str):
+        return
+    _, errors = read_program(entry["text"], file.parent / entry["file"])
+    if errors:
+        line = (errors[0].line or 0) + int(entry.get("offset", 0))
+        raise InputError(errors[0].message, file=errors[0].file, line=line, hint=errors[0].hint)
 
 
 def _name(file: str) -> str:

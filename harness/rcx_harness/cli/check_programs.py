@@ -1,0 +1,83 @@
+"""The part of `rcx check` for robot programs: files `.PGM` and `.ALL`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import typer
+
+from rcx_harness.cli.options import counted
+from rcx_harness.robot.program import Program, read_program, text_of
+from rcx_harness.robot.program.all_file import read_all
+from rcx_harness.robot.program.checks import endless_loops, problems
+from structured_text.errors import InputError, legible
+
+__all__ = ["check_programs", "is_robot_file"]
+
+_SUFFIXES = (".pgm", ".all")
+#: Ports of the larger areas are allowed, because the file does not say the size of the areas.
+_SIZE = 256
+
+
+def is_robot_file(path: Path) -> bool:
+    """Return whether a file is a robot program or has all data of a controller."""
+    return path.suffix.lower() in _SUFFIXES
+
+
+def check_programs(files: Sequence[Path]) -> None:
+    """Check robot programs, and print all errors and warnings with their lines.
+
+    Raises:
+        Exit: with code 2, if there is an error.
+    """
+    errors, warnings, count = 0, 0, 0
+    for file in files:
+        for error, certain in _findings(file):
+            kind = "error" if certain else "warning"
+            print(legible(f"{kind}: {error}"), file=sys.stderr if certain else sys.stdout)
+            errors, warnings = errors + certain, warnings + (not certain)
+        count += 1
+    if errors:
+        raise typer.Exit(2)
+    print(
+        f"{counted(count, 'file')} of robot programs checked: no errors, "
+        f"{counted(warnings, 'warning')}"
+    )
+
+
+def _findings(file: Path) -> Iterator[tuple[InputError, bool]]:
+    """Yield each finding of a file, and whether it is an error."""
+    if file.suffix.lower() == ".pgm":
+        yield from _of_program(file, text_of(file), 0, ())
+        return
+    content = read_all(file)
+    names = [source.name for source in content.programs]
+    for source in content.programs:
+        yield from _of_program(file, source.text, source.offset, names)
+    for text in content.passed_over:
+        yield InputError(f"passed over: {text}", file=file), False
+
+
+def _of_program(
+    file: Path, text: str, offset: int, names: Sequence[str]
+) -> Iterator[tuple[InputError, bool]]:
+    program, errors = read_program(text)
+    if program is not None:
+        errors = problems(program, _SIZE, names)
+    for error in errors:
+        line = (error.line or 0) + offset
+        yield InputError(error.message, file=file, line=line, hint=error.hint), True
+    if program is not None:
+        yield from ((error, False) for error in _warnings(file, program, offset))
+
+
+def _warnings(file: Path, program: Program, offset: int) -> Iterator[InputError]:
+    for line in endless_loops(program):
+        yield InputError(
+            "this loop never ends and no time passes in it",
+            file=file,
+            line=line + offset,
+            hint="add a WAIT or a DELAY; the controller goes on with its other tasks",
+        )
