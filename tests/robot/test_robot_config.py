@@ -110,7 +110,12 @@ def test_a_robot_file_sets_what_it_names(tmp_path: Path) -> None:
         ('[[programs]]\nname = "A B"', 2, "'name' cannot be 'A B'", "digits and _"),
         ('[[programs]]\nname = ""', 2, "'name' cannot be ''", "upper case letters"),
         ('[[axes]]\ntype = "abs"', 2, "'type' cannot be 'abs'", "absolute"),
-        ('[[programs]]\nsteps = ["SO(20)"]', 2, "'steps' cannot have 'SO(20)'", "WAIT SI(20)=1"),
+        (
+            '[[programs]]\nsteps = ["SO(20)"]',
+            2,
+            "step 1 of 'steps': cannot read 'SO(20)'",
+            "WAIT SI",
+        ),
         ('[[programs]]\nsteps = "SO(20)=1"', 2, "'steps' cannot be 'SO(20)=1'", "list of texts"),
         ('di17_mode = "ORG"', 1, "'di17_mode' cannot be 'ORG'", "ABS or ABS/ORG"),
         ("programs = []", 1, "'programs' cannot be ()", "at least one"),

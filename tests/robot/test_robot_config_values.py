@@ -11,6 +11,7 @@ from rcx_harness.robot import Axis, RobotConfig, RobotProgram
 from structured_text.errors import InputError
 
 _FALSE = """
+    program_error_is_serious
     pendant_authority safety_disables_inputs program_is_reset recovery_edges
     power_on_emergency_alarm reset_in_emergency_stop servo_on_with_alarm restart_begins_anew
     emergency_stops_sequence reset_clears_warning program_needs_servo reset_while_running
@@ -19,6 +20,7 @@ _FALSE = """
     link_error_latches command_alarm_is_serious
 """
 _TRUE = """
+    program_error_stops_all
     booted auto_mode origin_complete sequence_program parallel_stop late_levels first_image_commands
     mp_ready_in_emergency_stop pendant_blocks_inputs safety_keeps_stops servo_off_brakes_free_axes
     motor_power_stops_program manual_mode_stops_program start_needs_auto origin_needs_servo
@@ -125,6 +127,11 @@ _OTHERS: dict[str, Any] = {
     "module_error_alarms": ("12.763",),
     "cpu_fault_alarms": (),
     "alarm_history_length": 500,
+    "program_statements": 100,
+    "program_stack": 20,
+    "plain_variables": "real",
+    "program_type_alarm": "5.999",
+    "program_stack_alarm": "5.998",
 }
 
 
@@ -166,7 +173,15 @@ def test_an_axis_and_a_program_that_nothing_is_said_of() -> None:
         "rated_torque": 20,
         "workpiece": None,
     }
-    assert _defaults(RobotProgram) == {"name": "MAIN", "duration": 1_000, "loop": True, "steps": ()}
+    assert _defaults(RobotProgram) == {
+        "name": "MAIN",
+        "duration": 1_000,
+        "loop": True,
+        "steps": (),
+        "file": "",
+        "text": "",
+        "offset": 0,
+    }
 
 
 def _defaults(kind: type) -> dict[str, Any]:

@@ -251,11 +251,10 @@ def test_the_last_word_of_the_extended_area_is_word_127() -> None:
     ("steps", "message"),
     [
         (("SO(20)==1",), "'SO(20)==1'"),
-        (("WAIT SO(20)=1",), "cannot wait for SO"),
-        (("SI(20)=1",), "cannot set SI"),
+        (("SI(20)=1",), "SI(20) is an input of the robot"),
         (("SOW(24)=1",), "extended area"),
         (("A=SIW(30)",), "extended area"),
-        (("START 2",), "'START 2'"),
+        (("START 2",), "there is no program 2"),
         ("SO(20)=1", "cannot be 'SO(20)=1'"),
         ((3,), "cannot be (3,)"),
     ],

@@ -27,6 +27,7 @@ from rcx_tools.docs.moving import moving_svg
 from rcx_tools.docs.probes import probes_page
 from rcx_tools.docs.processes import process_chart, processes
 from rcx_tools.docs.processes_svg import process_svg
+from rcx_tools.docs.robot_language import robot_language_page
 from rcx_tools.docs.robots import robots_page
 from rcx_tools.docs.rooms import rooms_svg
 from rcx_tools.docs.words import words_page
@@ -322,6 +323,7 @@ def pages() -> dict[str, Callable[[], str]]:
         "docs/reference/panel.html": panel_page,
         "docs/reference/probes.md": probes_page,
         "docs/reference/robots.md": robots_page,
+        "docs/reference/robot-language.md": robot_language_page,
         "docs/explanation/rooms.svg": partial(rooms_svg, "rcx_harness"),
         "docs/explanation/rooms_toolkit.svg": partial(rooms_svg, "structured_text"),
         "docs/explanation/processes.md": lambda: _page(

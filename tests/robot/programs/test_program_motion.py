@@ -1,4 +1,4 @@
-"""Movements of robot programs: where they go, when the next statement begins, and what stops them."""
+"""Movements of robot programs: their targets, when the next statement begins, and stops."""
 
 from __future__ import annotations
 
@@ -150,7 +150,8 @@ def test_a_stop_input_interrupts_a_movement_and_the_next_start_continues_it() ->
     master = running("SO(21)=1\nMOVE P,P1,S=10\nSO(20)=1", 300, axes=XY)
     master.turn_and_wait("SI06", False, 300)
     place = master.robot.positions[0]
-    assert 0 < place < 100_000 and not master.on("SO13")
+    assert 0 < place < 100_000
+    assert not master.on("SO13")
     assert master.robot.program.tasks[0].line == 2
     master.turn_and_wait("SI06", True)
     assert master.robot.positions[0] == place
@@ -183,7 +184,8 @@ def test_an_emergency_stop_ends_program_and_movement_and_switches_the_servos_off
     """
     master = running("MOVE P,P1,S=10\nSO(20)=1", 300, axes=XY)
     master.turn_and_wait("SI00", False, 100)
-    assert not master.on("SO13") and not master.on("SO02")
+    assert not master.on("SO13")
+    assert not master.on("SO02")
     place = master.robot.positions[0]
     master.run(500)
     assert master.robot.positions[0] == place
@@ -237,9 +239,11 @@ def test_servos_motor_power_and_origin_are_statements() -> None:
     master = running("SERVO FREE(1)\nDELAY 300\nSERVO ON\nORIGIN\nSO(20)=1", 50, axes=XY)
     assert master.robot.machine.servos.states == [2, 1]
     master.run(300)
-    assert master.robot.machine.servos.states == [1, 1] and master.so[34] == 0
+    assert master.robot.machine.servos.states == [1, 1]
+    assert master.so[34] == 0
     master.run(500)
-    assert master.so[34] == 1 and master.robot.alarms.history == []
+    assert master.so[34] == 1
+    assert master.robot.alarms.history == []
 
 
 def test_a_second_robot_moves_beside_the_first() -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from robot_programs import POINTS, calculated, running
 from rcx_harness.robot import Point
+from robot_programs import POINTS, calculated, running
 
 
 @pytest.mark.parametrize(

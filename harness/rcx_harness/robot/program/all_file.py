@@ -90,8 +90,10 @@ def read_all(path: Path) -> AllFile:
 
 def _sections(lines: list[str]) -> Iterator[tuple[str, int, int]]:
     """Yield name, first line and the line behind the last one of each section."""
-    heads = [(k, match[1].upper()) for k, text in enumerate(lines, 1) if (match := _SECTION.match(text))]
-    ends = [*(number for number, _ in heads[1:]), len(lines) + 1]
+    heads = [
+        (k, match[1].upper()) for k, text in enumerate(lines, 1) if (match := _SECTION.match(text))
+    ]
+    ends = [*(number for number, _ in heads[1:]), len(lines) + 1][: len(heads)]
     for (number, name), end in zip(heads, ends, strict=True):
         yield name, number + 1, end
 
@@ -102,16 +104,18 @@ Body = list[tuple[int, str]]
 def _programs(body: Body, content: AllFile) -> None:
     """Read `NAME=MAIN` and the lines of the program behind it."""
     heads = [(k, match[1]) for k, (_, text) in enumerate(body) if (match := _NAME.match(text))]
-    ends = [*(k for k, _ in heads[1:]), len(body)]
+    ends = [*(k for k, _ in heads[1:]), len(body)][: len(heads)]
     for (k, name), end in zip(heads, ends, strict=True):
         texts = [text for _, text in body[k + 1 : end]]
         while texts and not texts[-1].strip():
             texts.pop()
         content.programs.append(Source(name.upper(), "\n".join(texts), body[k][0]))
-    _pass_over([entry for entry in body[: heads[0][0] if heads else None]], content)
+    _pass_over(list(body[: heads[0][0] if heads else None]), content)
 
 
-def _entries(kind: str, store: Callable[[int, str, AllFile], bool]) -> Callable[[Body, AllFile], None]:
+def _entries(
+    kind: str, store: Callable[[int, str, AllFile], bool]
+) -> Callable[[Body, AllFile], None]:
     """Return the reader of a section with lines such as `P1 = 100.00 50.00 ...`."""
 
     def read(body: Body, content: AllFile) -> None:

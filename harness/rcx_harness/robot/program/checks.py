@@ -61,9 +61,10 @@ def _ports(one: Instruction, size: int) -> Iterator[InputError]:
                     place.check(size)
                 except InputError as error:
                     yield error
-    target = one.args[-2] if one.kind == "assign" else one.args[0] if one.args else None
-    written = one.kind in ("assign", "set_", "reset", "out") and isinstance(target, Node)
-    if written and target.kind == "port" and not all(place.output for place in target.args):
+    if one.kind not in ("assign", "set_", "reset", "out"):
+        return
+    target = one.args[-2] if one.kind == "assign" else one.args[0]
+    if target.kind == "port" and not all(place.output for place in target.args):
         hint = "SO, DO, MO, LO and TO can be set"
         yield InputError(f"{target.args[0].name} is an input of the robot", hint=hint)
 

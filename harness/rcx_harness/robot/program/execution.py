@@ -27,7 +27,7 @@ from rcx_harness.robot.program.expressions import (
 from rcx_harness.robot.program.motion import Request, change_parameter, request
 from rcx_harness.robot.program.syntax import MOVES, Instruction, Node, Program
 from rcx_harness.robot.program.values import Value, convert, integer
-from rcx_harness.robot.stored import Pallet
+from rcx_harness.robot.stored import COUNTS, Pallet
 
 __all__ = ["NEXT", "STAY", "Frame", "Order", "Running", "Statement", "World", "execute"]
 
@@ -99,8 +99,13 @@ class Running(Scope, Protocol):
 class World(Surroundings, Protocol):
     """The parts of the controller on which the instructions act; see Programs."""
 
-    motion: Motion
-    positions: list[int]
+    @property
+    def motion(self) -> Motion:
+        """Return the movements of all robots."""
+
+    @property
+    def positions(self) -> list[int]:
+        """Return the positions of all axes [pulses]."""
 
     def pulse(self, place: Port, ms: int) -> None:
         """Turn an output ON, and OFF again after `ms`."""
@@ -406,6 +411,7 @@ def _movement(one: Instruction, task: Running, world: World) -> int:
         movement = _movement_of(task.execution)
         movement.by_program = True
         movement.continuous = any(option.kind == "cont" for option in options)
+    assert task.execution is not None
     movement = _movement_of(task.execution)
     _switch_on_the_way(options, movement, task, world, robot)
     for option in options:
@@ -509,10 +515,10 @@ def _pdef(one: Instruction, task: Running, world: World) -> int:
         1 if part is None else integer(evaluate(part, world, task), world.config)
         for part in (pallet, nx, ny, nz, first.args[0])
     ]
-    number, *counts, point = numbers
-    if not 0 <= number < 40 or min(counts) < 1:
+    number, across, along, high, point = numbers
+    if not 0 <= number < COUNTS["pallets"] or min(across, along, high) < 1:
         raise CommandError(world.config.format_alarm)
-    world.memory.pallets[number] = Pallet(*counts, point)
+    world.memory.pallets[number] = Pallet(across, along, high, point)
     return NEXT
 
 

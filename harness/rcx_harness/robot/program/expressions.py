@@ -33,10 +33,21 @@ _SCALE = 1000
 class Surroundings(Protocol):
     """The parts of the controller that a program reads and changes; see Machine."""
 
-    config: RobotConfig
-    memory: Memory
-    ports: Ports
-    now_us: int
+    @property
+    def config(self) -> RobotConfig:
+        """Return the properties of the controller."""
+
+    @property
+    def memory(self) -> Memory:
+        """Return the stored data."""
+
+    @property
+    def ports(self) -> Ports:
+        """Return the general-purpose ports."""
+
+    @property
+    def now_us(self) -> int:
+        """Return the time of this controller cycle [us]."""
 
     def arm(self, robot: int) -> Arm:
         """Return a robot by its number, 1 to 4."""
@@ -255,8 +266,8 @@ def _negative(args: tuple[Any, ...], world: Surroundings, scope: Scope) -> Value
 
 def _compare(args: tuple[Any, ...], world: Surroundings, scope: Scope) -> int:
     left, operator, right = args
-    values = (evaluate(one, world, scope) for one in (left, right))
-    return compare(operator, *values, world.config)
+    first, second = evaluate(left, world, scope), evaluate(right, world, scope)
+    return compare(operator, first, second, world.config)
 
 
 def _variable(args: tuple[Any, ...], world: Surroundings, scope: Scope) -> Value:

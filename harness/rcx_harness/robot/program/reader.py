@@ -105,14 +105,14 @@ def _statements(text: str) -> Iterator[tuple[str, Node | None]]:
     if len(text) > _LONGEST:
         raise InputError(f"the line has {len(text)} characters", hint=f"use at most {_LONGEST}")
     parts = _split(text)
-    for part in parts:
+    for number, part in enumerate(parts, 1):
         label = ""
         if match := _LABEL.match(part):
             label, part = match[1], part[match.end() :]
         if _REMARK.fullmatch(part):
             part = ""
         yield label, _statement(part) if part else None
-        if part.startswith("IF ") and not part.endswith("THEN") and part is not parts[-1]:
+        if part.startswith("IF ") and not part.endswith("THEN") and number < len(parts):
             raise InputError(
                 "a statement follows an IF on the same line; it could belong to the IF or not",
                 hint="write IF ... THEN, the statements, and ENDIF on lines of their own",

@@ -1,10 +1,11 @@
-"""The values of the robot language: integers of 32 bits, single-precision numbers, texts, points."""
+"""The values of the robot language: integers, single-precision numbers, texts and points."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from typing import Any
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.config import RobotConfig
@@ -105,7 +106,7 @@ def _rest(a: int, b: int) -> int:
     return -rest if a < 0 else rest
 
 
-_OPERATORS = {
+_OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     "add": lambda a, b: a + b,
     "subtract": lambda a, b: a - b,
     "multiply": lambda a, b: a * b,

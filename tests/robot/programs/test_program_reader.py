@@ -1,0 +1,192 @@
+"""Reading and checking robot programs: errors with their lines, and files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rcx_harness.robot import Pallet, Point, RobotConfig
+from rcx_harness.robot.program import read_program
+from rcx_harness.robot.program.checks import endless_loops, problems
+from rcx_harness.robot.program.words import words
+from structured_text.errors import InputError
+
+
+def errors_of(text: str) -> list[str]:
+    """Return all errors of a program as `line: message`."""
+    program, errors = read_program(text)
+    if program is not None:
+        errors = problems(program, 48, ("MAIN", "SIDE"))
+    return [f"{error.line}: {error.message}" for error in errors]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("PRINT A", "1: PRINT is not executed by the virtual controller"),
+        ("MOOVE P,P1", "1: unknown statement MOOVE"),
+        ("A=1\nMOVE P", "2: cannot read 'MOVE P': 'P' was not expected"),
+        ("GOTO *X", "1: there is no label *X"),
+        ("*A:\n*A:", "2: the label *A occurs twice"),
+        ("IF A=1 THEN", "1: this IF has no ENDIF"),
+        ("ELSE", "1: ELSE without IF"),
+        ("WEND", "1: WEND without WHILE"),
+        ("IF A THEN\nELSE\nELSEIF B THEN\nENDIF", "3: ELSEIF follows ELSE"),
+        ("FOR I%=1 TO 2\nNEXT J%", "2: NEXT J% ends FOR I%"),
+        ("EXIT FOR", "1: EXIT FOR is outside of FOR ... NEXT"),
+        ("CALL X(1)", "1: there is no SUB X"),
+        ("SUB A\nCALL A\nEND SUB", "2: SUB A calls itself"),
+        ("IF A THEN B=1 : C=2", "1: a statement follows an IF on the same line; it could belong "
+         "to the IF or not"),
+        ("WAIT DI(99)=1", "1: DI(99) is no port"),
+        ("SOW(24)=1", "1: SOW(24) needs the extended area"),
+        ("SI(20)=1", "1: SI(20) is an input of the robot"),
+        ("DO()=1", "1: DO() names no port"),
+        ("MOVE P,P1,FOO=3", "1: FOO is no option of a movement"),
+        ("MOVE C,P1", "1: MOVE C needs two points for each arc: a point on the way, and the "
+         "target"),
+        ("MOVE P,P1,SO(20)=1@10", "1: an output on the way needs a line or an arc"),
+        ("DRIVE(1,P1),(2,P1)", "1: several axes in one statement are not executed"),
+        ("START <NONE>", "1: there is no program NONE"),
+        ("START <SIDE>,T17", "1: there is no task T17"),
+        ("MOVE[5] P,P1", "1: there is no robot 5"),
+        ("A=" + "1+" * 200 + "1", "1: the line has 403 characters"),
+    ],
+)  # fmt: skip
+def test_an_error_is_reported_with_its_line(text: str, expected: str) -> None:
+    """Rule: robot-language."""
+    assert errors_of(text) == [expected]
+
+
+def test_all_errors_are_reported_at_once() -> None:
+    """Rule: robot-language."""
+    assert errors_of("PRINT A\nA=1\nGOTO *X\nNEXT") == [
+        "1: PRINT is not executed by the virtual controller",
+        "3: there is no label *X",
+        "4: NEXT without FOR",
+    ]
+
+
+@pytest.mark.parametrize("word", [one for one in words().values() if one.instead],
+                         ids=lambda word: word.name)  # fmt: skip
+def test_a_statement_that_is_not_executed_is_refused_by_its_name(word: object) -> None:
+    """Rule: robot-language."""
+    name, instead = word.name, word.instead  # type: ignore[attr-defined]
+    _, errors = read_program(f"{name} 1")
+    assert [error.message for error in errors] == [
+        f"{name} is not executed by the virtual controller"
+    ]
+    assert errors[0].hint == instead
+
+
+@pytest.mark.parametrize(
+    ("text", "lines"),
+    [
+        ("A=1\n*L:\nB=2\nGOTO *L", [3]),
+        ("WHILE 1=1\nA=2\nWEND", []),  # the condition can become false
+        ("*L: WAIT SI(20)=1\nGOTO *L", []),
+        ("*L: MOVE P,P1\nGOTO *L", []),
+        ("*L: IF SI(20)=1 THEN *E\nGOTO *L\n*E: A=1", []),
+    ],
+)
+def test_a_loop_without_end_and_wait_is_named(text: str, lines: list[int]) -> None:
+    """Rule: robot-language."""
+    program, _ = read_program(text)
+    assert program is not None
+    assert endless_loops(program) == lines
+
+
+ALL = """\
+[PGM]
+NAME=MAIN
+MOVE P,P1
+NAME=SIDE
+
+SO(20)=1
+[PNT]
+P1   =  100.00   50.00  0.00 0.00 0.00 0.00
+P2= 10 20 0 0 0 0 1
+[PCM]
+PC1=PICK
+[SFT]
+S1= 1.00 2.00 3.00 4.00
+[HND]
+H1= 0.00 150.00 15.00 R
+[PLT]
+PL3
+NX=2
+NY=3
+NZ=1
+PLP=100
+[SGI]
+SGI5=50
+[SGR]
+SGR5=0.5
+[XYZ]
+unknown
+"""
+
+
+def test_a_robot_file_takes_all_data_from_a_controller_file(tmp_path: Path) -> None:
+    """What the robot file has itself comes first.
+
+    Rule: robot-language.
+    """
+    (tmp_path / "CELL.ALL").write_text(ALL)
+    robot = tmp_path / "robot.toml"
+    robot.write_text('data_file = "CELL.ALL"\n[points.2]\npulses = [7]\n')
+    config = RobotConfig.load(robot)
+    assert [(one.name, one.text) for one in config.programs] == [
+        ("MAIN", "MOVE P,P1"),
+        ("SIDE", "\nSO(20)=1"),
+    ]
+    assert config.points == {
+        1: Point((100_000, 50_000, 0, 0, 0, 0), mm=True),
+        2: Point((7, 0, 0, 0, 0, 0)),
+    }
+    assert config.comments == {1: "PICK"}
+    assert config.shifts == {1: (1000, 2000, 3000, 4000)}
+    assert config.hands[1, 1].data == (0, 150_000, 15_000, 1)
+    assert config.pallets == {3: Pallet(2, 3, 1, 100)}
+    assert config.variables == {"SGI5": 50, "SGR5": 0.5}
+
+
+def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
+    """Rule: robot-language."""
+    (tmp_path / "Pick 1.pgm").write_text("SO(20)=1\n")
+    robot = tmp_path / "robot.toml"
+    robot.write_text('[[programs]]\nfile = "Pick 1.pgm"\n')
+    assert [one.name for one in RobotConfig.load(robot).programs] == ["PICK_1"]
+    (tmp_path / "Pick 1.pgm").write_text("SO(21)=1\n")  # the file is read anew
+    assert RobotConfig.load(robot).programs[0].text == "SO(21)=1\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "robot", "message"),
+    [
+        ("A.PGM", "X=1\nGOTO *L", '[[programs]]\nfile = "A.PGM"', "A.PGM:2: there is no label *L"),
+        ("A.PGM", "SOW(24)=1", '[[programs]]\nfile = "A.PGM"', "A.PGM:1: SOW(24) needs the"),
+        ("A.ALL", "[PGM]\nNAME=A\n\nNEXT", 'data_file = "A.ALL"', "A.ALL:4: NEXT without FOR"),
+        ("A.ALL", "MOVE P,P1", 'data_file = "A.ALL"', "A.ALL: it has no section such as [PGM]"),
+        (
+            "A.ALL",
+            "[PGM]\nNAME=A\nNAME=A",
+            'data_file = "A.ALL"',
+            "A.ALL:3: there are two programs",
+        ),
+        ("A.PGM", "X=1\0", '[[programs]]\nfile = "A.PGM"', "A.PGM: it is no text"),
+        ("A.PGM", "", '[[programs]]\nfile = "B.PGM"', "B.PGM: cannot read it"),
+        ("A.PGM", "", '[[programs]]\nfile = "A.PGM"\nsteps = []', "'steps' and 'file' exclude"),
+        ("A.PGM", "", "data_file = 3", "'data_file' must be the name of a file"),
+    ],
+)
+def test_a_wrong_program_file_is_refused_with_its_line(
+    tmp_path: Path, name: str, content: str, robot: str, message: str
+) -> None:
+    """Rule: robot-language."""
+    (tmp_path / name).write_text(content)
+    (tmp_path / "robot.toml").write_text(robot)
+    with pytest.raises(InputError) as caught:
+        RobotConfig.load(tmp_path / "robot.toml")
+    assert message in str(caught.value)
