@@ -180,7 +180,6 @@ def test_an_axis_and_a_program_that_nothing_is_said_of() -> None:
         "steps": (),
         "file": "",
         "text": "",
-        "offset": 0,
     }
 
 

@@ -73,7 +73,6 @@ class RobotProgram:
     steps: tuple[str, ...] = ()
     file: str = ""
     text: str = ""
-    offset: int = 0  # lines of the file before the text
 
     @property
     def has_code(self) -> bool:

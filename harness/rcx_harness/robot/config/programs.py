@@ -47,15 +47,12 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
             raise InputError(f"'{_DATA_FILE}' must be the name of a file", file=file, hint=hint)
         content = read_all(file.parent / name)
         mine = {entry.get("name") for entry in programs}
-        programs += [
-            {"name": one.name, "file": name, "text": one.text, "offset": one.offset}
-            for one in content.programs
-            if one.name not in mine
-        ]
+        for one in content.programs:
+            _check(file.parent / name, one.text, one.offset)
+            if one.name not in mine:
+                programs.append({"name": one.name, "text": one.text})
         keys = ("points", "comments", "shifts", "hands", "pallets", "variables")
         data = {key: getattr(content, key) for key in keys}
-    for entry in programs:
-        _check(file, entry)
     return Brought(tuple(programs), data)
 
 
@@ -65,17 +62,19 @@ def _with_text(file: Path, entry: dict[str, Any]) -> dict[str, Any]:
         return entry
     if clash := [key for key in ("text", "steps", "duration") if key in entry]:
         raise InputError(f"'{clash[0]}' and 'file' exclude each other", file=file)
-    return {"name": _name(name), **entry, "text": text_of(file.parent / name)}
+    text = text_of(file.parent / name)
+    _check(file.parent / name, text)
+    return {"name": _name(name), **entry, "text": text}
 
 
-def _check(file: Path, entry: Mapping[str, Any]) -> None:
-    """Raise the first error of a program that is in a file of its own."""
-    if not entry.get("file") or not isinstance(entry.get("text"), str):
-        return
-    _, errors = read_program(entry["text"], file.parent / entry["file"])
+def _check(path: Path, text: str, offset: int = 0) -> None:
+    """Raise the first error of a program that begins behind the line `offset` of a file."""
+    _, errors = read_program(text, path)
     if errors:
-        line = (errors[0].line or 0) + int(entry.get("offset", 0))
-        raise InputError(errors[0].message, file=errors[0].file, line=line, hint=errors[0].hint)
+        error = errors[0]
+        raise InputError(
+            error.message, file=path, line=(error.line or 0) + offset, hint=error.hint
+        )
 
 
 def _name(file: str) -> str:

@@ -36,10 +36,6 @@ class Given(Protocol):
     def name(self) -> str:
         """Return its name."""
 
-    @property
-    def offset(self) -> int:
-        """Return the number of lines of the file before the text."""
-
 
 def program_code(program: Given, plain: str) -> Program:
     """Return the code of a program.
@@ -64,11 +60,12 @@ def program_code(program: Given, plain: str) -> Program:
 
 
 def in_program(program: Given, error: InputError) -> InputError:
-    """Return an error with the file of the program, or with the number of the step."""
+    """Return an error with the file or the name of the program, or with the number of the step."""
+    if program.text and program.file:
+        return InputError(error.message, file=Path(program.file), line=error.line, hint=error.hint)
     if program.text:
-        where = Path(program.file) if program.file else Path(f"program {program.name}")
-        line = error.line + program.offset if error.line else None
-        return InputError(error.message, file=where, line=line, hint=error.hint)
+        where = f"program {program.name}, line {error.line}"
+        return InputError(f"{where}: {error.message}", hint=error.hint)
     step = f"step {error.line} of 'steps'" if error.line else "'steps'"
     return InputError(f"{step}: {error.message}", hint=error.hint)
 
