@@ -59,7 +59,9 @@ def test_words_are_little_endian_at_any_legal_offset(size: int, m: int) -> None:
     plc.so[0:2] = bytes([0x00, 0x02])
     plc.so[2:4] = bytes([0x67, 0x45])
     plc.so[30:32] = bytes([0x23, 0x01])
+    plc.so[32] = 0x02
     plc.scan()
+    assert plc["Robot.SO.SO01_CpuOk"] is True
     assert plc["Robot.Status"] == 0x0200
     assert plc["Robot.Response[1]"] == 0x4567
     assert plc["Robot.Response[2]"] == 0

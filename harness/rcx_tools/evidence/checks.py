@@ -149,11 +149,6 @@ def _longest(figures: Figures) -> str:
     return f"{scans} scans, {time:,} ms"
 
 
-def _relations(figures: Figures) -> str:
-    relations = figures["relations"].values()
-    return f"{len(relations)}, {sum(one['variants'] for one in relations):,} variants"
-
-
 def _survivors(figures: Figures) -> str:
     return f"{len(figures['survivors'])}, {figures['survivors_with_a_reason']} with a reason"
 
@@ -391,22 +386,5 @@ CHECKS: tuple[Check, ...] = (
             ("engine", _number("engine")),
         ),
         (),
-    ),
-    Check(
-        "metamorphic",
-        "Metamorphic checks",
-        "tested",
-        "The same program gives the same result for other offsets, sizes, kinds of areas, scan "
-        "times, engines and links; what the same means is printed for each relation.",
-        (
-            ("relations", _relations),
-            ("scans compared", _number("scans compared")),
-            ("differences", _count("differences")),
-            ("broken blocks found", _number("broken blocks found")),
-        ),
-        (
-            *("plc/examples", "docs/explanation/charts", "harness/rcx_harness/enip"),
-            "tests/tools/evidence/relation_bugs.toml",
-        ),
     ),
 )

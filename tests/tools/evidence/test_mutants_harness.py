@@ -509,7 +509,8 @@ def test_each_seeded_bug_can_be_put_in(bug: Bug, repository: Path) -> None:
 def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
     files = [bug.file for bug in _BUGS]
     assert len({bug.what for bug in _BUGS}) == len(_BUGS) >= 30
-    for part in ("spec/", "/robot/", "/watch/wire.py", "/watch/contract.py", "/engines/"):
+    parts = ("spec/", "/robot/", "/watch/wire.py", "/watch/contract.py", "/engines/", "plc/lib/")
+    for part in parts:
         assert sum(part in file for file in files) >= 3, part
 
 
@@ -520,6 +521,7 @@ def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bu
     others = {
         "spec": ("tests/spec", "tests/command"),
         "engines": ("tests/structured_text/engines",),
+        "plc": tuple(f"tests/{name}" for name in ("area", "command", "core", "sequence")),
     }
     others["language"] = others["engines"]
     folders = others.get(part, (f"tests/{part}",))

@@ -267,7 +267,8 @@ class HarnessRun:
         tasks = []
         for bug, mutant in rows:
             ran = self._about([mutant], bug.tests, baseline)
-            tests = [node for node, about in ran.items() if mutant.pou.upper() in about]
+            name = mutant.pou.upper()
+            tests = [node for node, about in ran.items() if bug.of_library or name in about]
             tasks.append(self._task(mutant, tests, baseline))
         judges = Judges(
             self._states, baseline.ran, baseline.seconds, exhaustive=baseline.exhaustive

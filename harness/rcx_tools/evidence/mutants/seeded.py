@@ -28,6 +28,11 @@ class Bug:
     after: str
     tests: tuple[str, ...]
 
+    @property
+    def of_library(self) -> bool:
+        """Return whether it changes Structured Text, which every test of its row may run."""
+        return self.file.endswith(".st")
+
     def mutant(self, root: Path) -> Mutant:
         """Return the mutant of the file with the bug.
 
@@ -50,7 +55,8 @@ class Bug:
         start = text.index(self.before)
         edit = Edit(Span(start, start + len(self.before)), self.after)
         entry = entry_at if file.suffix == ".toml" else partial(function_at, path=self.file)
-        return mutant_of(self.file, entry(text, start), "seeded", text, (edit,))
+        pou = file.stem if self.of_library else entry(text, start)
+        return mutant_of(self.file, pou, "seeded", text, (edit,))
 
 
 def bugs(file: Path) -> list[Bug]:
