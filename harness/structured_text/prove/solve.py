@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -36,7 +36,7 @@ def ask(
     assumed: Iterable[Any],
     claim: Any,
     limit_s: float,
-    show: Mapping[str, Any] | Callable[[], Mapping[str, Any]] | None = None,
+    show: Mapping[str, Any] | None = None,
 ) -> Answer:
     """Check whether `claim` holds in all cases in which all of `assumed` hold.
 
@@ -44,7 +44,7 @@ def ask(
         assumed: Boolean terms.
         claim: A Boolean term.
         limit_s: Time limit of the solver in seconds; after it the answer is `unknown`.
-        show: Terms to evaluate in a counterexample, or a function that returns them.
+        show: Terms to evaluate in a counterexample.
     """
     begin = time.monotonic()
     solver = z3.SolverFor("QF_AUFBVFP")
@@ -59,8 +59,7 @@ def ask(
     if found == z3.unknown:
         return Answer(UNKNOWN, seconds, reason=solver.reason_unknown())
     model = solver.model()
-    shown = show() if callable(show) else show or {}
-    values = {name: _told(model, term) for name, term in shown.items()}
+    values = {name: _told(model, term) for name, term in (show or {}).items()}
     return Answer(REFUTED, seconds, values)
 
 
