@@ -11,7 +11,6 @@ import pytest
 
 from rcx_tools.evidence.coverage.__main__ import figures, reasons, uncounted
 from rcx_tools.evidence.coverage.run import Run
-from rcx_tools.evidence.coverage.text import full_text
 from structured_text.coverage.formats import tracefile
 from structured_text.coverage.html import pages
 from structured_text.coverage.measure import FileResult, judge, measure
@@ -330,9 +329,7 @@ def test_without_a_collector_nothing_counts(measured: Measure, tmp_path: Path) -
 
 def test_the_reports_show_the_source_and_the_gaps(measured: Measure, tmp_path: Path) -> None:
     result = measured([(20, True, "SIZE_SMALL")])
-    assert "part/FB_Probe.st:17: not taken: ELSIF Level > 5" in full_text(
-        [result], "lib", "reasons.toml"
-    )
+    assert "part/FB_Probe.st:17: not taken: ELSIF Level > 5" in map(str, gaps([result]))
     found = pages([result], "lib")
     page = found["part-FB_Probe.html"]
     assert '<tr id="L18" class="bad">' in page

@@ -28,6 +28,8 @@ _BASE = (
     "harness/structured_text/projects",
     "harness/structured_text/output/units.py",
 )
+#: The modules of this package that several checks use.
+_SHARED = ("broken", "results", "running_tests")
 _KINDS = {".py", ".st", ".toml", ".lark", ".c", ".jsonl"}
 
 
@@ -68,7 +70,7 @@ class Check:
             "harness/rcx_tools/evidence",
         )
         own = (f"{room}/{self.name}" for room in rooms if any((ROOT / room).glob(f"{self.name}*")))
-        shared = (f"harness/rcx_tools/evidence/{name}.py" for name in ("broken", "results"))
+        shared = (f"harness/rcx_tools/evidence/{name}.py" for name in _SHARED)
         return (*_BASE, *own, *shared, *self.inputs)
 
 
@@ -276,7 +278,7 @@ CHECKS: tuple[Check, ...] = (
             ("seeded bugs found, with a shortest trace", _of("seeded_bugs_found", "seeded_bugs")),
             ("processor time of the models [s]", _number("processor_seconds")),
         ),
-        (),
+        ("tests/tools/evidence/bugs/explore.toml", "tests/tools/evidence/bugs/interlock.toml"),
     ),
     Check(
         "contract",
@@ -382,6 +384,6 @@ CHECKS: tuple[Check, ...] = (
             ("broken blocks found", _number("broken blocks found")),
             ("engine", _number("engine")),
         ),
-        (),
+        ("tests/tools/evidence/bugs/campaign.toml",),
     ),
 )
