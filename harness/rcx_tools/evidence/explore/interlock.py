@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import tempfile
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations, product
@@ -449,11 +449,10 @@ def explored(
     library: Sequence[Path] = LIBRARY,
     limit: int = 0,
     seed: int = 1,
-    report: Callable[[int, int], None] | None = None,
 ) -> Result:
     """Explore a model, to its end or to this number of states."""
     world = _World(model, library)
-    return Search(world, world.every, seed).run(model.name, limit, report=report)
+    return Search(world, world.every, seed).run(model.name, limit)
 
 
 def replay(

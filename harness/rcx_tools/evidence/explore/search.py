@@ -80,10 +80,10 @@ class Explorer(World[Choice]):
         self._idle = [bytearray([1]), bytearray([1])]
         self._now_quiet: list[Choice] = []
 
-    def run(self, limit: int = 0, report: Callable[[int, int], None] | None = None) -> Result:
+    def run(self, limit: int = 0) -> Result:
         """Explore every state; see `Search.run`."""
         search = Search(self, self._choices, self._seed)
-        return search.run(self._model.name, limit, report=report)
+        return search.run(self._model.name, limit)
 
     def first(self) -> bytes:
         """Return the initial state."""
