@@ -249,7 +249,7 @@ def _print(console: Console, outcomes: Mapping[Item, Outcome]) -> None:
         column.justify = "right"
     for item, one in outcomes.items():
         bound = max(one["bounds"].values(), default=0)
-        told = f"{bound} scans, {bound * EVERY_MODEL[item.model].tick_ms} ms" if bound else "-"
+        told = f"{bound} scans, {bound * EVERY_MODEL[item.model].tick_ms} ms" if bound > 0 else "-"
         numbers = (f"{one['states']:,}", f"{one['transitions']:,}", str(one["depth"]))
         table.add_row(item.name, *numbers, told, f"{one['seconds']:.0f} s", _verdict(item, one))
     console.print(table)

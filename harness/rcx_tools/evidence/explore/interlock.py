@@ -243,10 +243,6 @@ class _World(World[_Choice]):
         self._states.setdefault(key, state)
         return key
 
-    def known_as(self, state: bytes) -> bytes:
-        """Return the state itself."""
-        return state
-
     def _freeze(self) -> tuple[Any, ...]:
         area = self._area
         origin = area.FIRST
