@@ -20,7 +20,6 @@ from rcx_tools.evidence.explore import command, interlock
 from rcx_tools.evidence.explore.command import Item, Known
 from rcx_tools.evidence.explore.model import DOWN, UP, Model
 from rcx_tools.evidence.explore.models import MODELS
-from rcx_tools.evidence.explore.models_small import SMALL
 from rcx_tools.evidence.explore.replay import replay
 from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
@@ -30,7 +29,7 @@ BOUND = 20
 
 
 def model_named(name: str) -> Model:
-    return next(model for model in (*MODELS, *SMALL) if model.name == name)
+    return next(model for model in MODELS if model.name == name)
 
 
 class _Here:
@@ -56,7 +55,7 @@ def bug_named(name: str) -> Seeded:
 
 
 @pytest.mark.exhaustive(but=["alone", "stopped", "arbitration", "retries", "stop", "emergency"])
-@pytest.mark.parametrize("model", [*MODELS, *SMALL], ids=lambda model: model.name)
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_no_rule_is_broken_within_a_small_bound(model: Model) -> None:
     result = Explorer(model).run(BOUND)
     assert result.broken is None, result.broken
@@ -258,7 +257,7 @@ def test_robots_at_one_area_are_explored_with_the_others(
 
 
 def test_every_model_and_every_bug_has_a_name_of_its_own() -> None:
-    names = [model.name for model in (*MODELS, *SMALL)]
+    names = [model.name for model in MODELS]
     names += [model.name for model in interlock.MODELS]
     names += [bug.name for bug in (*SEEDED, *interlock.SEEDED)]
     assert len(set(names)) == len(names)

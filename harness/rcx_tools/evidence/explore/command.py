@@ -22,7 +22,6 @@ from rcx_tools.evidence.explore import interlock
 from rcx_tools.evidence.explore.interlock import InterlockModel
 from rcx_tools.evidence.explore.model import Model
 from rcx_tools.evidence.explore.models import MODELS
-from rcx_tools.evidence.explore.models_small import SMALL
 from rcx_tools.evidence.explore.replay import replay
 from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
@@ -43,9 +42,7 @@ Outcome = dict[str, Any]
 
 #: The folder of the saved outcomes.
 OUT = FOLDER
-EVERY_MODEL: dict[str, AnyModel] = {
-    model.name: model for model in (*MODELS, *SMALL, *interlock.MODELS)
-}
+EVERY_MODEL: dict[str, AnyModel] = {model.name: model for model in (*MODELS, *interlock.MODELS)}
 EVERY_BUG = (*SEEDED, *interlock.SEEDED)
 #: Inputs of an outcome beside the blocks: modules of the harness, with the grammar.
 RULES = (
