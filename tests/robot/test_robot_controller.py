@@ -10,7 +10,7 @@ import pytest
 
 from rcx_harness.robot import EVENTS, Controller, Point, RobotConfig, Violation
 from rcx_harness.spec.wire import CYCLE_US
-from robot_master import Master
+from robot_master import Master, powered_up
 from structured_text.errors import InputError
 
 #: The events that need arguments.
@@ -18,8 +18,7 @@ ARGUMENTS = {"parallel_input": {"port": 6, "on": 1}}
 
 
 def test_a_held_output_does_not_answer_until_it_is_released() -> None:
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.robot.hold("SO02")
     master.pulse("SI01")
     assert not master.on("SO02")
@@ -29,8 +28,7 @@ def test_a_held_output_does_not_answer_until_it_is_released() -> None:
 
 
 def test_a_held_status_keeps_the_response_with_it() -> None:
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.robot.hold("Status")
     master.send(0x0501)
     master.run(100)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 
 def test_100_ms_between_two_changes_are_enough() -> None:
@@ -26,8 +26,7 @@ def test_a_change_after_95_ms_is_not_recognised_and_is_reported() -> None:
     Rule: interval, interval-strict.
     Source: manual chapter 5, 3.1, caution
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn_and_wait("SI16", True, 95)
     master.turn_and_wait("SI01", True, 5)
     texts = master.texts()
@@ -44,8 +43,7 @@ def test_the_same_input_off_too_early_is_reported() -> None:
 
     Source: manual chapter 5, 3.1, caution
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn_and_wait("SI16", True, 50)
     master.turn_and_wait("SI16", False, 5)
     assert master.texts() == [
@@ -60,8 +58,7 @@ def test_two_inputs_in_one_exchange_are_not_recognised() -> None:
     Rule: interval-strict.
     Source: manual chapter 5, 3.1, caution
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn("SI01", True)
     master.turn("SI15", True)
     master.run(300)
@@ -78,8 +75,7 @@ def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
 
     Rule: interval-stops.
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.turn_and_wait("SI12", True, 50)
     master.turn("SI00", False)
     master.turn("SI06", False)
@@ -91,8 +87,7 @@ def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
 
 def test_a_switch_off_of_si00_begins_the_interval_anew() -> None:
     """Rule: interval-stops."""
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.turn_and_wait("SI06", False, 50)
     master.turn_and_wait("SI16", True, 5)
     assert master.texts() == [
@@ -106,8 +101,7 @@ def test_another_input_in_the_exchange_of_a_switch_off_is_not_recognised() -> No
 
     Rule: interval-stops.
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn("SI06", False)
     master.turn("SI01", True)
     master.run(200)
@@ -117,8 +111,7 @@ def test_another_input_in_the_exchange_of_a_switch_off_is_not_recognised() -> No
 
 def test_without_an_interval_another_input_in_the_exchange_of_a_switch_off_is_taken() -> None:
     """Rule: interval-stops, interval-strict."""
-    master = Master(min_interval=0)
-    master.power_up()
+    master = powered_up(min_interval=0)
     master.turn("SI06", False)
     master.turn("SI01", True)
     master.run(200)
@@ -127,8 +120,7 @@ def test_without_an_interval_another_input_in_the_exchange_of_a_switch_off_is_ta
 
 def test_two_other_inputs_in_the_exchange_of_a_switch_off_are_reported() -> None:
     """Rule: interval-stops, interval-strict."""
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn("SI06", False)
     master.turn("SI01", True)
     master.turn("SI16", True)
@@ -223,8 +215,7 @@ def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -
 
     Rule: interval-levels, interval-strict.
     """
-    master = Master(sequence_delay=0)
-    master.power_up()
+    master = powered_up(sequence_delay=0)
     master.turn_and_wait("SI16", True, 50)
     master.turn_and_wait("SI10", True, 100)
     assert not master.on("SO12")
@@ -237,8 +228,7 @@ def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_o
 
     Rule: interval-levels, interval-strict.
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn_and_wait("SI16", True, 50)
     master.turn_and_wait("SI16", False, 50)
     master.robot.inject("alarm")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rcx_harness.robot import Led
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 
 def _leds(master: Master) -> tuple[Led, Led]:
@@ -45,8 +45,7 @@ def test_the_leds_from_power_on_to_loss_and_recovery() -> None:
 )
 def test_module_status_shows_faults_of_the_module(category: int, led: Led) -> None:
     """Rule: leds, module-faults."""
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.robot.inject("alarm", group=12, category=category)
     assert master.robot.module_led is led
 
@@ -57,8 +56,7 @@ def test_without_an_ip_address_of_its_own_there_is_no_connection(address: str, l
 
     Source: manual chapter 3, 1; chapter 1, 3
     """
-    master = Master(ip_address=address)
-    master.power_up()
+    master = powered_up(ip_address=address)
     assert _leds(master) == (Led.GREEN_FLASHING, led)
     assert not master.robot.online
     assert _numbers(master) == ["12.551"]
@@ -114,8 +112,7 @@ def test_si00_and_si06_are_those_of_the_master_again_after_recovery() -> None:
 
     Source: manual chapter 1, 5.2
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.connected = False
     master.run(50)
     assert (master.robot.machine.si00, master.robot.machine.si06) == (False, False)
@@ -133,8 +130,7 @@ def test_dedicated_inputs_of_the_parallel_board_are_disabled_but_for_the_stop(
     Rule: parallel-inputs, parallel-stop.
     Source: manual chapter 1, 4.1
     """
-    master = Master(parallel_io=state)
-    master.power_up()
+    master = powered_up(parallel_io=state)
     for port in (1, 12, 14, 15, 17):
         master.robot.inject("parallel_input", port=port, on=1)
         master.run(600)
@@ -156,8 +152,7 @@ def test_the_other_reading_disables_the_inputs_of_the_network(board: str, servo:
 
     Rule: parallel-reading.
     """
-    master = Master(parallel_io=board, parallel_disables_si=True)
-    master.power_up()
+    master = powered_up(parallel_io=board, parallel_disables_si=True)
     assert not master.on("SO00")
     master.pulse("SI01")
     assert master.on("SO02") is servo
@@ -170,8 +165,7 @@ def test_auto_mode_needs_both_switches_and_its_time() -> None:
 
     Source: manual chapter 5, 3.2, AUTO mode changeover
     """
-    master = Master(auto_mode=False, auto_mode_delay=50)
-    master.power_up()
+    master = powered_up(auto_mode=False, auto_mode_delay=50)
     master.robot.inject("auto_input_on")
     master.run(100)
     assert not master.on("SO10")
@@ -192,8 +186,7 @@ def test_auto_mode_needs_both_switches_and_its_time() -> None:
 
 def test_auto_mode_comes_its_time_after_the_last_change() -> None:
     """Rule: auto-switches, answers."""
-    master = Master(auto_mode=False, auto_mode_delay=100)
-    master.power_up()
+    master = powered_up(auto_mode=False, auto_mode_delay=100)
     master.robot.inject("auto_mode")
     master.run(60)
     master.robot.inject("manual_lock_on")
@@ -211,8 +204,7 @@ def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
     Rule: leds, link-error-at-power-on.
     Source: manual chapter 1, 3 and 5.3
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.connected = False
     master.run(10)
     assert _leds(master)[1] is Led.RED_FLASHING
@@ -227,8 +219,7 @@ def test_without_main_power_there_is_no_servo_on() -> None:
 
     Source: manual chapter 5, 2, SO(04)
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.robot.inject("main_power_off")
     master.run(5)
     assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, False, False)

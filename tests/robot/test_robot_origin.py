@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 ABSOLUTE, INCREMENTAL = Axis(start=700), Axis(start=700, type="incremental")
 SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_method="mark")
@@ -15,9 +15,7 @@ SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_metho
 
 def _master(*axes: Axis, **config: Any) -> Master:
     """Servos on, every axis at 700 pulses; each group of axes takes 200 ms to its origin."""
-    master = Master(axes=axes, origin_time=200, **config)
-    master.servo_on()
-    return master
+    return servos_on(axes=axes, origin_time=200, **config)
 
 
 @pytest.mark.parametrize(
@@ -140,16 +138,14 @@ def test_which_axes_know_their_origin_after_a_power_cycle(
 @pytest.mark.parametrize(("knob", "complete"), [(True, False), (False, True)])
 def test_a_return_to_origin_needs_the_servos(knob: bool, complete: bool) -> None:
     """Rule: origin-model."""
-    master = Master(origin_complete=False, origin_time=50, origin_needs_servo=knob)
-    master.power_up()
+    master = powered_up(origin_complete=False, origin_time=50, origin_needs_servo=knob)
     master.pulse("SI17")
     assert master.on("SO11") is complete
 
 
 def test_a_second_input_during_a_return_to_origin_has_no_effect() -> None:
     """Rule: origin-model."""
-    master = Master(axes=(ABSOLUTE, INCREMENTAL), origin_time=400, di17_mode="ABS")
-    master.servo_on()
+    master = servos_on(axes=(ABSOLUTE, INCREMENTAL), origin_time=400, di17_mode="ABS")
     master.turn_and_wait("SI17", True, 150)
     master.turn_and_wait("SI14", True, 600)
     assert master.robot.positions == [0, 700]
@@ -161,8 +157,7 @@ def test_while_an_axis_moves_no_return_to_origin_begins(name: str) -> None:
 
     Rule: origin-model.
     """
-    master = Master(origin_time=1000)
-    master.servo_on()
+    master = servos_on(origin_time=1000)
     master.send(0x0001, 0x0004, 0, 10, 19)  # 10 % to point 19
     master.run(50)
     master.pulse(name)

@@ -7,15 +7,14 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import RobotConfig, RobotProgram
-from robot_master import Master
+from robot_master import Master, powered_up
 from structured_text.errors import InputError
 
 
 def run_steps(*steps: str, **config: Any) -> Master:
     """A robot that has just been told to run these steps once."""
     program = RobotProgram(steps=steps, loop=False)
-    master = Master(programs=(program,), program_start_delay=0, **config)
-    master.power_up()
+    master = powered_up(programs=(program,), program_start_delay=0, **config)
     master.turn_and_wait("SI12", True, 20)
     return master
 
@@ -67,8 +66,7 @@ def test_a_program_reads_inputs(source: str, at: int, raw: bytes, value: int) ->
     Source: manual chapter 3, 2.1
     """
     program = RobotProgram(steps=(f"A%={source}",), loop=False)
-    master = Master(programs=(program,), size=256)
-    master.power_up()
+    master = powered_up(programs=(program,), size=256)
     if raw:
         master.si[at : at + len(raw)] = raw
     master.turn_and_wait("SI12", True, 50)
@@ -139,8 +137,7 @@ def test_a_delay_does_not_count_while_the_program_is_stopped() -> None:
 def test_a_program_that_never_waits_leaves_time_for_the_others() -> None:
     """Rule: program-length."""
     endless = RobotProgram(steps=("A=SIW(2)", "SOW(3)=A"))
-    master = Master(programs=(endless,))
-    master.power_up()
+    master = powered_up(programs=(endless,))
     master.turn_and_wait("SI12", True)
     master.si[4:6] = b"\x34\x12"
     master.run(10)
@@ -164,8 +161,7 @@ def test_outputs_after_a_program_reset(knob: bool, kept: int) -> None:
 @pytest.mark.parametrize(("knob", "value"), [(True, 0), (False, 0x1234)])
 def test_general_purpose_inputs_without_a_connection(knob: bool, value: int) -> None:
     """Rule: inputs-on-loss."""
-    master = Master(loss_clears_inputs=knob)
-    master.power_up()
+    master = powered_up(loss_clears_inputs=knob)
     master.si[4:6] = b"\x34\x12"
     master.run(10)
     master.connected = False
@@ -182,8 +178,7 @@ def test_words_shared_with_the_response(knob: bool, at_rest: int) -> None:
 
     Rule: shared-words.
     """
-    master = Master(program_words_between_commands=knob)
-    master.power_up()
+    master = powered_up(program_words_between_commands=knob)
     master.robot.write_port("SOW(2)", 5)
     master.run(10)
     assert master.words[2] == at_rest
@@ -193,8 +188,7 @@ def test_words_shared_with_the_response(knob: bool, at_rest: int) -> None:
 
 def test_outputs_can_be_written_from_outside_as_a_program_writes_them() -> None:
     """Rule: ports."""
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.robot.write_port("SO(35)", 1)
     master.robot.write_port("SOD(6)", -5)
     master.run(5)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rcx_harness.robot import Point
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 
 def test_the_controller_starts_in_the_servo_off_state() -> None:
@@ -66,8 +66,7 @@ def test_without_connection_si00_and_si06_turn_off_inside() -> None:
     Rule: link-lost, link-loss-alarm.
     Source: manual chapter 1, 5.2
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.pulse("SI12")
     assert master.on("SO13")
     master.connected = False
@@ -84,8 +83,7 @@ def test_a_loss_of_the_link_is_one_alarm_however_long_it_lasts() -> None:
 
     Rule: link-loss-alarm, minor-alarms.
     """
-    master = Master(minor_alarms=("12.552",))
-    master.power_up()
+    master = powered_up(minor_alarms=("12.552",))
     master.connected = False
     master.run(100)
     master.robot.inject("warning")
@@ -99,8 +97,7 @@ def test_after_recovery_alarm_reset_and_servo_on_bring_the_robot_back() -> None:
     Rule: link-first-image.
     Source: manual chapter 1, 5.2
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.connected = False
     master.run(200)
     master.connected = True
@@ -117,8 +114,7 @@ def test_after_recovery_alarm_reset_and_servo_on_bring_the_robot_back() -> None:
 @pytest.mark.parametrize(("edges", "expected"), [(False, False), (True, True)])
 def test_an_input_that_is_on_at_the_first_image_makes_no_edge(edges: bool, expected: bool) -> None:
     """Rule: link-first-image."""
-    master = Master(recovery_edges=edges, program_needs_servo=False)
-    master.power_up()
+    master = powered_up(recovery_edges=edges, program_needs_servo=False)
     master.connected = False
     master.run(100)
     master.turn("SI16", True)
@@ -149,8 +145,7 @@ def test_a_command_that_runs_when_the_link_is_lost_ends_abnormally() -> None:
 
     Rule: link-command.
     """
-    master = Master(command_delay=200)
-    master.power_up()
+    master = powered_up(command_delay=200)
     master.send(0x0501)
     master.run(50)
     assert master.status == 0x0100
@@ -170,8 +165,7 @@ def test_a_parallel_io_board_that_is_valid_stops_the_robot_too() -> None:
     Source: manual chapter 1, 5.1
     """
     for state, stopped in (("valid", True), ("invalid", False), ("none", False)):
-        master = Master(parallel_io=state)
-        master.servo_on()
+        master = servos_on(parallel_io=state)
         master.pulse("SI12")
         master.robot.inject("parallel_stop")
         master.run(50)
@@ -183,8 +177,7 @@ def test_power_cycle_forgets_servo_and_alarms_but_keeps_points() -> None:
 
     Source: manual chapter 5, 2 (alarms that need a power restart)
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.execute(0x0100, 0, 7, 0, 1234)
     master.robot.inject("alarm", group=12, category=900)
     master.run(10)
@@ -200,8 +193,7 @@ def test_power_cycle_forgets_servo_and_alarms_but_keeps_points() -> None:
 
 def test_an_input_that_comes_on_during_the_boot_makes_no_edge() -> None:
     """Rule: link-first-image."""
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.robot.inject("power_cycle")
     master.run(50)
     master.turn_and_wait("SI12", True, 500)
@@ -211,8 +203,7 @@ def test_an_input_that_comes_on_during_the_boot_makes_no_edge() -> None:
 
 def test_power_off_turns_all_outputs_off_until_power_on() -> None:
     """Rule: boot."""
-    master = Master(boot_time=50)
-    master.power_up()
+    master = powered_up(boot_time=50)
     master.pulse("SI12")
     master.robot.inject("power_off")
     assert not master.robot.program.running
@@ -225,8 +216,7 @@ def test_power_off_turns_all_outputs_off_until_power_on() -> None:
 
 def test_power_off_in_a_movement_leaves_the_axes_where_they_are() -> None:
     """Rule: halt."""
-    master = Master(points={19: Point((100000, 0, 0, 0, 0, 0))})
-    master.servo_on()
+    master = servos_on(points={19: Point((100000, 0, 0, 0, 0, 0))})
     master.send(0x0001, 0x0004, 0, 10, 19)
     master.run(300)
     before = master.robot.positions[0]

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import RobotProgram
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 
 def test_program_reset_and_program_execution() -> None:
@@ -15,8 +15,7 @@ def test_program_reset_and_program_execution() -> None:
 
     Source: manual chapter 5, 3.2
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.pulse("SI15")
     assert (master.on("SO14"), master.on("SO13")) == (True, False)
     master.pulse("SI12")
@@ -28,8 +27,7 @@ def test_program_reset_and_start_need_auto_mode() -> None:
 
     Source: manual chapter 5, 2, SI(15) and SO(10)
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.pulse("SI12")
     master.robot.inject("manual_mode")
     master.run(10)
@@ -48,8 +46,7 @@ def test_the_program_cannot_be_executed_with_si06_off() -> None:
     Rule: program-start, stop-alarm, minor-alarms.
     Source: manual chapter 5, 3.2, note; chapter 4, 4
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.turn_and_wait("SI06", False)
     master.pulse("SI12")
     assert not master.on("SO13")
@@ -75,8 +72,7 @@ def test_stop_input_off_stops_the_program_and_it_goes_on_after_it() -> None:
     Rule: program-stop, program-restart, stop-alarm, minor-alarms.
     Source: manual chapter 5, 3.3
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.pulse("SI12")
     master.turn_and_wait("SI06", False)
     assert not master.on("SO13")
@@ -94,8 +90,7 @@ def test_an_emergency_stop_stops_the_program() -> None:
     Rule: program-emergency.
     Source: manual chapter 5, 3.3, note
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     master.pulse("SI12")
     master.turn_and_wait("SI00", False)
     states = (master.on("SO13"), master.on("SO02"), master.on("SO03"))
@@ -115,8 +110,7 @@ def test_a_program_that_does_not_loop_ends_after_its_duration() -> None:
     Rule: program-length.
     """
     program = RobotProgram(duration=500, loop=False)
-    master = Master(programs=(program,), program_start_delay=0, program_stop_delay=0)
-    master.servo_on()
+    master = servos_on(programs=(program,), program_start_delay=0, program_stop_delay=0)
     master.turn_and_wait("SI12", True, 200)
     master.turn_and_wait("SI06", False, 1000)
     master.turn_and_wait("SI12", False, 200)
@@ -133,8 +127,7 @@ def test_a_program_that_does_not_loop_ends_after_its_duration() -> None:
 )
 def test_whether_a_program_needs_the_servos(config: dict[str, Any], running: bool) -> None:
     """Rule: program-servo."""
-    master = Master(**config)
-    master.power_up()
+    master = powered_up(**config)
     master.pulse("SI12")
     assert master.on("SO13") is running
 
@@ -142,8 +135,7 @@ def test_whether_a_program_needs_the_servos(config: dict[str, Any], running: boo
 @pytest.mark.parametrize(("knob", "running"), [(False, True), (True, False)])
 def test_program_reset_while_running(knob: bool, running: bool) -> None:
     """Rule: program-reset-running."""
-    master = Master(reset_while_running=knob)
-    master.power_up()
+    master = powered_up(reset_while_running=knob)
     master.pulse("SI12")
     master.pulse("SI15")
     assert master.on("SO13") is running
@@ -152,8 +144,7 @@ def test_program_reset_while_running(knob: bool, running: bool) -> None:
 
 def test_the_end_of_the_program_can_be_injected() -> None:
     """Rule: program-length."""
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.pulse("SI12")
     master.robot.inject("program_end")
     master.run(5)
@@ -165,13 +156,11 @@ def test_the_sequence_program_runs_while_si10_is_on() -> None:
 
     Source: manual chapter 5, 2, SI(10) and SO(12)
     """
-    master = Master()
-    master.power_up()
+    master = powered_up()
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")
     master.turn_and_wait("SI10", False)
     assert not master.on("SO12")
-    without = Master(sequence_program=False)
-    without.power_up()
+    without = powered_up(sequence_program=False)
     without.turn_and_wait("SI10", True)
     assert not without.on("SO12")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import RobotProgram
-from robot_master import Master
+from robot_master import Master, powered_up, servos_on
 
 #: Starts the second program and ends when SI(20) comes; the second ends when SI(21) comes.
 MAIN = RobotProgram("MAIN", steps=("START 2", "WAIT SI(20)=1"), loop=False)
@@ -16,8 +16,7 @@ SECOND = RobotProgram("SECOND", steps=("SO(30)=1", "WAIT SI(21)=1", "SO(31)=1"),
 
 
 def _running(**config: Any) -> Master:
-    master = Master(programs=(MAIN, SECOND), **config)
-    master.servo_on()
+    master = servos_on(programs=(MAIN, SECOND), **config)
     master.pulse("SI15")
     master.pulse("SI12")
     assert master.so[35] == 1
@@ -107,8 +106,7 @@ def test_an_emergency_stop_stops_all_tasks() -> None:
 def test_halt_ends_all_tasks() -> None:
     """Rule: tasks."""
     halting = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "HALT", "SO(20)=1"), loop=False)
-    master = Master(programs=(halting, SECOND))
-    master.power_up()
+    master = powered_up(programs=(halting, SECOND))
     master.pulse("SI12")
     master.si[34] |= 1
     master.run(10)
@@ -127,8 +125,7 @@ def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> 
         RobotProgram(steps=("SO(30)=1", "WAIT SI(27)=1")),
         RobotProgram(steps=("START 2", "WAIT SI(27)=1")),
     )
-    master = Master(programs=programs, program_start_delay=0)
-    master.power_up()
+    master = powered_up(programs=programs, program_start_delay=0)
     master.turn("SI12", True)
     image = bytes(master.si)
     first, second = (master.robot.cycle(master.now_us + k * 5000, image) for k in (0, 1))
@@ -162,8 +159,7 @@ def test_a_suspended_task_goes_on_with_restart_only() -> None:
 
     Rule: tasks.
     """
-    master = Master(programs=(HOLDER, SECOND))
-    master.power_up()
+    master = powered_up(programs=(HOLDER, SECOND))
     master.pulse("SI12")
     master.si[34] |= 1
     master.run(10)
@@ -192,8 +188,7 @@ def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
         loop=False,
     )
     second = RobotProgram(steps=("WAIT SI(21)=1", "DELAY 10000"), loop=False)
-    master = Master(programs=(first, second))
-    master.power_up()
+    master = powered_up(programs=(first, second))
     master.pulse("SI12")
     task = master.robot.program.tasks[1]
     master.si[34] |= 2
@@ -211,8 +206,7 @@ def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
 def test_the_time_of_a_delay_stands_still_in_a_stop_and_that_of_out_does_not() -> None:
     """Rule: tasks."""
     steps = ("OUT SO(20),1000", "DELAY 1000", "SO(30)=1", "WAIT SI(27)=1")
-    master = Master(programs=(RobotProgram(steps=steps, loop=False),), program_start_delay=0)
-    master.power_up()
+    master = powered_up(programs=(RobotProgram(steps=steps, loop=False),), program_start_delay=0)
     master.turn("SI12", True)
     master.run(500)
     master.turn("SI12", False)
@@ -232,8 +226,7 @@ def test_the_time_of_a_delay_stands_still_in_a_stop_and_that_of_out_does_not() -
 def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
     """Rule: outputs-kept."""
     steps = ("OUT SO(20),1000", "WAIT SI(27)=1")
-    master = Master(programs=(RobotProgram(steps=steps, loop=False),))
-    master.power_up()
+    master = powered_up(programs=(RobotProgram(steps=steps, loop=False),))
     master.pulse("SI12")
     master.turn_and_wait("SI06", False)
     master.pulse("SI15")
@@ -264,8 +257,7 @@ def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(s
 def test_halt_ends_suspended_tasks_too() -> None:
     """Rule: tasks."""
     first = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "HALT"), loop=False)
-    master = Master(programs=(first, SECOND))
-    master.power_up()
+    master = powered_up(programs=(first, SECOND))
     master.pulse("SI12")
     master.si[34] |= 1
     master.run(10)
@@ -309,8 +301,7 @@ def test_a_program_that_loops_does_its_steps_again_and_again_at_the_same_pace() 
     Rule: tasks.
     """
     steps = ("SO(20)=1", "DELAY 100", "SO(20)=0", "DELAY 200")
-    master = Master(programs=(RobotProgram(steps=steps, loop=True),))
-    master.servo_on()
+    master = servos_on(programs=(RobotProgram(steps=steps, loop=True),))
     master.pulse("SI15")
     master.turn("SI12", True)
     seen = []

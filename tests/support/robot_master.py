@@ -9,7 +9,7 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["NORMAL_END", "Master", "abnormal_end", "answer_of", "powered_up"]
+__all__ = ["NORMAL_END", "Master", "abnormal_end", "answer_of", "powered_up", "servos_on"]
 
 #: Words m to m+30 of a normal end without response data.
 NORMAL_END = (0x0200,) + (0,) * 15
@@ -115,6 +115,13 @@ def powered_up(**config: Any) -> Master:
     """The master of a robot with these properties, after `power_up`."""
     master = Master(**config)
     master.power_up()
+    return master
+
+
+def servos_on(**config: Any) -> Master:
+    """Return the master of a robot with these properties, with its servos on."""
+    master = Master(**config)
+    master.servo_on()
     return master
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from rcx_harness.robot import Point
 from robot_master import NORMAL_END, abnormal_end
-from stored_data import power_cycle, ready, text_words
+from stored_data import ready, text_words
 
 WRITE, READ = 0x0104, 0x0105
 #: "WAIT ORG" as printed.
@@ -51,18 +51,6 @@ def test_a_comment_has_sixteen_characters() -> None:
     assert master.execute(READ, 0, 29999)[4:] == words + (0,) * 4
 
 
-@pytest.mark.parametrize("wrong", ["\x1f", "\x7f", "\xe4", "A\0B"])
-def test_other_characters_are_refused(wrong: str) -> None:
-    """The range is 0x20 to 0x7E; 0x00 is possible only behind the text.
-
-    Rule: comment-characters.
-    Source: remote command guide 4.3.2
-    """
-    master = ready(comments={5: "OLD"})
-    assert master.execute(WRITE, 0, 5, 0, *text_words(wrong, "\0")) == abnormal_end("4.2")
-    assert master.robot.machine.memory.comments == {5: "OLD"}
-
-
 def test_a_comment_needs_no_point_and_goes_with_none() -> None:
     """Without a comment there is an empty one.
 
@@ -85,33 +73,3 @@ def test_the_reference_to_no_comment_may_be_an_alarm() -> None:
     assert master.execute(READ, 0, 1) == abnormal_end("6.5")
     assert master.execute(WRITE, 0, 1) == NORMAL_END
     assert master.execute(READ, 0, 1) == (0x0200, 0, 1) + (0,) * 13
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param((WRITE, 1, 1, 0, *WAIT_ORG), id="definition: n+2"),
-        pytest.param((WRITE, 0, 30000, 0, *WAIT_ORG), id="definition: point 30000"),
-        pytest.param((WRITE, 0, 1, 1, *WAIT_ORG), id="definition: n+6"),
-        pytest.param((WRITE, 0, 1, 0, *text_words("A" * 16, " "), 0x2020), id="definition: n+24"),
-        pytest.param((READ, 1, 1), id="reference: n+2"),
-        pytest.param((READ, 0, 30000), id="reference: point 30000"),
-        pytest.param((READ, 0, 1, 1), id="reference: n+6"),
-    ],
-)
-def test_a_wrong_telegram_on_comments_changes_nothing(words: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.3.2."""
-    master = ready()
-    assert master.execute(*words) == abnormal_end("4.2")
-    assert not master.robot.machine.memory.comments
-
-
-def test_comments_survive_a_power_cycle() -> None:
-    """Rule: stored.
-
-    Source: remote command guide 4.3.2
-    """
-    master = ready()
-    master.execute(WRITE, 0, 100, 0, *WAIT_ORG)
-    power_cycle(master)
-    assert master.execute(READ, 0, 100)[4:8] == WAIT_ORG

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end, powered_up
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up, servos_on
 
 SHIFT, HAND, ARM = 0x03B, 0x03C, 0x03D
 HIGHEST = {SHIFT: 39, HAND: 31, ARM: 1}
@@ -15,50 +15,6 @@ TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2))
 def _values(master: Master, robot: int = 1) -> dict[int, int]:
     settings = master.robot.machine.settings.of(robot)
     return {SHIFT: settings.shift, HAND: settings.hand, ARM: settings.arm}
-
-
-@pytest.mark.parametrize(("code", "value"), [(SHIFT, 4), (HAND, 1), (ARM, 0)])
-def test_the_printed_example_selects_shift_hand_or_arm_of_robot_1(code: int, value: int) -> None:
-    """Shift 4, hand 1, right-handed system; nothing else changes.
-
-    Rule: robot-settings.
-    Source: remote command guide 4.2.17, 4.2.18, 4.2.19
-    """
-    master = powered_up()
-    for every, highest in HIGHEST.items():
-        master.execute(every, 0, highest)
-    assert _values(master) == HIGHEST
-    assert master.execute(code, 0, value) == NORMAL_END
-    assert _values(master) == {**HIGHEST, code: value}
-
-
-@pytest.mark.parametrize("code", [SHIFT, HAND, ARM])
-def test_a_number_beyond_the_range_is_refused(code: int) -> None:
-    """Shift 0 to 39, hand 0 to 31, arm 0 or 1.
-
-    Source: remote command guide 4.2.17, 4.2.18, 4.2.19
-    """
-    master = powered_up()
-    assert master.execute(code, 0, HIGHEST[code]) == NORMAL_END
-    for value in (HIGHEST[code] + 1, 0xFFFF):
-        assert master.execute(code, 0, value) == abnormal_end("4.2")
-    assert _values(master)[code] == HIGHEST[code]
-    assert master.execute(code, 0, 0) == NORMAL_END
-    assert _values(master)[code] == 0
-
-
-@pytest.mark.parametrize("code", [SHIFT, HAND, ARM])
-def test_words_that_are_not_used_must_be_0(code: int) -> None:
-    """N+2, and n+6 to n+30.
-
-    Source: remote command guide 4.2.17, 4.2.18, 4.2.19
-    """
-    master = powered_up()
-    for at in (1, 3, 15):
-        words = [code, 0, 1] + [0] * 13
-        words[at] = 1
-        assert master.execute(*words) == abnormal_end("4.2")
-    assert _values(master) == {SHIFT: 0, HAND: 0, ARM: 0}
 
 
 def test_each_robot_has_its_own_shift_hand_and_arm() -> None:
@@ -102,8 +58,7 @@ def test_arm_designation_is_valid_only_when_scara_robot_is_specified() -> None:
 
 def test_the_arm_follows_its_designation_when_the_robot_moves() -> None:
     """Rule: arm-follows."""
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     settings = master.robot.machine.settings.of(1)
     master.execute(ARM, 0, 1)
     assert settings.arm_status == 0

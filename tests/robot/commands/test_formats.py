@@ -12,7 +12,7 @@ import pytest
 
 from rcx_harness.robot import Point, RobotConfig
 from rcx_harness.spec import Command
-from robot_master import Master, abnormal_end
+from robot_master import Master, abnormal_end, servos_on
 from telegrams import COMMANDS, illegal_fields, illegal_pairs, legal, stray_bits, words_of
 
 FORMAT = "4.2"
@@ -68,8 +68,7 @@ every_code = pytest.mark.parametrize("code", list(COMMANDS), ids="0x{:03X}".form
 def _master() -> tuple[Master, object]:
     """One robot of four axes, of which nothing takes time but movements; and how it began."""
     points = {number: Point() for number in range(6)}
-    master = Master(points=points, command_delay=0.0, **ALARMS)
-    master.servo_on()
+    master = servos_on(points=points, command_delay=0.0, **ALARMS)
     return master, master.robot.snapshot()
 
 
@@ -154,6 +153,7 @@ def test_an_illegal_value_ends_in_the_format_alarm_and_changes_nothing(
 ) -> None:
     """Beside each limit, values without a meaning, two bits or none where one is wanted, texts.
 
+    Rule: abnormal-end, comment-characters, one-axis.
     Source: remote command guide 4.2 to 4.9; 1.2, abnormal end status
     """
     _refused(fresh, illegal_fields(COMMANDS[code]), FORMAT)
@@ -180,6 +180,7 @@ def test_flags_that_exclude_each_other_and_products_beyond_the_limit(
 ) -> None:
     """Position output in pulses and in mm; kinds of axes; work positions of a pallet.
 
+    Rule: both-outputs.
     Source: remote command guide 4.2, p and m; 4.2.12; 4.3.3
     """
     assert _refused(fresh, illegal_pairs(COMMANDS[code]), FORMAT) > 0
@@ -213,8 +214,7 @@ def test_limits_that_only_the_section_or_the_robot_gives(
 ) -> None:
     """Source: remote command guide 4.2.1, 4.4.1, 4.4.2, 4.4.4."""
     points = {number: Point() for number in range(6)}
-    master = Master(**{"points": points, "command_delay": 0.0, **ALARMS, **knobs})
-    master.servo_on()
+    master = servos_on(**{"points": points, "command_delay": 0.0, **ALARMS, **knobs})
     _refused(master, iter([("", words + (0,) * (16 - len(words)))]), FORMAT)
 
 
@@ -234,7 +234,7 @@ def test_the_robot_number_of_a_command_is_0_to_4(code: int, fresh: Master) -> No
 
 @every_code
 def test_robot_1_is_there_and_robots_2_to_4_are_not(code: int, fresh: Master) -> None:
-    """Rule: other-alarms, robot-zero.
+    """Rule: other-alarms, robot-zero, absent-robot-zero.
 
     Source: remote command guide 3, R
     """
@@ -282,16 +282,6 @@ def test_an_axis_that_the_robot_does_not_have_is_refused(code: int, fresh: Maste
 def test_the_commands_with_axes_are_those_of_the_sections() -> None:
     """Source: remote command guide 4.2, 4.4.2, 4.7.12, 4.7.18, 4.8.4."""
     assert {code for code, one in COMMANDS.items() if list(_with_absent_axes(one))} == WITH_AXES
-
-
-def test_real_time_output_of_an_axis_that_is_not_there(fresh: Master) -> None:
-    """Motor duty of axis 5 of robot 1, and of axis 1 of robot 2.
-
-    Source: remote command guide 4.9.1, options
-    """
-    telegrams = ((f"{one}", (0x0701, 0, 24, 0, 13, *one)) for one in ((1, 5), (2, 1), (1, 0)))
-    padded = ((wrong, words + (0,) * (16 - len(words))) for wrong, words in telegrams)
-    assert _refused(fresh, padded, ALARMS["no_axis_alarm"]) == 3
 
 
 @every_code

@@ -13,7 +13,7 @@ import pytest
 
 from rcx_harness.robot import Axis
 from rcx_harness.robot.stored import Hand
-from robot_master import Master, abnormal_end
+from robot_master import Master, abnormal_end, powered_up, servos_on
 
 PULSES, CARTESIAN, TOOL = 0x0020, 0x0021, 0x0022
 FRAMES = [PULSES, CARTESIAN, TOOL]
@@ -24,9 +24,7 @@ MINUS = 0x0080
 
 
 def _jogger(**config: Any) -> Master:
-    master = Master(**{"manual_speed": 20, **config})
-    master.servo_on()
-    return master
+    return servos_on(**{"manual_speed": 20, **config})
 
 
 def _jog_for(master: Master, ms: float, *words: int) -> tuple[int, ...]:
@@ -36,29 +34,6 @@ def _jog_for(master: Master, ms: float, *words: int) -> tuple[int, ...]:
     assert master.status == 0x0100
     master.turn_and_wait("SI06", False, 5)
     return master.words
-
-
-@pytest.mark.parametrize(
-    ("code", "flag"),
-    [
-        pytest.param(PULSES, PULSE_OUTPUT, id="pulse units"),
-        pytest.param(CARTESIAN, MM_OUTPUT, id="Cartesian"),
-        pytest.param(TOOL, MM_OUTPUT, id="tool"),
-    ],
-)
-def test_a_jog_that_the_stop_input_stops_ends_abnormally_and_shows_the_position(
-    code: int, flag: int
-) -> None:
-    """100 ms to the stop: 4000 + 60 * 200 = 16 000 pulses down to 12 345, as in the examples.
-
-    Rule: jog-stop.
-    Source: remote command guide 4.2.6, examples
-    """
-    starts = (28_345, -123, 2_000, 0)
-    master = _jogger(axes=tuple(Axis(start=start) for start in starts))
-    answer = _jog_for(master, 100, code, flag, 0x0001 | MINUS)
-    data = (0x3039, 0x0000, 0xFF85, 0xFFFF, 0x07D0, 0x0000)
-    assert answer == (0x4000, 0x000C, 0x0190, 0x0000, *data, *(0,) * 6)
 
 
 @pytest.mark.parametrize("code", FRAMES)
@@ -106,35 +81,6 @@ def test_a_tool_that_may_do_750_mm_per_second_jogs_with_a_part_of_that() -> None
     before = master.robot.positions[1]
     master.run(5)
     assert master.robot.positions[1] - before == 750
-
-
-@pytest.mark.parametrize("code", FRAMES)
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param((0, 0x0003), id="two axes"),
-        pytest.param((0, 0x0000), id="no axis"),
-        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
-        pytest.param((0, 0x0101), id="axis bit 8 is fixed 0"),
-        pytest.param((0x0001, 0x0001), id="flag bit 0 is fixed 0"),
-        pytest.param((0x2000, 0x0001), id="flag bit 13 is fixed 0"),
-        pytest.param((0xC000, 0x0001), id="both position outputs"),
-        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
-    ],
-)
-def test_only_one_axis_can_be_specified_and_the_rest_is_fixed_0(
-    code: int, words: tuple[int, ...]
-) -> None:
-    """Source: remote command guide 4.2.6, command table."""
-    master = _jogger()
-    assert master.execute(code, *words) == abnormal_end("4.2")
-    assert master.robot.positions == [0, 0, 0, 0]
-
-
-@pytest.mark.parametrize("code", FRAMES)
-def test_an_axis_that_is_not_there_cannot_be_jogged(code: int) -> None:
-    """Rule: other-alarms."""
-    assert _jogger(no_axis_alarm="6.4").execute(code, 0, 0x0010) == abnormal_end("6.4")
 
 
 @pytest.mark.parametrize("code", FRAMES)
@@ -205,8 +151,7 @@ def test_a_jog_that_an_emergency_stop_ends_shows_no_position(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 def test_a_jog_with_the_servos_off_does_not_start(code: int) -> None:
     """Rule: other-alarms."""
-    master = Master(servo_off_alarm="6.6")
-    master.power_up()
+    master = powered_up(servo_off_alarm="6.6")
     assert master.execute(code, 0, 0x0001) == abnormal_end("6.6")
 
 

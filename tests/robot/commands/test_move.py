@@ -9,7 +9,7 @@ import math
 
 import pytest
 
-from movements import ABNORMAL, FORMAT_ERROR, MM, NORMAL, PULSES, low_high, mover, way_of
+from movements import ABNORMAL, MM, NORMAL, low_high, mover, way_of
 from rcx_harness.robot import Axis, Point
 from rcx_harness.robot.stored import Pallet
 from robot_master import Master
@@ -124,9 +124,6 @@ def test_circular_interpolation_goes_through_the_first_point_to_the_second() -> 
         pytest.param((0, 0, 0, 19, 21), (ABNORMAL, 6, 9), id="all on one line"),
         pytest.param((0, 0, 0, 19, 99), (ABNORMAL, 6, 5), id="second point undefined"),
         pytest.param((0, 0, 0, 99, 19), (ABNORMAL, 6, 5), id="first point undefined"),
-        pytest.param((0, 0, 0, 19, 30000), FORMAT_ERROR, id="point 30000"),
-        pytest.param((1, 0, 0, 19, 20), FORMAT_ERROR, id="bit 0 is fixed 0"),
-        pytest.param((0, 1, 0, 19, 20), FORMAT_ERROR, id="n+4 is not used"),
         pytest.param((0, 0, 0, 19, 22), (ABNORMAL, 2, 334), id="the way leaves the soft limits"),
     ],
 )
@@ -177,15 +174,6 @@ def test_direct_designation_in_millimetres() -> None:
     answer = master.execute(0x0006, MM | 0x0004, 0, 50, *data)
     assert master.robot.positions == [10_000, -10_000]
     assert answer == (NORMAL, 0, 0, 0, *data, *(0,) * 8)
-
-
-def test_direct_designation_in_pulses() -> None:
-    """Source: remote command guide 4.2.1, direct PTP designation (pulse units), example."""
-    master = mover()
-    data = low_high(100_000, -200_000, 50_000, -180_000)
-    answer = master.execute(0x0007, PULSES | 0x0004, 0, 0x32, *data)
-    assert master.robot.positions == [100_000, -200_000, 50_000, -180_000]
-    assert answer == (NORMAL, 0, 0, 0, *data, *(0,) * 4)
 
 
 @pytest.mark.parametrize(("scara", "moves_along"), [((1,), True), ((), False)])
@@ -267,40 +255,3 @@ def test_every_movement_to_a_point_takes_its_hand_system(
     master = mover(points=points, pallets={7: Pallet(1, 1, 1, first=19)})
     assert master.execute(*words)[0] == NORMAL
     assert master.robot.machine.settings.of(1).arm_status == left
-
-
-def test_hand_flags_are_fixed_0_in_pulse_units() -> None:
-    """Source: remote command guide 4.2.1, direct PTP designation (pulse units), n+2."""
-    assert mover().execute(0x0007, 0x0008)[:3] == FORMAT_ERROR
-
-
-@pytest.mark.parametrize("code", [0x0001, 0x0002, 0x0003, 0x0004, 0x0006, 0x0007])
-def test_both_position_outputs_at_once_are_refused_by_every_move(code: int) -> None:
-    """Rule: both-outputs.
-
-    Source: remote command guide 4.2.1, p and m
-    """
-    arch = 0x0400 if code == 0x0002 else 0
-    assert mover().execute(code, 0xC000, arch, 0, 19, 100)[:3] == FORMAT_ERROR
-
-
-@pytest.mark.parametrize("code", [0x0001, 0x0002, 0x0006, 0x0007])
-def test_ptp_has_no_speed_in_mm_per_second(code: int) -> None:
-    """Speed flag 11 has no meaning there.
-
-    Source: remote command guide 4.2.1, bb
-    """
-    arch = 0x0400 if code == 0x0002 else 0
-    assert mover().execute(code, 0x0006, arch, 50, 19)[:3] == FORMAT_ERROR
-
-
-def test_a_robot_without_shift_and_hand_moves_only_its_own_axes() -> None:
-    """Robot 2 moves on a line; robot 1 stays.
-
-    Source: remote command guide 4.2.1, R
-    """
-    axes = (Axis(), Axis(), Axis(robot=2), Axis(robot=2))
-    master = mover(axes=axes, points={19: Point((300, 400, 500, 0, 0, 0))})
-    answer = master.execute(0x2003, PULSES, 0, 0, 19)
-    assert answer[4:10] == (300, 0, 400, 0, 0, 0)
-    assert master.robot.positions == [0, 0, 300, 400]

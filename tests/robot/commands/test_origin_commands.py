@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, servos_on
 
 MOVE, RESET, ROBOT, AXIS = 0x0030, 0x0031, 0x0032, 0x0033
 #: Quarter rotations every 1000 pulses.
@@ -18,9 +18,7 @@ SEMI = Axis(start=700, type="semi_absolute")
 
 def _master(*axes: Axis, **config: Any) -> Master:
     """Servos on; each group of axes takes 200 ms to its origin."""
-    master = Master(axes=axes, origin_time=200, **config)
-    master.servo_on()
-    return master
+    return servos_on(axes=axes, origin_time=200, **config)
 
 
 # The absolute reset movement
@@ -86,49 +84,6 @@ def test_the_movement_is_made_at_manual_speed() -> None:
     assert master.robot.positions == [0]
 
 
-def test_only_a_mark_method_axis_is_moved() -> None:
-    """Rule: absolute-reset-model.
-
-    Source: remote command guide 4.2.10
-    """
-    master = _master(ABSOLUTE, MARK, origin_method_alarm="1.3")
-    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("1.3")
-    assert master.robot.positions == [700, 1300]
-
-
-@pytest.mark.parametrize(
-    "data",
-    [
-        pytest.param((0, 0), id="no axis"),
-        pytest.param((0, 0x0080), id="a direction without an axis"),
-        pytest.param((0, 0x0003), id="two axes"),
-        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
-        pytest.param((0, 0x0101), id="axis bit 8 is fixed 0"),
-        pytest.param((1, 0x0001), id="n+2 is not used"),
-        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
-    ],
-)
-def test_a_wrong_absolute_reset_movement_telegram_moves_nothing(data: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.2.10."""
-    master = _master(MARK, MARK)
-    assert master.execute(MOVE, *data) == abnormal_end("4.2")
-    assert master.robot.positions == [1300, 1300]
-
-
-def test_the_movement_needs_the_servo_and_no_stop() -> None:
-    """Source: remote command guide 1.2."""
-    master = _master(MARK, servo_off_alarm="1.5")
-    master.execute(0x0035)
-    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("1.5")
-    master.execute(0x0034)
-    master.turn_and_wait("SI06", False)
-    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("12.400")
-    master.turn_and_wait("SI06", True)
-    master.turn_and_wait("SI00", False)
-    assert master.execute(MOVE, 0, 0x0001) == abnormal_end("12.600")
-    assert master.robot.positions == [1300]
-
-
 # The absolute reset
 
 
@@ -156,35 +111,15 @@ def test_the_axis_must_be_at_a_position_where_absolute_reset_is_possible() -> No
     assert master.robot.positions == [1300]
 
 
-def test_absolute_reset_can_be_used_only_for_a_mark_type_axis() -> None:
+@pytest.mark.parametrize("code", [MOVE, RESET])
+def test_absolute_reset_and_its_movement_are_for_mark_type_axes_only(code: int) -> None:
     """Rule: absolute-reset-model.
 
-    Source: remote command guide 4.2.11
+    Source: remote command guide 4.2.10, 4.2.11
     """
-    master = _master(Axis(), origin_complete=False, origin_method_alarm="1.3")
-    assert master.execute(RESET, 0, 0x0001) == abnormal_end("1.3")
-    assert master.robot.origins == [False]
-
-
-@pytest.mark.parametrize(
-    "data",
-    [
-        pytest.param((0, 0), id="an error occurs if no axis has been specified"),
-        pytest.param((0, 0x0003), id="two axes"),
-        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
-        pytest.param((0, 0x0081), id="there is no direction"),
-        pytest.param((1, 0x0001), id="n+2 is not used"),
-        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
-    ],
-)
-@pytest.mark.parametrize("code", [RESET, AXIS])
-def test_a_telegram_without_exactly_one_axis_is_refused(code: int, data: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.2.11, 4.2.12."""
-    master = _master(MARK, MARK, origin_complete=False)
-    master.robot.positions[:] = [1000, 1000]
-    assert master.execute(code, *data) == abnormal_end("4.2")
-    assert master.robot.origins == [False, False]
-    assert master.robot.positions == [1000, 1000]
+    master = _master(ABSOLUTE, origin_complete=False, origin_method_alarm="1.3")
+    assert master.execute(code, 0, 0x0001) == abnormal_end("1.3")
+    assert (master.robot.origins, master.robot.positions) == ([False], [700])
 
 
 @pytest.mark.parametrize("code", [MOVE, RESET, AXIS])
@@ -271,18 +206,6 @@ def test_absolute_axes_return_first_then_the_others() -> None:
     assert (master.status, master.robot.positions) == (0x0200, [0, 0])
 
 
-@pytest.mark.parametrize("flags", [0x0006, 0x000A, 0x000C, 0x000E, 0x0001, 0x0010, 0x8000])
-def test_only_one_designation_can_be_enabled(flags: int) -> None:
-    """And every other bit is fixed 0.
-
-    Source: remote command guide 4.2.12, robot units
-    """
-    master = _master(ABSOLUTE, INCREMENTAL)
-    assert master.execute(ROBOT, flags) == abnormal_end("4.2")
-    assert master.execute(ROBOT, 0, 1) == abnormal_end("4.2")
-    assert master.robot.positions == [700, 700]
-
-
 def test_with_no_axis_to_move_the_command_ends_normally() -> None:
     """Rule: origin-command-axes."""
     master = _master(ABSOLUTE)
@@ -311,37 +234,37 @@ def test_mark_method_axes_do_not_take_part_in_a_return_to_origin() -> None:
 # The return-to-origin in axis units
 
 
-def test_return_to_origin_of_axis_1_of_robot_1() -> None:
-    """The printed example.
-
-    Rule: origin-command.
-    Source: remote command guide 4.2.12, axis units
-    """
-    master = _master(ABSOLUTE, ABSOLUTE, origin_complete=False)
-    assert master.execute(AXIS, 0, 0x0001) == NORMAL_END
-    assert master.robot.positions == [0, 700]
-    assert master.robot.origins == [True, False]
-
-
-def test_return_to_origin_of_an_axis_is_performed_at_robot_1_if_no_robot_is_specified() -> None:
+def test_a_return_to_origin_of_one_axis_is_performed_at_robot_1_if_no_robot_is_specified() -> None:
     """Rule: origin-command.
 
     Source: remote command guide 4.2.12, axis units, R
     """
-    master = _master(INCREMENTAL, Axis(start=700, robot=2), Axis(start=700, robot=2))
+    axes = (ABSOLUTE, ABSOLUTE, Axis(start=700, robot=2), Axis(start=700, robot=2))
+    master = _master(*axes, origin_complete=False)
     assert master.execute(AXIS, 0, 0x0001) == NORMAL_END
-    assert master.robot.positions == [0, 700, 700]
+    assert master.robot.positions == [0, 700, 700, 700]
+    assert master.robot.origins == [True, False, False, False]
     assert master.execute(AXIS | 0x2000, 0, 0x0002) == NORMAL_END
-    assert master.robot.positions == [0, 700, 0]
+    assert master.robot.positions == [0, 700, 700, 0]
 
 
 # What both need, and what ends them
 
 
-@pytest.mark.parametrize("words", [(ROBOT,), (AXIS, 0, 0x0001)])
-def test_a_return_to_origin_by_command_needs_what_a_movement_needs(words: tuple[int, ...]) -> None:
-    """Rule: origin-command-needs."""
-    master = _master(ABSOLUTE, servo_off_alarm="1.5")
+@pytest.mark.parametrize(
+    ("axis", "words"),
+    [
+        pytest.param(MARK, (MOVE, 0, 0x0001), id="absolute reset movement"),
+        pytest.param(ABSOLUTE, (ROBOT,), id="all axes"),
+        pytest.param(ABSOLUTE, (AXIS, 0, 0x0001), id="one axis"),
+    ],
+)
+def test_these_movements_need_the_servo_and_no_stop(axis: Axis, words: tuple[int, ...]) -> None:
+    """Rule: origin-command-needs.
+
+    Source: remote command guide 1.2
+    """
+    master = _master(axis, servo_off_alarm="1.5")
     master.execute(0x0035)
     assert master.execute(*words) == abnormal_end("1.5")
     master.execute(0x0034)
@@ -350,7 +273,7 @@ def test_a_return_to_origin_by_command_needs_what_a_movement_needs(words: tuple[
     master.turn_and_wait("SI06", True)
     master.turn_and_wait("SI00", False)
     assert master.execute(*words) == abnormal_end("12.600")
-    assert master.robot.positions == [700]
+    assert master.robot.positions == [axis.start]
 
 
 @pytest.mark.parametrize(("name", "number"), [("SI06", "12.400"), ("SI00", "12.600")])

@@ -6,7 +6,7 @@ import pytest
 
 from rcx_harness.robot import Pallet, Point
 from robot_master import NORMAL_END, abnormal_end
-from stored_data import long_words, power_cycle, ready
+from stored_data import long_words, ready
 
 WRITE, READ, ASSIGN, READ_POINT = 0x0108, 0x0109, 0x0238, 0x0101
 
@@ -24,18 +24,6 @@ BOX = {
     204: _mm(100_000, -50_000, 17_000),
 }
 BOX_PALLET = {3: Pallet(3, 2, 3, 200)}
-
-
-def test_the_defined_pallet_is_read_back() -> None:
-    """Source: remote command guide 4.3.3."""
-    master = ready()
-    assert master.execute(WRITE, 0, 10, 10, 15, 1, 100) == NORMAL_END
-    assert master.execute(READ, 0, 10) == (0x0200, 0, 10, 10, 15, 1, 100) + (0,) * 9
-    assert master.execute(WRITE, 0, 0, 1, 1, 1, 0) == NORMAL_END
-    assert master.execute(WRITE, 0, 39, 1, 32767, 1, 29995) == NORMAL_END
-    assert master.execute(READ, 0, 0)[2:7] == (0, 1, 1, 1, 0)
-    assert master.execute(READ, 0, 39)[2:7] == (39, 1, 32767, 1, 29995)
-    assert master.execute(READ, 0, 10)[2:7] == (10, 10, 15, 1, 100)
 
 
 @pytest.mark.parametrize(
@@ -185,38 +173,3 @@ def test_the_target_pallet_must_be_defined_and_its_definition_ends_the_work_posi
     assert master.execute(READ, 0, 4) == abnormal_end("6.3")
     assert master.execute(ASSIGN, 0, 50, 3, 19) == abnormal_end("6.4")
     assert master.execute(ASSIGN, 0, 50, 3, 18) == NORMAL_END
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param((WRITE, 1, 1, 1, 1, 1, 0), id="definition: n+2"),
-        pytest.param((WRITE, 0, 40, 1, 1, 1, 0), id="definition: pallet 40"),
-        pytest.param((WRITE, 0, 1, 1, 1, 1, 29996), id="definition: first point 29996"),
-        pytest.param((WRITE, 0, 1, 1, 1, 1, 0, 1), id="definition: n+14"),
-        pytest.param((READ, 0, 40), id="reference: pallet 40"),
-        pytest.param((READ, 0, 3, 1), id="reference: n+6"),
-        pytest.param((ASSIGN, 0, 30000, 3, 1), id="assignment: point 30000"),
-        pytest.param((ASSIGN, 0, 50, 40, 1), id="assignment: pallet 40"),
-        pytest.param((ASSIGN, 0, 50, 3, 0), id="assignment: work position 0"),
-        pytest.param((ASSIGN, 0, 50, 3, 32768), id="assignment: work position 32768"),
-        pytest.param((ASSIGN, 0, 50, 3, 1, 1), id="assignment: n+10"),
-    ],
-)
-def test_a_wrong_telegram_on_pallets_changes_nothing(words: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.3.3, 4.4.3."""
-    master = ready(points=BOX, pallets=BOX_PALLET, work_position_alarm="6.4")
-    assert master.execute(*words) == abnormal_end("4.2")
-    assert master.robot.machine.memory.pallets == BOX_PALLET
-    assert master.robot.points == BOX
-
-
-def test_pallets_survive_a_power_cycle() -> None:
-    """Rule: stored.
-
-    Source: remote command guide 4.3.3
-    """
-    master = ready()
-    master.execute(WRITE, 0, 10, 10, 15, 1, 100)
-    power_cycle(master)
-    assert master.execute(READ, 0, 10)[2:7] == (10, 10, 15, 1, 100)

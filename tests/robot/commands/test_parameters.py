@@ -6,7 +6,7 @@ import pytest
 
 from rcx_harness.robot import Axis
 from robot_master import NORMAL_END, Master, abnormal_end
-from stored_data import long_words, power_cycle, ready
+from stored_data import long_words, ready
 
 WRITE, READ = 0x0220, 0x0224
 #: The table of the guide: number, and the limits of an axis parameter.
@@ -38,19 +38,6 @@ def _read(master: Master, number: int, axes: int, robot: int = 0) -> tuple[int, 
     assert answer[:4] == (0x0200, 0, number, axes)
     assert answer[6:] == (0,) * 10
     return answer[4:6]
-
-
-def test_the_printed_examples_read_and_assign_a_parameter() -> None:
-    """The tolerance of axis 3 is 1000, the OUT effective position of axis 1 is 131071.
-
-    Source: remote command guide 4.4.2
-    """
-    master = ready(parameters={"OUTPOS": (131071, 1, 1, 1)})
-    assert master.execute(0x0220, 0, 0x0103, 0x0004, 0x03E8) == NORMAL_END
-    assert _read(master, 0x0103, 0x0004) == (0x03E8, 0)
-    assert master.robot.machine.memory.parameters.get(1, "TOLE", 2) == 1000
-    answer = master.execute(0x0224, 0, 0x0104, 0x0001)
-    assert answer[:7] == (0x0200, 0, 0x0104, 0x0001, 0xFFFF, 0x0001, 0)
 
 
 @pytest.mark.parametrize(("number", "limits"), AXIS_PARAMETERS.items())
@@ -153,47 +140,6 @@ def test_only_one_axis_can_be_specified_and_none_for_robot_parameters(
     for wrong in (0b11, 0b101, 0x40, 0x100, 0x8000, 1 - axes):
         assert master.execute(code, 0, number, wrong, *value) == abnormal_end("4.2")
     assert master.execute(code, 0, number, axes, *value)[0] == 0x0200
-
-
-def test_an_axis_or_robot_that_is_not_there_has_no_parameters() -> None:
-    """Robot 1 has three axes, robot 2 has two.
-
-    Source: remote command guide 4.4.2
-    """
-    master = ready(axes=FIVE_AXES, no_axis_alarm="6.6", absent_robot_alarm="6.7")
-    assert _write(master, 257, 0b100, 50, robot=1) == NORMAL_END
-    assert _write(master, 257, 0b1000, 50, robot=1) == abnormal_end("6.6")
-    assert _write(master, 257, 0b100, 50, robot=2) == abnormal_end("6.6")
-    assert master.execute(0x2224, 0, 257, 0b100000) == abnormal_end("6.6")
-    assert _write(master, 257, 1, 50, robot=3) == abnormal_end("6.7")
-    assert master.execute(0x3224, 0, 1) == abnormal_end("6.7")
-
-
-@pytest.mark.parametrize("code", [WRITE, READ])
-def test_other_parameter_numbers_and_other_words_are_refused(code: int) -> None:
-    """Source: remote command guide 4.4.2."""
-    master = ready()
-    value = (1, 0) if code == WRITE else ()
-    for number in (0, 3, 256, 261, 263, 271, 65535):
-        for axes in (0, 1):
-            assert master.execute(code, 0, number, axes, *value) == abnormal_end("4.2")
-    for place in (2, 12, 30) if code == WRITE else (2, 8, 12, 30):
-        words = [code, 0, 257, 1, *value] + [0] * (12 - len(value))
-        words[place // 2] = 1
-        assert master.execute(*words) == abnormal_end("4.2")
-
-
-def test_parameters_survive_a_power_cycle() -> None:
-    """Rule: stored.
-
-    Source: remote command guide 4.4.2
-    """
-    master = ready()
-    _write(master, 257, 1, 33)
-    _write(master, WEIGHT, 0, 5)
-    power_cycle(master)
-    assert _read(master, 257, 1) == long_words(33)
-    assert _read(master, WEIGHT, 0) == long_words(5)
 
 
 def test_one_number_presets_a_parameter_of_every_axis_and_of_every_robot() -> None:

@@ -16,16 +16,6 @@ MM = Point((10000, -20000, 5000, -18000, 0, 0), mm=True)
 LEFT = Point((1, 2, 3, 4, 5, 6), mm=True, hand=2, arm1=-1, arm2=1)
 
 
-def test_the_defined_point_is_read_back_in_its_unit() -> None:
-    """Source: remote command guide 4.3.1."""
-    master = ready()
-    assert master.execute(WRITE, 0, 100, 0, *PRINTED) == NORMAL_END
-    assert master.execute(WRITE, 1, 50, 0, *PRINTED) == NORMAL_END
-    assert master.robot.points == {100: PULSES, 50: MM}
-    assert master.execute(READ, 0, 100) == (0x0200, 0, 100, 0, *PRINTED)
-    assert master.execute(READ, 0, 50) == (0x0200, 0, 50, 1, *PRINTED)
-
-
 def test_point_data_have_32_bits_on_each_of_six_axes() -> None:
     """Source: remote command guide 4.3.1."""
     master = ready()
@@ -166,52 +156,6 @@ def test_both_points_must_be_defined(code: int) -> None:
     assert master.execute(code, 0, 2, 1) == ends
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        pytest.param((WRITE, 0x0800, 1), id="definition: flag bit 11"),
-        pytest.param((WRITE, 0x8000, 1), id="definition: flag bit 15"),
-        pytest.param((WRITE, 0, 30000), id="definition: point 30000"),
-        pytest.param((WRITE, 0, 1, 1), id="definition: n+6"),
-        pytest.param((READ, 0, 30000), id="reference: point 30000"),
-        pytest.param((READ, 1, 1), id="reference: n+2"),
-        pytest.param((READ, 0, 1, 1), id="reference: n+6"),
-        pytest.param((ASSIGN, 0, 30000, 1), id="assignment: point 1 is 30000"),
-        pytest.param((ASSIGN, 0, 1, 30000), id="assignment: point 2 is 30000"),
-        pytest.param((ADD, 0, 1, 1, 1), id="addition: n+8"),
-        pytest.param((ADD, 1, 1, 1), id="addition: n+2"),
-        pytest.param((SUBTRACT, 0, 1, 65535), id="subtraction: point 2 is 65535"),
-    ],
-)
-def test_a_wrong_telegram_on_points_changes_nothing(words: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.3.1, 4.4.3."""
-    master = ready(points={1: PULSES})
-    assert master.execute(*words) == abnormal_end("4.2")
-    assert master.robot.points == {1: PULSES}
-
-
-def test_points_have_no_robot() -> None:
-    """The code with a robot is none of the guide's.
-
-    Rule: alarm-names.
-    Source: remote command guide 4.3.1
-    """
-    master = ready(points={1: PULSES})
-    assert master.execute(0x1100, 0, 1) == abnormal_end("12.75")
-    assert master.robot.points == {1: PULSES}
-
-
-def test_points_survive_a_power_cycle() -> None:
-    """Rule: stored.
-
-    Source: remote command guide 4.3.1
-    """
-    master = ready()
-    master.execute(WRITE, 0, 100, 0, *PRINTED)
-    power_cycle(master)
-    assert master.execute(READ, 0, 100) == (0x0200, 0, 100, 0, *PRINTED)
-
-
 def test_a_restored_snapshot_has_the_points_of_its_time() -> None:
     """The points that commands write are those that movements take.
 
@@ -224,3 +168,31 @@ def test_a_restored_snapshot_has_the_points_of_its_time() -> None:
     machine = master.robot.machine
     assert not master.robot.points
     assert machine.points is machine.memory.points
+
+
+@pytest.mark.parametrize(
+    ("write", "read"),
+    [
+        pytest.param((0x0100, 0, 100, 0, *PRINTED), (0x0101, 0, 100), id="point"),
+        pytest.param((0x0104, 0, 100, 0, 0x4157), (0x0105, 0, 100), id="comment"),
+        pytest.param((0x0108, 0, 10, 10, 15, 1, 100), (0x0109, 0, 10), id="pallet"),
+        pytest.param((0x010C, 0, 5, 0, *PRINTED[:8]), (0x010D, 0, 5), id="shift"),
+        pytest.param((0x0110, 0, 1, 0, *PRINTED[:6]), (0x0111, 0, 1), id="hand"),
+        pytest.param((0x0200, 0, 1, 0, 7), (0x0214, 0, 1), id="integer variable"),
+        pytest.param((0x0200, 0, 257, 0, 0, 0x4020), (0x0214, 0, 257), id="real variable"),
+        pytest.param((0x0220, 0, 257, 1, 33), (0x0224, 0, 257, 1), id="axis parameter"),
+        pytest.param((0x0220, 0, 1, 0, 5), (0x0224, 0, 1), id="robot parameter"),
+    ],
+)
+def test_stored_data_survive_a_power_cycle(write: tuple[int, ...], read: tuple[int, ...]) -> None:
+    """Rule: stored.
+
+    Source: remote command guide 4.3.1 to 4.3.5, 4.4.1, 4.4.2
+    """
+    master = ready()
+    before = master.execute(*read)
+    assert master.execute(*write) == NORMAL_END
+    written = master.execute(*read)
+    assert written != before
+    power_cycle(master)
+    assert master.execute(*read) == written

@@ -34,16 +34,6 @@ from robot_master import NORMAL_END, abnormal_end
 # Registering
 
 
-def test_the_printed_example_registers_program_1_in_task_1_with_priority_47() -> None:
-    """Rule: register-program.
-
-    Source: remote command guide 4.6.1
-    """
-    master = program_master()
-    assert master.execute(0x0401, 1, 1, 1, 0x2F) == NORMAL_END
-    assert info(master, 1) == (1, 1, 1, 47)
-
-
 def test_the_main_program_is_in_task_1_from_power_on_and_no_other_is_in_a_task() -> None:
     """Rule: task-table."""
     master = program_master()

@@ -166,42 +166,7 @@ def test_a_running_program_is_not_stepped_skipped_or_reset() -> None:
     assert lines(master)[0] == 2
 
 
-@pytest.mark.parametrize("code", [STEP, SKIP, NEXT, INFO])
-def test_all_programs_can_be_run_and_reset_only(code: int) -> None:
-    """Source: remote command guide 4.6.2, 4.6.4."""
-    master = program_master()
-    for method in (ALL, 3, 5, 6, 7):
-        assert master.execute(*telegram(code, method, program=1, task=1)) == abnormal_end("4.2")
-
-
-@pytest.mark.parametrize("code", [EXECUTE, RESET])
-def test_other_designation_methods_are_an_error(code: int) -> None:
-    """Source: remote command guide 4.6.2, 4.6.3."""
-    master = program_master()
-    for method in (3, 5, 6, 7):
-        assert master.execute(*telegram(code, method, program=1, task=1)) == abnormal_end("4.2")
-    assert master.execute(*telegram(code, NUMBER, program=101)) == abnormal_end("4.2")
-    assert master.execute(*telegram(code, TASK, task=17)) == abnormal_end("4.2")
-
-
 # Reset
-
-
-def test_the_example_resets_a_program_by_its_name() -> None:
-    """Its execution line is 1 again; flag and name as the text describes them.
-
-    Source: remote command guide 4.6.3
-    """
-    program = RobotProgram("ABC_DE", steps=("SO(30)=1", "SO(31)=1", "SO(32)=1"), loop=False)
-    master = program_master(program)
-    master.execute(*telegram(STEP, NUMBER, program=1))
-    assert lines(master)[0] == 2
-    name = (0x4241, 0x5F43, 0x4544, 0x2020, 0x2020, 0x2020, 0x2020, 0x2020)
-    assert master.execute(0x0406, 4, 0, 0, 0, 0, *name) == NORMAL_END
-    assert lines(master)[0] == 1
-    master.execute(*telegram(SKIP, NUMBER, program=1))
-    assert master.execute(0x0406, 4, 0, 0, 0, 0, *name[:3]) == NORMAL_END
-    assert lines(master)[0] == 1
 
 
 def test_so14_shows_that_all_programs_have_been_reset() -> None:
@@ -264,23 +229,6 @@ def test_a_running_program_is_reset_where_the_controller_allows_it() -> None:
 
 
 # Information
-
-
-def test_the_example_shows_program_task_line_priority_and_name() -> None:
-    """Program 1 "ABCDEFGH" in task 2, line 101, priority 32; the text fills the name with spaces.
-
-    Rule: program-info, name-filler.
-    Source: remote command guide 4.6.4
-    """
-    steps = tuple("SO(30)=1" for _ in range(120))
-    name = (0x4241, 0x4443, 0x4645, 0x4847)
-    for filler, rest in (("spaces", 0x2020), ("zeros", 0)):
-        master = program_master(RobotProgram("ABCDEFGH", steps=steps), name_filler=filler)
-        master.execute(*telegram(REGISTER, NUMBER, program=1, task=2, priority=32))
-        for _ in range(100):
-            master.execute(*telegram(SKIP, NUMBER, program=1))
-        answer = master.execute(0x0408, 1, 1)
-        assert answer == (0x0200, 0, 1, 2, 0x65, 0x20, *name, *(rest,) * 4, 0, 0)
 
 
 def test_the_line_of_the_program_common_is_shown_with_10000_more() -> None:

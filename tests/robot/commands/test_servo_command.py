@@ -6,7 +6,7 @@ import pytest
 
 from movements import mover
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 ON, OFF, FREE = 0x034, 0x035, 0x036
 #: As the servo status reference shows them (guide, 4.7.3).
@@ -18,27 +18,17 @@ def _states(master: Master) -> list[int]:
     return master.robot.machine.servos.states
 
 
-def test_the_servo_of_axis_4_of_robot_1_becomes_free() -> None:
-    """The printed example; the motor power, and with it SO(02), stays ON.
+@pytest.mark.parametrize("code", [OFF, FREE])
+def test_one_axis_goes_off_or_free_and_comes_back_on(code: int) -> None:
+    """The motor power, and with it SO(02), stays ON.
 
     Rule: servo-command, servo-output.
     Source: remote command guide 4.2.13
     """
     master = mover()
-    assert master.execute(FREE, 0, 0x0008) == NORMAL_END
-    assert _states(master) == [1, 1, 1, 2]
-    assert master.on("SO02")
-
-
-@pytest.mark.parametrize("code", [OFF, FREE])
-def test_one_axis_goes_off_or_free_and_comes_back_on(code: int) -> None:
-    """Rule: servo-command.
-
-    Source: remote command guide 4.2.13
-    """
-    master = mover()
     assert master.execute(code, 0, 0x0002) == NORMAL_END
     assert _states(master) == [1, STATE[code], 1, 1]
+    assert master.on("SO02")
     assert master.execute(ON, 0, 0x0002) == NORMAL_END
     assert _states(master) == [1, 1, 1, 1]
 
@@ -63,33 +53,6 @@ def test_all_the_servos_of_the_designated_robot_are_switched() -> None:
     assert _states(master) == [1, 1, 0, 0]
     assert master.execute(ON | 0x2000, 0, 0x0002) == NORMAL_END
     assert _states(master) == [1, 1, 0, 1]
-
-
-@pytest.mark.parametrize("code", [ON, OFF, FREE])
-@pytest.mark.parametrize(
-    "data",
-    [
-        pytest.param((0, 0x0003), id="two axes"),
-        pytest.param((0, 0x003F), id="all axes by their bits"),
-        pytest.param((0, 0x0041), id="axis bit 6 is fixed 0"),
-        pytest.param((0, 0x0080), id="axis bit 7 is fixed 0"),
-        pytest.param((1, 0x0001), id="n+2 is not used"),
-        pytest.param((0, 0x0001, 1), id="n+6 is not used"),
-    ],
-)
-def test_only_one_axis_can_be_specified(code: int, data: tuple[int, ...]) -> None:
-    """Source: remote command guide 4.2.13."""
-    master = mover()
-    assert master.execute(code, *data) == abnormal_end("4.2")
-    assert _states(master) == [1, 1, 1, 1]
-
-
-@pytest.mark.parametrize("code", [ON, OFF, FREE])
-def test_an_axis_that_the_robot_does_not_have_is_refused(code: int) -> None:
-    """Source: remote command guide 4.2.13, tt."""
-    master = mover(axes=TWO_ROBOTS, no_axis_alarm="1.6")
-    assert master.execute(code, 0, 0x0004) == abnormal_end("1.6")
-    assert _states(master) == [1, 1, 1, 1]
 
 
 @pytest.mark.parametrize("code", [OFF, FREE])
@@ -207,13 +170,11 @@ def test_servo_on_needs_motor_power() -> None:
 
     Rule: servo-on-command.
     """
-    master = Master(motor_power_alarm="1.4")
-    master.power_up()
+    master = powered_up(motor_power_alarm="1.4")
     assert master.execute(ON, 0, 0x0001) == abnormal_end("1.4")
     assert not master.on("SO02")
 
-    master = Master(servo_needs_motor_power=False)
-    master.power_up()
+    master = powered_up(servo_needs_motor_power=False)
     assert master.execute(ON, 0, 0x0001) == NORMAL_END
     assert master.on("SO02")
     assert _states(master) == [1, 0, 0, 0]

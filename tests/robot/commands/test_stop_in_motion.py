@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import Axis, Point
-from robot_master import Master, abnormal_end
+from robot_master import Master, abnormal_end, servos_on
 
 PULSE_OUTPUT = 0x4000
 POINTS = {
@@ -36,9 +36,7 @@ MOVEMENTS = {
 
 
 def _mover(**config: Any) -> Master:
-    master = Master(**{"points": POINTS, "manual_speed": 1, "inching_amount": 10_000, **config})
-    master.servo_on()
-    return master
+    return servos_on(**{"points": POINTS, "manual_speed": 1, "inching_amount": 10_000, **config})
 
 
 def _unplug(master: Master) -> None:

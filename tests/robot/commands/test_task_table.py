@@ -5,14 +5,11 @@ from __future__ import annotations
 from program_commands import (
     ALL,
     EXECUTE,
-    LINES,
     NO_TASK,
     NUMBER,
     REGISTER,
     SECOND,
-    SKIP,
     STATES,
-    TASK,
     info,
     lines,
     program_master,
@@ -20,7 +17,6 @@ from program_commands import (
     telegram,
 )
 from rcx_harness.robot import RobotProgram
-from robot_master import NORMAL_END, abnormal_end
 
 
 def _only(**at: int) -> list[int]:
@@ -111,23 +107,6 @@ def test_the_time_of_several_stops_does_not_count_in_a_delay() -> None:
     assert master.so[35] == 0
     master.run(100)
     assert master.so[35] == 1
-
-
-def test_the_lines_of_tasks() -> None:
-    """Line 1, line 19, line 99, and 0 without a task, as in the example.
-
-    Source: remote command guide 4.7.6
-    """
-    steps = tuple("SO(30)=1" for _ in range(99))
-    master = program_master(*[RobotProgram(f"P{number}", steps=steps) for number in (1, 2, 3)])
-    for program, task, line in ((2, 2, 19), (3, 5, 99)):
-        master.execute(*telegram(REGISTER, NUMBER, program=program, task=task, priority=32))
-        for _ in range(line - 1):
-            master.execute(*telegram(SKIP, TASK, task=task))
-    assert master.execute(0x0508) == (0x0200, 0, 1, 0x13, 0, 0, 0x63, *(0,) * 9)
-    assert master.execute(0x0508, 0, 1) == NORMAL_END
-    for code in (STATES, LINES):
-        assert master.execute(code, 0, 2) == abnormal_end("4.2")
 
 
 def test_a_program_that_another_starts_is_in_a_task_until_its_end_or_a_reset() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from rcx_harness.robot import Axis, Point
 from rcx_harness.robot.paths import AxisMove, PtpPath
-from robot_master import Master, abnormal_end
+from robot_master import Master, abnormal_end, servos_on
 
 PULSE_OUTPUT = 0x4000
 #: Robot 1 has axes 0 and 1, robot 2 axes 2 and 3; the last one returns to its origin by SI(14).
@@ -20,9 +20,7 @@ POINTS = {19: Point((100_000, 50_000, 0, 0, 0, 0)), 20: Point((-30_000, 40_000, 
 
 
 def _mover(**config: Any) -> Master:
-    master = Master(**{"axes": AXES, "points": POINTS, **config})
-    master.servo_on()
-    return master
+    return servos_on(**{"axes": AXES, "points": POINTS, **config})
 
 
 def test_a_command_for_robot_2_is_not_executed_while_robot_1_moves() -> None:
@@ -57,13 +55,6 @@ def test_a_movement_moves_the_axes_of_its_robot(code: int, robot: int, expected:
     answer = master.execute(robot << 12 | code, PULSE_OUTPUT, 0, 0, 19)
     assert master.robot.positions == expected
     assert answer[4:10] == (0x86A0, 0x0001, 0xC350, 0x0000, 0, 0)
-
-
-@pytest.mark.parametrize("robot", [3, 4])
-def test_a_robot_that_is_not_there_cannot_be_moved(robot: int) -> None:
-    """Rule: other-alarms."""
-    master = _mover(absent_robot_alarm="6.3")
-    assert master.execute(robot << 12 | 0x001, 0, 0, 0, 19) == abnormal_end("6.3")
 
 
 def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:

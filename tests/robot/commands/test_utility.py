@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import Axis
-from robot_master import NORMAL_END, Master, abnormal_end
+from robot_master import NORMAL_END, Master, abnormal_end, powered_up, servos_on
 
 ALARM_RESET, MOTOR, SYSTEM, ALL = 0x604, 0x605, 0x606, 0x607
 DEFINE, ENABLE = 0x701, 0x703
@@ -33,8 +33,7 @@ def _master(**config: Any) -> Master:
 
     In words 24 to 26 for robot 1, axis 1; 27 to 29 axis 2; 30 to 32 robot 2; 33 to 35 the system.
     """
-    master = Master(size=256, real_time_items=ITEMS, axes=AXES, **config)
-    master.power_up()
+    master = powered_up(size=256, real_time_items=ITEMS, axes=AXES, **config)
     motors = [(1, 1), (1, 2), (2, 1)]
     words = [(item, *motor) for motor in motors for item in MOTOR_ITEMS]
     words += [(10 + item, 0, 0) for item in SYSTEM_ITEMS]
@@ -113,8 +112,7 @@ def test_a_servo_that_stays_on_is_not_counted_again() -> None:
 
     Source: remote command guide 4.8.4, servo ON count
     """
-    master = Master()
-    master.servo_on()
+    master = servos_on()
     counts = master.robot.machine.data.accumulated.servo_on_counts
     assert counts == [1, 1, 1, 1]
     master.execute(0x0035, 0, 0x0002)
@@ -198,38 +196,3 @@ def test_all_data_of_motors_and_system_are_reset_at_once() -> None:
     assert master.execute(0x0607) == NORMAL_END
     assert _motors(master) == [(0, 0, 0)] * 3
     assert _system(master) == (0, 0, 0)
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        (MOTOR, 0, 0, 1),
-        (MOTOR, 0, 4, 1),
-        (MOTOR, 0, COUNT, 0b11),
-        (MOTOR, 0, COUNT, 0b1000000),
-        (MOTOR, 1, COUNT, 1),
-        (SYSTEM, 0, 0),
-        (SYSTEM, 0, 4),
-        (SYSTEM, 0, 1, 1),
-        (ALL, 0, 1),
-    ],
-)
-def test_item_and_axis_have_their_limits(words: tuple[int, ...]) -> None:
-    """Only one axis can be specified.
-
-    Source: remote command guide 4.8.4, 4.8.5, 4.8.6
-    """
-    master = _master()
-    assert master.execute(*words) == abnormal_end("4.2")
-
-
-def test_a_reset_of_all_data_has_no_robot() -> None:
-    """Source: remote command guide 4.8.6."""
-    assert _master().execute(0x1000 | ALL) == abnormal_end("12.75")
-
-
-def test_an_axis_that_is_not_there_has_no_motor_data() -> None:
-    """Source: remote command guide 4.8.4."""
-    master = _master(no_axis_alarm="9.1", absent_robot_alarm="9.2")
-    assert master.execute(MOTOR, 0, COUNT, 0b100) == abnormal_end("9.1")
-    assert master.execute(0x3000 | MOTOR, 0, COUNT, 1) == abnormal_end("9.2")

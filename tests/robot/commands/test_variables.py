@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from robot_master import NORMAL_END, Master, abnormal_end
-from stored_data import long_words, power_cycle, ready, real_words
+from stored_data import long_words, ready, real_words
 
 ASSIGN, READ = 0x0200, 0x0214
 VALUE = {"=": 0x0200, "+": 0x0204, "-": 0x0208, "*": 0x020C, "/": 0x0210}
@@ -268,36 +268,3 @@ def test_a_value_that_is_no_number_is_refused(operator: str, high: int) -> None:
     assert _read(master, SGR0) == real_words(1.5)
     assert master.execute(ASSIGN, 0, 1, 0, 0, high) == NORMAL_END
     assert _read(master, 1) == (0, high)
-
-
-@pytest.mark.parametrize(
-    "code", [*VALUE.values(), *VARIABLE.values(), READ], ids=lambda code: f"{code:#06x}"
-)
-def test_a_wrong_telegram_on_variables_is_refused(code: int) -> None:
-    """Variables 32 to 255 and from 288 on are not there; all other words are 0.
-
-    Source: remote command guide 4.4.1
-    """
-    master = _with({2: 1})
-    for number in (32, 255, 288, 65535):
-        assert master.execute(code, 0, number, 0, 2) == abnormal_end("4.2")
-    for place in (2, 6, 12, 30):
-        words = [code, 0, 2, 0, 2 if code != READ else 0] + [0] * 11
-        words[place // 2] = 1
-        assert master.execute(*words) == abnormal_end("4.2")
-    if code in VARIABLE.values():
-        for number in (32, 255, 288):
-            assert master.execute(code, 0, 2, 0, number) == abnormal_end("4.2")
-        assert master.execute(code, 0, 2, 0, 2, 1) == abnormal_end("4.2")
-    assert _read(master, 2) == long_words(1)
-
-
-def test_variables_survive_a_power_cycle() -> None:
-    """Rule: stored.
-
-    Source: remote command guide 4.4.1
-    """
-    master = _with({1: 7, 257: 2.5})
-    power_cycle(master)
-    assert _read(master, 1) == long_words(7)
-    assert _read(master, 257) == real_words(2.5)

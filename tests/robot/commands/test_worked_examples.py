@@ -96,6 +96,7 @@ def _jog(example: Mapping[str, Any], start: list[int]) -> tuple[Master, tuple[in
 def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: int) -> None:
     """The start is free: the way of a first jog shows from where a second one gets there.
 
+    Rule: jog-stop.
     Source: remote command guide 4.2.6, examples
     """
     example = EXAMPLES[number]
