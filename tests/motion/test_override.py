@@ -23,6 +23,13 @@ def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
     return plc
 
 
+def _end(plc: PlcBench) -> None:
+    """Let the command that is out end normally, and reset the status."""
+    plc.answer(0x0200)
+    plc.scan()
+    plc.answer(0)
+
+
 def _answer(plc: PlcBench, code: int, *response: int) -> int:
     """Wait for a command with this code, answer it at once, reset; its data word n + 4."""
     plc.scan_until(lambda: plc.words[0] == code)
@@ -116,9 +123,7 @@ def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
     """
     plc = _moving(engine, Pace="T#500ms", Percent=100)
     plc.scan(100)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     out = plc.now_us
     assert _percents(plc, 1) == [60]
@@ -140,9 +145,7 @@ def test_a_step_up_that_waits_goes_out_with_a_percent_that_is_lower_by_then(
     plc.scan(3)
     plc["SpeedOverride.Percent"] = lower
     plc.scan(50)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     assert _percents(plc, 1) == [lower]
     assert (plc["SpeedOverride.Actual"], plc["SpeedOverride.Valid"]) == (lower, True)
     plc.scan_until(lambda: plc.words[0] == 0x0003, most=6)
@@ -176,9 +179,7 @@ def test_a_step_down_that_waits_goes_no_lower_than_what_is_wanted_by_then(
     plc["SpeedOverride.Percent"] = wanted
     plc.scan(5)
     assert not plc["SpeedOverride.Valid"]
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     assert _percents(plc, len(percents)) == percents
 
 
@@ -188,9 +189,7 @@ def test_a_step_up_that_waits_goes_on_to_where_it_was_when_percent_is_as_before(
     for percent in (5, 100):
         plc["SpeedOverride.Percent"] = percent
         plc.scan(5)
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     assert _percents(plc, 2) == [60, 70]
 
 
@@ -268,9 +267,7 @@ def test_a_step_waits_for_the_end_of_a_command_and_a_command_for_one_step() -> N
     assert plc.words[0] == 0x0501
     plc.scan(50)
     assert plc.words[0] == 0x0501
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     assert _percents(plc, 1) == [70]
 
 
@@ -408,18 +405,22 @@ def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
     assert _percents(plc, 1) == [75]
 
 
-def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
-    """It would change a speed that the program no longer leaves to this block."""
+def _waiting() -> PlcBench:
+    """A step from 50 to 20 % waits for the end of another command."""
     plc = _begun(Percent=50)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(4)
     plc["SpeedOverride.Percent"] = 20
     plc.scan(5)
+    return plc
+
+
+def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
+    """It would change a speed that the program no longer leaves to this block."""
+    plc = _waiting()
     plc["SpeedOverride.Enable"] = False
     plc.scan()
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     plc.scan(20)
     assert not any(plc.words)
 
@@ -429,17 +430,11 @@ def test_a_step_that_still_waits_is_withdrawn_at_a_refused_input(
     pin: str, value: int, error: int
 ) -> None:
     """Nothing goes out after the Error, which stays as it is; nor does what is out count less."""
-    plc = _begun(Percent=50)
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan(4)
-    plc["SpeedOverride.Percent"] = 20
-    plc.scan(5)
+    plc = _waiting()
     plc[f"SpeedOverride.{pin}"] = value
     plc.scan()
     assert plc["SpeedOverride.ErrorID"] == error
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0)
+    _end(plc)
     plc.scan(20)
     assert not any(plc.words)
     shown = [plc[f"SpeedOverride.{name}"] for name in ("ErrorID", "Error", "Busy", "Actual")]
@@ -470,15 +465,22 @@ def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
     assert plc.scan_until(lambda: plc.words[0] == 0x0039) <= 4
 
 
+def _steady(engine: str = "auto", **pins: Any) -> PartBench:
+    """The speed is 60 %; a step goes to any other one."""
+    bench = PartBench(engine)
+    for name, value in {**pins, "Percent": 60, "Rise": 100, "Enable": True}.items():
+        bench[f"Speed.{name}"] = value
+    bench.until(lambda: bool(bench["Speed.Valid"]))
+    return bench
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
     """The step may have gone out and been taken, and nothing shows it any more.
 
     Source: docs/explanation/scan-model.md, one scan
     """
-    bench = PartBench(engine)
-    bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True
-    bench.until(lambda: bool(bench["Speed.Valid"]))
+    bench = _steady(engine)
     bench["Speed.Percent"] = 20
     bench.scan(2)
     assert (bench.plc.words[0], bench["Speed.Actual"]) == (0x0039, 60)
@@ -494,22 +496,11 @@ def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
 @pytest.mark.parametrize("robot", [0, 1])
 def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, robot: int) -> None:
     """Of this robot; 0 is robot 1. Source: guide 4.2.15; 1.1, robot designation."""
-    bench = PartBench()
-    bench["Speed.RobotNumber"] = robot
-    bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True
-    bench.until(lambda: bool(bench["Speed.Valid"]))
+    bench = _steady(RobotNumber=robot)
     bench.send(code, 0, 100)
     bench.scan(8)
     shown = (bench["Speed.Valid"], bench["Speed.ErrorID"], bench["Speed.Actual"])
     assert shown == ((False, 0x805D, 0) if seen else (True, 0, 60))
-
-
-def _steady() -> PartBench:
-    """The speed is 60 %; a step goes to any other one."""
-    bench = PartBench()
-    bench["Speed.Percent"], bench["Speed.Rise"], bench["Speed.Enable"] = 60, 100, True
-    bench.until(lambda: bool(bench["Speed.Valid"]))
-    return bench
 
 
 @pytest.mark.parametrize(

@@ -139,15 +139,6 @@ def test_blocks_that_read_and_set_the_speed_work_beside_it() -> None:
     assert bench.told.count("039") >= 2
 
 
-def test_a_movement_that_was_there_before_is_waited_for() -> None:
-    """First come, first served: nothing of it has gone out. Source: scan-model.md."""
-    bench = PartBench()
-    bench.send(*_MOVES)
-    bench.scan(3)
-    assert bench.work() == "Done"
-    assert bench.told[:2] == ["move 30", "DO(20) OFF"]
-
-
 def test_a_movement_is_waited_for_however_long_it_takes() -> None:
     """Nothing of the work has gone out: its first command comes behind it.
 

@@ -443,16 +443,6 @@ def test_a_command_that_is_none_of_the_work_hides_lost_servos_for_a_second() -> 
     assert _shown(plc) == _fault(0x800C)
 
 
-def test_a_work_that_ends_well_in_the_scan_of_a_fault_is_counted() -> None:
-    """Source: this library's own."""
-    plc = _running()
-    plc.outputs(SO02=False)
-    plc["Bare.WorkDone"] = True
-    plc.scan()
-    assert _shown(plc) == _fault(0x800C)
-    assert plc["Bare.Count"] == 1
-
-
 def test_the_count_does_not_begin_again_below_zero() -> None:
     """Source: IEC 61131-3: DINT is up to 2147483647."""
     plc = _running()

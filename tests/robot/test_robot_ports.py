@@ -91,19 +91,6 @@ def test_a_program_waits_for_an_input_then_goes_on() -> None:
     assert not master.on("SO13")
 
 
-def test_a_wait_that_is_stopped_goes_on_after_the_stop() -> None:
-    """Rule: tasks, program-restart."""
-    master = run_steps("WAIT SI(20)=1", "SO(20)=1")
-    master.turn_and_wait("SI12", False)
-    master.turn_and_wait("SI06", False)
-    master.si[34] |= 1
-    master.run(50)
-    assert master.so[34] == 0
-    master.turn_and_wait("SI06", True)
-    master.turn_and_wait("SI12", True)
-    assert master.so[34] == 1
-
-
 def test_delays_and_pulses_take_their_time() -> None:
     """OUT with a time turns its output OFF again while the program goes on.
 
@@ -121,19 +108,6 @@ def test_delays_and_pulses_take_their_time() -> None:
     assert master.so[34] == 0b100
 
 
-def test_a_delay_does_not_count_while_the_program_is_stopped() -> None:
-    """Rule: program-length, program-restart."""
-    master = run_steps("DELAY 400", "SO(20)=1", program_stop_delay=0)
-    master.run(80)  # 100 ms of the delay have passed
-    master.turn_and_wait("SI06", False, 1000)
-    master.turn_and_wait("SI12", False)
-    master.turn_and_wait("SI06", True)
-    master.turn_and_wait("SI12", True, 295)
-    assert master.so[34] == 0
-    master.run(15)
-    assert master.so[34] == 1
-
-
 def test_a_program_that_never_waits_leaves_time_for_the_others() -> None:
     """Rule: program-length."""
     endless = RobotProgram(steps=("A=SIW(2)", "SOW(3)=A"))
@@ -143,33 +117,6 @@ def test_a_program_that_never_waits_leaves_time_for_the_others() -> None:
     master.run(10)
     assert master.so[6:8] == b"\x34\x12"
     assert master.on("SO13")
-
-
-@pytest.mark.parametrize(("knob", "kept"), [(False, 1), (True, 0)])
-def test_outputs_after_a_program_reset(knob: bool, kept: int) -> None:
-    """Rule: outputs-kept."""
-    master = run_steps("SO(20)=1", reset_clears_outputs=knob)
-    master.turn_and_wait("SI12", False)
-    assert master.so[34] == 1
-    master.pulse("SI15")
-    assert master.so[34] == kept
-    master.robot.inject("power_cycle")
-    master.run(300)
-    assert master.so[34] == 0
-
-
-@pytest.mark.parametrize(("knob", "value"), [(True, 0), (False, 0x1234)])
-def test_general_purpose_inputs_without_a_connection(knob: bool, value: int) -> None:
-    """Rule: inputs-on-loss."""
-    master = powered_up(loss_clears_inputs=knob)
-    master.si[4:6] = b"\x34\x12"
-    master.run(10)
-    master.connected = False
-    master.run(10)
-    assert master.robot.read_port("SIW(2)") == value
-    master.connected = True
-    master.run(10)
-    assert master.robot.read_port("SIW(2)") == 0x1234
 
 
 @pytest.mark.parametrize(("knob", "at_rest"), [(True, 5), (False, 0)])

@@ -51,15 +51,6 @@ def test_si00_off_at_power_on_is_an_emergency_stop_without_alarm() -> None:
     assert latched.on("SO03")
 
 
-@pytest.mark.parametrize(("size", "length"), [(48, 48), (256, 256)])
-def test_the_area_has_48_or_256_bytes(size: int, length: int) -> None:
-    """Source: manual chapter 1, 4.1 and 4.2."""
-    master = Master(size=size)
-    master.run(300)
-    assert len(master.so) == length
-    assert master.on("SO01")
-
-
 def test_without_connection_si00_and_si06_turn_off_inside() -> None:
     """Loss in operation: emergency stop, alarms 12.552 and 12.600, program stopped.
 

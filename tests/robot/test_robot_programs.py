@@ -7,19 +7,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.robot import RobotProgram
-from robot_master import Master, powered_up, servos_on
-
-
-def test_program_reset_and_program_execution() -> None:
-    """Rule: program-reset, program-start.
-
-    Source: manual chapter 5, 3.2
-    """
-    master = servos_on()
-    master.pulse("SI15")
-    assert (master.on("SO14"), master.on("SO13")) == (True, False)
-    master.pulse("SI12")
-    assert (master.on("SO14"), master.on("SO13")) == (False, True)
+from robot_master import powered_up, servos_on
 
 
 def test_program_reset_and_start_need_auto_mode() -> None:
@@ -38,50 +26,6 @@ def test_program_reset_and_start_need_auto_mode() -> None:
     master.robot.inject("auto_mode")
     master.pulse("SI15")
     assert (master.on("SO10"), master.on("SO14")) == (True, True)
-
-
-def test_the_program_cannot_be_executed_with_si06_off() -> None:
-    """The attempt is alarm 12.400, which latches nothing.
-
-    Rule: program-start, stop-alarm, minor-alarms.
-    Source: manual chapter 5, 3.2, note; chapter 4, 4
-    """
-    master = servos_on()
-    master.turn_and_wait("SI06", False)
-    master.pulse("SI12")
-    assert not master.on("SO13")
-    assert not master.on("SO03")
-    assert [alarm.number for alarm in master.robot.alarms.history] == ["12.400"]
-
-
-def test_the_program_cannot_be_executed_with_si00_off() -> None:
-    """Rule: program-start.
-
-    Source: manual chapter 5, 3.2, note
-    """
-    master = Master()
-    master.run(300)
-    master.turn_and_wait("SI06", True)
-    master.pulse("SI12")
-    assert not master.on("SO13")
-
-
-def test_stop_input_off_stops_the_program_and_it_goes_on_after_it() -> None:
-    """No alarm reset is needed in between.
-
-    Rule: program-stop, program-restart, stop-alarm, minor-alarms.
-    Source: manual chapter 5, 3.3
-    """
-    master = servos_on()
-    master.pulse("SI12")
-    master.turn_and_wait("SI06", False)
-    assert not master.on("SO13")
-    assert not master.on("SO03")
-    assert [alarm.number for alarm in master.robot.alarms.history] == ["12.400"]
-    master.turn_and_wait("SI06", True)
-    assert not master.on("SO13")
-    master.pulse("SI12")
-    assert master.on("SO13")
 
 
 def test_an_emergency_stop_stops_the_program() -> None:

@@ -51,19 +51,6 @@ def test_servo_on_needs_si00_on_and_every_emergency_stop_cancelled() -> None:
     assert master.on("SO02")
 
 
-def test_shift_to_emergency_stop() -> None:
-    """SI(00) OFF: SO(00) and SO(03) ON, SO(02) OFF, 12.600.
-
-    Rule: emergency-stop, mp-ready.
-    Source: manual chapter 5, 3.1, shift to emergency stop; chapter 4, 4
-    """
-    master = servos_on()
-    master.turn_and_wait("SI00", False, 5)
-    outputs = {name for name in ("SO00", "SO01", "SO02", "SO03", "SO04") if master.on(name)}
-    assert outputs == {"SO00", "SO01", "SO03", "SO04"}
-    assert _numbers(master) == ["12.600"]
-
-
 def test_a_short_switch_off_of_si00_is_an_emergency_stop_too() -> None:
     """It is not forgotten while its answer is on the way.
 

@@ -264,37 +264,6 @@ def test_halt_ends_suspended_tasks_too() -> None:
     assert _states(master) == ["ended", "ended"]
 
 
-def test_so14_comes_with_the_reset_of_the_last_program_in_a_task() -> None:
-    """By command, one after the other; the first reset alone is not enough.
-
-    Rule: busy-programs, program-received.
-    Source: remote command guide 4.6.3: SO14 to verify all the programs have been reset
-    """
-    master = _running()
-    master.turn_and_wait("SI06", False)
-    assert _states(master) == ["stopped", "stopped"]
-    assert master.execute(0x0406, 0x0002, 0, 1)[0] == 0x0200
-    master.run(100)
-    assert (master.on("SO14"), _states(master)) == (False, ["ready", "stopped"])
-    assert master.execute(0x0406, 0x0002, 0, 2)[0] == 0x0200
-    master.run(100)
-    assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])
-
-
-def test_a_second_reset_by_command_does_not_replace_one_that_is_not_answered() -> None:
-    """Rule: busy-programs."""
-    master = _running(program_reset_delay=1000)
-    master.run(1000)
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
-    master.pulse("SI12")
-    master.turn_and_wait("SI06", False)
-    for task in (1, 2):
-        assert master.execute(0x0406, 0x0002, 0, task)[0] == 0x0200
-    master.run(1200)
-    assert (master.on("SO14"), _states(master)) == (True, ["ready", "ready"])
-
-
 def test_a_program_that_loops_does_its_steps_again_and_again_at_the_same_pace() -> None:
     """ON for 100 ms and OFF for 200 ms, and a cycle of 5 ms at its end.
 

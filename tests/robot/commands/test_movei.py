@@ -162,24 +162,6 @@ def test_another_movement_in_between_makes_movei_start_anew(
     assert master.robot.positions[0] == stands + way + 100_000
 
 
-def test_an_emergency_stop_interrupts_movei_as_well() -> None:
-    """Rule: movei-start.
-
-    Source: remote command guide 4.2.2, note
-    """
-    master = _mover()
-    master.send(0x0009, 0x0004, 0, 20, 19)
-    master.run(200)
-    master.turn_and_wait("SI00", False)
-    assert master.words[:3] == (ABNORMAL, 0x000C, 0x0258)
-    master.send()
-    master.turn_and_wait("SI00", True)
-    master.pulse("SI16")
-    master.pulse("SI01")
-    assert master.execute(0x0009, 0, 0, 0, 19)[0] == NORMAL
-    assert master.robot.positions[:2] == [100_000, -50_000]
-
-
 def test_movei_takes_the_hand_system() -> None:
     """Rule: hand-system.
 

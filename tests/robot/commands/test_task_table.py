@@ -52,29 +52,6 @@ def test_a_task_that_waits_is_shown_running_where_the_controller_is_set_so() -> 
     assert states(master)[0] == 1
 
 
-def test_a_suspended_task_goes_on_with_restart_and_not_with_a_start() -> None:
-    """Rule: task-states."""
-    programs = (
-        RobotProgram("P1", steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "WAIT SI(21)=1",
-                                  "RESTART 2", "WAIT SI(27)=1")),
-        RobotProgram("P2", steps=("WAIT SI(22)=1", "SO(30)=1", "WAIT SI(27)=1")),
-    )  # fmt: skip
-    master = program_master(*programs)
-    master.pulse("SI12")
-    master.si[34] = 1
-    master.run(10)
-    assert states(master) == _only(task1=3, task2=2)
-    master.si[34] |= 4
-    master.run(10)
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
-    master.pulse("SI12")
-    assert (states(master), master.so[35]) == (_only(task1=3, task2=2), 0)
-    master.si[34] |= 2
-    master.run(10)
-    assert (states(master), master.so[35]) == (_only(task1=3, task2=3), 1)
-
-
 def test_a_task_that_suspends_itself_goes_on_behind_that_line() -> None:
     """Rule: task-states."""
     programs = (
