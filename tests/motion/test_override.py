@@ -465,7 +465,7 @@ def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
     assert plc.scan_until(lambda: plc.words[0] == 0x0039) <= 4
 
 
-def _steady(engine: str = "auto", **pins: Any) -> PartBench:
+def _steady(engine: str = "builtin", **pins: Any) -> PartBench:
     """The speed is 60 %; a step goes to any other one."""
     bench = PartBench(engine)
     for name, value in {**pins, "Percent": 60, "Rise": 100, "Enable": True}.items():

@@ -146,20 +146,6 @@ def test_dedicated_inputs_of_the_parallel_board_are_disabled_but_for_the_stop(
     assert master.on("SO13") is not stopped
 
 
-@pytest.mark.parametrize(("board", "servo"), [("none", True), ("valid", False), ("invalid", False)])
-def test_the_other_reading_disables_the_inputs_of_the_network(board: str, servo: bool) -> None:
-    """SI(00) and SI(06) work all the same, as chapter 1, 5 wants it.
-
-    Rule: parallel-reading.
-    """
-    master = powered_up(parallel_io=board, parallel_disables_si=True)
-    assert not master.on("SO00")
-    master.pulse("SI01")
-    assert master.on("SO02") is servo
-    master.turn_and_wait("SI10", True)
-    assert master.on("SO12") is servo
-
-
 def test_auto_mode_needs_both_switches_and_its_time() -> None:
     """Rule: auto-switches, answers.
 

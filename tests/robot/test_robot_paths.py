@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import math
 
 import pytest
@@ -246,107 +245,6 @@ def test_a_way_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
 # Movements
 
 
-def test_each_robot_moves_for_itself() -> None:
-    """Robot 1 arrives after 1 s, robot 2 after 2 s.
-
-    Rule: robots-move.
-    """
-    motion, positions = Motion(), [0, 0]
-    first = Movement(PtpPath([_move(0, 100, 0)]), 0)
-    second = Movement(PtpPath([_move(0, -200, 1)]), 0)
-    motion.start(1, first)
-    motion.start(2, second)
-    motion.advance(500_000, positions)
-    assert positions == [50, -50]
-    motion.advance(1_100_000, positions)
-    assert positions == [100, -110]
-    assert (first.done, second.done) == (True, False)
-    assert (motion.moving(1), motion.moving(2)) == (False, True)
-    motion.stop(1_200_000, positions, "12.400")
-    assert positions == [100, -120]
-    assert (first.stopped_by, second.stopped_by) == ("", "12.400")
-    assert not motion.under_way
-
-
-def test_a_stop_of_some_axes_ends_the_movements_that_they_take_part_in() -> None:
-    """Rule: robots-move."""
-    motion, positions = Motion(), [0, 0, 0]
-    both = Movement(PtpPath([_move(0, 100, 0), _move(0, 100, 1)]), 0)
-    other = Movement(PtpPath([_move(0, 100, 2)]), 0)
-    motion.start(1, both)
-    motion.start(2, other)
-    motion.stop(500_000, positions, "6.6", {1})
-    assert (both.stopped_by, other.stopped_by) == ("6.6", "")
-    motion.advance(900_000, positions)
-    assert positions == [50, 50, 90]
-
-
-def test_an_interrupted_relative_movement_is_remembered_until_the_next_movement() -> None:
-    """Of that robot alone, and only under its own key.
-
-    Rule: relative-kept.
-    Source: remote command guide 4.2.2, note
-    """
-    motion, positions = Motion(), [0, 0]
-    motion.start(1, Movement(PtpPath([_move(0, 100, 0)]), 0, relative=("a",)))
-    motion.start(2, Movement(PtpPath([_move(0, 100, 1)]), 0))
-    motion.stop(500_000, positions, "12.400")
-    assert motion.kept_target(1, ("a",)) == {0: 100}
-    assert motion.kept_target(1, ("b",)) is None
-    assert motion.kept_target(2, None) is None
-    motion.start(2, Movement(PtpPath([_move(50, 90, 1)]), 500_000))
-    assert motion.kept_target(1, ("a",)) == {0: 100}
-    motion.start(1, Movement(PtpPath([_move(50, 60, 0)]), 500_000))
-    assert motion.kept_target(1, ("a",)) is None
-
-
-def test_a_relative_movement_that_has_arrived_is_not_remembered() -> None:
-    """Rule: relative-kept."""
-    motion, positions = Motion(), [0]
-    motion.start(1, Movement(PtpPath([_move(0, 100, 0)]), 0, relative=("a",)))
-    motion.stop(1_100_000, positions, "12.400")
-    assert motion.kept_target(1, ("a",)) is None
-
-
-def test_a_pushing_axis_stands_at_the_workpiece() -> None:
-    """From 0.6 s on; it has no end of its own there. Another movement goes through.
-
-    Rule: push-model.
-    """
-    motion, positions = Motion(), [0, 0]
-    motion.workpieces.update({0: 60, 1: 60})
-    push = Movement(PtpPath([_move(0, 100, 0)]), 0, pushing=True)
-    motion.start(1, push)
-    motion.start(2, Movement(PtpPath([_move(0, 100, 1)]), 0))
-    motion.advance(500_000, positions)
-    assert (positions, push.blocked_us) == ([50, 50], None)
-    for now in (700_000, 2_000_000):
-        motion.advance(now, positions)
-        assert positions[0] == 60
-        assert push.blocked_us == 700_000
-        assert not push.done
-    assert positions[1] == 100
-    del motion.workpieces[0]
-    motion.advance(2_005_000, positions)
-    assert (positions[0], push.done, push.blocked_us) == (100, True, None)
-
-
-def test_a_movement_may_be_done_within_the_tolerance_and_still_go_on() -> None:
-    """10 pulses before the end, after 0.9 s.
-
-    Rule: arrival.
-    """
-    motion, positions = Motion(), [0]
-    movement = Movement(PtpPath([_move(0, 100, 0)]), 0, tolerance={0: 10})
-    motion.start(1, movement)
-    motion.advance(890_000, positions)
-    assert (positions, movement.done) == ([89], False)
-    motion.advance(905_000, positions)
-    assert (positions, movement.done, motion.moving(1)) == ([90], True, False)
-    motion.stop(950_000, positions, "12.400")
-    assert (positions, movement.stopped_by) == ([95], "")
-
-
 def test_a_path_that_passes_its_target_on_the_way_is_not_done_there() -> None:
     """An arc that begins beside its end, and an arch axis that rises past its target.
 
@@ -369,13 +267,3 @@ def test_a_path_that_passes_its_target_on_the_way_is_not_done_there() -> None:
     assert not motion.moving(2)
     motion.advance(9_950_000, positions)
     assert not motion.moving(1)
-
-
-def test_a_copy_of_a_movement_goes_its_own_way() -> None:
-    """As a snapshot of the controller does."""
-    motion, positions = Motion(), [0]
-    motion.start(1, Movement(PtpPath([_move(0, 100, 0)]), 0))
-    twin, elsewhere = copy.deepcopy(motion), [0]
-    motion.stop(500_000, positions, "12.400")
-    twin.advance(1_500_000, elsewhere)
-    assert (positions, elsewhere) == ([50], [100])

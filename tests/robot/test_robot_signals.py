@@ -229,41 +229,6 @@ def test_a_warning_turns_so15_on() -> None:
     assert not master.on("SO15")
 
 
-@pytest.mark.parametrize(("knob", "servo"), [(True, False), (False, True)])
-def test_inputs_under_the_authority_of_the_programming_box(knob: bool, servo: bool) -> None:
-    """Rule: pendant-inputs."""
-    master = powered_up(pendant_blocks_inputs=knob)
-    master.robot.inject("pendant_on")
-    master.pulse("SI01")
-    assert master.on("SO02") is servo
-    master.robot.inject("pendant_off")
-    master.pulse("SI01")
-    assert master.on("SO02")
-
-
-@pytest.mark.parametrize(("knob", "emergency"), [(True, True), (False, False)])
-def test_inputs_that_a_safety_setting_disables(knob: bool, emergency: bool) -> None:
-    """Rule: safety-inputs."""
-    master = powered_up(safety_keeps_stops=knob)
-    master.robot.inject("safety_on")
-    master.pulse("SI01")
-    assert not master.on("SO02")
-    master.turn_and_wait("SI00", False)
-    assert master.on("SO00") is emergency
-    assert master.texts() == []
-
-
-def test_stops_count_as_long_as_no_safety_setting_disables_them() -> None:
-    """Rule: safety-inputs."""
-    master = servos_on(safety_keeps_stops=False)
-    master.turn_and_wait("SI06", False)
-    master.pulse("SI12")
-    assert not master.on("SO13")
-    assert not master.on("SO00")
-    master.turn_and_wait("SI00", False)
-    assert master.on("SO00")
-
-
 def test_delays_given_as_a_range_come_from_the_seed() -> None:
     """Rule: answers."""
 

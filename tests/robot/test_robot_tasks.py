@@ -23,6 +23,13 @@ def _running(**config: Any) -> Master:
     return master
 
 
+def _started(*programs: RobotProgram) -> Master:
+    """Return a robot whose main program, the first of these, has been started."""
+    master = powered_up(programs=programs)
+    master.pulse("SI12")
+    return master
+
+
 def _states(master: Master) -> list[str]:
     return [task.state for task in master.robot.program.tasks]
 
@@ -106,8 +113,7 @@ def test_an_emergency_stop_stops_all_tasks() -> None:
 def test_halt_ends_all_tasks() -> None:
     """Rule: tasks."""
     halting = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "HALT", "SO(20)=1"), loop=False)
-    master = powered_up(programs=(halting, SECOND))
-    master.pulse("SI12")
+    master = _started(halting, SECOND)
     master.si[34] |= 1
     master.run(10)
     assert _states(master) == ["ended", "ended"]
@@ -159,8 +165,7 @@ def test_a_suspended_task_goes_on_with_restart_only() -> None:
 
     Rule: tasks.
     """
-    master = powered_up(programs=(HOLDER, SECOND))
-    master.pulse("SI12")
+    master = _started(HOLDER, SECOND)
     master.si[34] |= 1
     master.run(10)
     assert _states(master) == ["running", "suspended"]
@@ -188,8 +193,7 @@ def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
         loop=False,
     )
     second = RobotProgram(steps=("WAIT SI(21)=1", "DELAY 10000"), loop=False)
-    master = powered_up(programs=(first, second))
-    master.pulse("SI12")
+    master = _started(first, second)
     task = master.robot.program.tasks[1]
     master.si[34] |= 2
     master.run(10)
@@ -257,8 +261,7 @@ def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(s
 def test_halt_ends_suspended_tasks_too() -> None:
     """Rule: tasks."""
     first = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "HALT"), loop=False)
-    master = powered_up(programs=(first, SECOND))
-    master.pulse("SI12")
+    master = _started(first, SECOND)
     master.si[34] |= 1
     master.run(10)
     assert _states(master) == ["ended", "ended"]

@@ -24,6 +24,7 @@ from program_commands import (
     info,
     lines,
     program_master,
+    registered_master,
     states,
     telegram,
     text_words,
@@ -206,8 +207,7 @@ def test_the_printed_example_runs_program_1_and_so13_shows_it_later() -> None:
 )
 def test_one_program_runs_by_number_task_or_name(words: tuple[int, ...]) -> None:
     """Source: remote command guide 4.6.2."""
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
+    master = registered_master(3)
     assert master.execute(*words) == NORMAL_END
     assert master.so[35] == 0b100
     assert lines(master) == [1, 0, 2, 0, 0, 0, 0, 0]
@@ -218,8 +218,7 @@ def test_all_programs_that_are_in_a_task_run_with_method_0() -> None:
 
     Source: remote command guide 4.6.2
     """
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
+    master = registered_master(3)
     assert master.execute(*telegram(EXECUTE, ALL)) == NORMAL_END
     assert master.so[35] == 0b101
     assert master.on("SO13")
@@ -230,8 +229,7 @@ def test_the_auto_operation_start_input_runs_all_programs_in_a_task_too() -> Non
 
     Source: remote command guide 4.6.2
     """
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
+    master = registered_master(3)
     master.pulse("SI12")
     assert master.so[35] == 0b101
 
@@ -241,8 +239,7 @@ def test_the_start_input_has_no_effect_while_a_program_runs() -> None:
 
     Rule: program-start.
     """
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=3, priority=32))
+    master = registered_master(3)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.pulse("SI12")
     assert master.so[35] == 0b001
@@ -250,8 +247,7 @@ def test_the_start_input_has_no_effect_while_a_program_runs() -> None:
 
 def test_what_was_stopped_goes_on_and_what_has_ended_stays() -> None:
     """Rule: execute-programs."""
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, task=2, priority=32))
+    master = registered_master(2)
     master.execute(*telegram(EXECUTE, ALL))
     master.si[34] = 1
     master.run(10)
@@ -270,8 +266,7 @@ def test_what_was_stopped_goes_on_and_what_has_ended_stays() -> None:
 
 def test_two_orders_in_a_row_are_both_carried_out() -> None:
     """Also where the first program is not yet started when the second one is ordered."""
-    master = program_master(program_start_delay=500)
-    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master = registered_master(2, program_start_delay=500)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.execute(*telegram(EXECUTE, NUMBER, program=2))
     assert master.so[35] == 0

@@ -20,6 +20,7 @@ from program_commands import (
     info,
     lines,
     program_master,
+    registered_master,
     states,
     telegram,
 )
@@ -186,8 +187,7 @@ def test_so14_shows_that_all_programs_have_been_reset() -> None:
 
 def test_so14_comes_with_the_last_program_that_is_reset() -> None:
     """Rule: busy-programs."""
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master = registered_master(2)
     master.execute(*telegram(SKIP, NUMBER, program=1))
     master.execute(*telegram(SKIP, NUMBER, program=2))
     master.execute(*telegram(RESET, NUMBER, program=2))
@@ -198,8 +198,7 @@ def test_so14_comes_with_the_last_program_that_is_reset() -> None:
 
 def test_two_resets_in_a_row_are_both_carried_out() -> None:
     """Rule: program-received."""
-    master = program_master(program_reset_delay=300)
-    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master = registered_master(2, program_reset_delay=300)
     for number in (1, 2):
         master.execute(*telegram(SKIP, NUMBER, program=number))
     for number in (1, 2):
@@ -211,8 +210,7 @@ def test_two_resets_in_a_row_are_both_carried_out() -> None:
 
 def test_the_reset_input_still_resets_all_after_a_single_reset() -> None:
     """Source: manual chapter 5, 2, SI(15)."""
-    master = program_master()
-    master.execute(*telegram(REGISTER, NUMBER, program=2, priority=32))
+    master = registered_master(2)
     master.execute(*telegram(RESET, NUMBER, program=2))
     for number in (1, 2):
         master.execute(*telegram(SKIP, NUMBER, program=number))

@@ -147,24 +147,6 @@ def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
     assert _states(master) == [0, 0, 0, 0]
 
 
-def test_servo_on_at_a_serious_alarm_ends_with_its_number() -> None:
-    """Rule: servo-on-command."""
-    master = mover()
-    master.robot.inject("alarm", group=17, category=4)
-    master.run(50)
-    assert master.execute(ON) == abnormal_end("17.4")
-    assert master.execute(0x0042) == abnormal_end("17.4")
-
-
-def test_servo_on_without_main_power_is_refused() -> None:
-    """Rule: servo-on-command."""
-    master = mover(motor_power_alarm="1.4")
-    master.robot.inject("main_power_off")
-    master.run(50)
-    assert master.execute(ON) == abnormal_end("1.4")
-    assert master.execute(0x0042) == abnormal_end("1.4")
-
-
 def test_servo_on_needs_motor_power() -> None:
     """Or brings it ON, if the robot file says so.
 
@@ -204,3 +186,18 @@ def test_off_and_free_end_a_return_to_origin_of_the_axis(code: int) -> None:
     assert not master.robot.machine.origin_running
     master.run(500)
     assert master.robot.origins == [True, True, False, False]
+
+
+@pytest.mark.parametrize("code", [ON, 0x0042])
+@pytest.mark.parametrize(
+    ("event", "args", "alarm"),
+    [("alarm", {"group": 17, "category": 4}, "17.4"), ("main_power_off", {}, "1.4")],
+)
+def test_servo_on_and_motor_power_on_are_refused_at_an_alarm_and_without_main_power(
+    event: str, args: dict[str, int], alarm: str, code: int
+) -> None:
+    """Rule: servo-on-command."""
+    master = mover(motor_power_alarm="1.4")
+    master.robot.inject(event, **args)
+    master.run(50)
+    assert master.execute(code) == abnormal_end(alarm)

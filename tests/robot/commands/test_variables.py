@@ -85,43 +85,25 @@ def test_variables_are_0_until_they_are_assigned_and_do_not_mix() -> None:
     assert [_read(master, n) for n in (0, 2, 256, 258)] == [(0, 0)] * 4
 
 
+@pytest.mark.parametrize(("first", "second"), [(1, 2), (SGR0, SGR31)])
 @pytest.mark.parametrize(
-    ("operator", "expected"), [("=", 6), ("+", 26), ("-", 14), ("*", 120), ("/", 3)]
+    ("operator", "integer", "real"),
+    [("=", 6, 0.5), ("+", 26, 3.0), ("-", 14, 2.0), ("*", 120, 1.25), ("/", 3, 5.0)],
 )
-def test_integers_are_calculated_with_a_value_and_with_a_variable(
-    operator: str, expected: int
+def test_variables_are_calculated_with_a_value_and_with_a_variable(
+    operator: str, integer: int, real: float, first: int, second: int
 ) -> None:
-    """20 and 6: the quotient 3.33 becomes 3.
+    """Integers 20 and 6, whose quotient 3.33 becomes 3; real numbers 2.5 and 0.5.
 
     Rule: mixed-arithmetic.
     Source: remote command guide 4.4.1
     """
-    master = _with({1: 20, 2: 6})
-    assert master.execute(VALUE[operator], 0, 1, 0, *long_words(6)) == NORMAL_END
-    assert _read(master, 1) == long_words(expected)
-    master = _with({1: 20, 2: 6})
-    assert master.execute(VARIABLE[operator], 0, 1, 0, 2) == NORMAL_END
-    assert _read(master, 1) == long_words(expected)
-    assert _read(master, 2) == long_words(6)
-
-
-@pytest.mark.parametrize(
-    ("operator", "expected"), [("=", 0.5), ("+", 3.0), ("-", 2.0), ("*", 1.25), ("/", 5.0)]
-)
-def test_real_numbers_are_calculated_with_a_value_and_with_a_variable(
-    operator: str, expected: float
-) -> None:
-    """2.5 and 0.5.
-
-    Rule: mixed-arithmetic.
-    Source: remote command guide 4.4.1
-    """
-    master = _with({SGR0: 2.5, SGR31: 0.5})
-    assert master.execute(VALUE[operator], 0, SGR0, 0, *real_words(0.5)) == NORMAL_END
-    assert _read(master, SGR0) == real_words(expected)
-    master = _with({SGR0: 2.5, SGR31: 0.5})
-    assert master.execute(VARIABLE[operator], 0, SGR0, 0, SGR31) == NORMAL_END
-    assert _read(master, SGR0) == real_words(expected)
+    own, other, expected = (20, 6, integer) if first == 1 else (2.5, 0.5, real)
+    for code, operand in ((VALUE, _words(second, other)), (VARIABLE, (second,))):
+        master = _with({first: own, second: other})
+        assert master.execute(code[operator], 0, first, 0, *operand) == NORMAL_END
+        assert _read(master, first) == _words(first, expected)
+        assert _read(master, second) == _words(second, other)
 
 
 def test_a_variable_can_be_calculated_with_itself() -> None:
