@@ -87,8 +87,7 @@ def test_the_controller_always_begins_in_the_servo_off_state_after_power_on(star
 
 def test_correctly_connected_the_leds_show_the_normal_state(start: Start) -> None:
     """Source: manual chapter 3, 1."""
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     assert _leds(cell) == (Led.GREEN, Led.GREEN)
 
 
@@ -117,8 +116,7 @@ def test_correctly_connected_the_terminal_of_the_safety_connector_is_always_vali
     start: Start,
 ) -> None:
     """Source: manual chapter 3, 1."""
-    cell = start()
-    cell.servo_on()
+    cell = start().servo_on()
     cell.cell.inject("emergency_stop")
     cell.wait("SO00")
     assert cell.is_on("SO02", "SO03") == (False, True)
@@ -129,8 +127,7 @@ def test_correctly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disa
     start: Start, board: str, stops: bool
 ) -> None:
     """Source: manual chapter 3, 1."""
-    cell = start(parallel_io=board, parallel_stop=False)
-    cell.servo_on()
+    cell = start(parallel_io=board, parallel_stop=False).servo_on()
     cell["AutoStart.Timeout"] = "T#1s"
     assert (cell.execute("AutoStart") != 0) is stops
     assert [alarm.number for alarm in cell.robot.alarms.history] == ["12.400"] * stops

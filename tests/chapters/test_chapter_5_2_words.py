@@ -11,13 +11,18 @@ from chapter_cell import ChapterCell, steps_once
 Start = Callable[..., ChapterCell]
 
 
+def _move_to_19(cell: ChapterCell) -> None:
+    """With 50 % of the speed."""
+    cell["Command.Code"], cell["Data[1]"], cell["Data[3]"], cell["Data[4]"] = 1, 4, 50, 19
+    assert cell.execute("Command") == 0
+
+
 def test_siw0_is_the_remote_command_area(start: Start) -> None:
     """The code stands there, and the controller executes it.
 
     Source: manual chapter 5, 2, SIW(0)
     """
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     cell["Command.Code"] = 0x0501
     assert cell.execute("Command") == 0
     codes = [one.rcx_si[0:2] for one in cell.cell.trace.cycles() if one.rcx_si and one.rcx_si[0]]
@@ -29,11 +34,8 @@ def test_siw1_is_the_command_data_area_of_the_remote_command(start: Start) -> No
 
     Source: manual chapter 5, 2, SIW(1)
     """
-    cell = start()
-    cell.servo_on()
-    cell["Command.Code"], cell["Data[1]"] = 0x0001, 0x0004
-    cell["Data[3]"], cell["Data[4]"] = 50, 19
-    assert cell.execute("Command") == 0
+    cell = start().servo_on()
+    _move_to_19(cell)
     images = [one.rcx_si for one in cell.cell.trace.cycles() if one.rcx_si]
     assert {image[2:4] for image in images if image[0]} == {b"\x04\x00"}
     assert images[-1][2:4] == b"\x00\x00"
@@ -77,9 +79,7 @@ def test_siw2_to_siw15_are_the_command_data_area_of_a_remote_command(start: Star
     cell = start()
     cell["Number"], cell["Value"] = 4, 0xFEDC
     cell.servo_on()
-    cell["Command.Code"], cell["Data[1]"] = 0x0001, 0x0004
-    cell["Data[3]"], cell["Data[4]"] = 50, 19
-    assert cell.execute("Command") == 0
+    _move_to_19(cell)
     cell.run("100ms")
     images = [one.rcx_si for one in cell.cell.trace.cycles() if one.rcx_si]
     assert {image[8:10] for image in images if image[0]} == {b"\x13\x00"}
@@ -93,8 +93,7 @@ def test_sow0_and_sow1_are_dedicated_to_the_status_and_response_of_remote_comman
 
     Source: manual chapter 5, 2, SOW(0) and SOW(1)
     """
-    cell = start()
-    cell.settle()
+    cell = start().settle()
     for name in ("SOW(0)", "SOW(1)", "SOD(0)"):
         with pytest.raises(Exception, match="no general-purpose word"):
             cell.robot.write_port(name, 1)

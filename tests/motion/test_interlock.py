@@ -352,20 +352,23 @@ def test_a_wait_has_a_limit() -> None:
     assert table.shown == "- - V*"
 
 
-@pytest.mark.parametrize(("limit", "scans"), [("T#1ms", 1), ("T#300ms", 30), ("T#301ms", 31)])
-def test_a_limit_counts_from_the_scan_in_which_the_wait_begins(limit: str, scans: int) -> None:
-    """The scan of 10 ms in which it is reached ends the wait."""
+@pytest.mark.parametrize(
+    ("limit", "scans"),
+    [("T#1ms", 1), ("T#300ms", 30), ("T#301ms", 31), ("", 6000), ("T#0s", None)],
+)
+def test_a_limit_counts_from_the_scan_in_which_the_wait_begins(
+    limit: str, scans: int | None
+) -> None:
+    """The scan of 10 ms in which it is reached ends the wait.
+
+    Without a limit of the user's it is a minute; T#0s is no limit.
+    """
     table = _table()
-    table["Lock2.Timeout"] = limit
+    if limit:
+        table["Lock2.Timeout"] = limit
     table.want(1, 2)
-    assert table.scan(scans - 1) == "V* B -"
-    assert table.scan() == "V* E -"
-
-
-def test_without_a_timeout_of_the_user_a_wait_lasts_a_minute() -> None:
-    table = _table(1, 2)
-    assert table.scan(5999) == "V* B -"
-    assert table.scan() == "V* E -"
+    assert table.scan((scans or 9000) - 1) == "V* B -"
+    assert table.scan() == ("V* E -" if scans else "V* B -")
 
 
 def test_a_limit_counts_anew_for_each_wait() -> None:
@@ -381,13 +384,6 @@ def test_a_limit_counts_anew_for_each_wait() -> None:
     assert table.scan() == "E* - -*"
     table["Lock3.Outside"] = True
     assert table.scan(3) == "E - -", "it was outside, and has no grant any more"
-
-
-def test_timeout_zero_is_no_limit() -> None:
-    table = _table()
-    table["Lock2.Timeout"] = "T#0s"
-    table.want(1, 2)
-    assert table.scan(9000) == "V* B -"
 
 
 def test_who_is_not_called_any_more_is_passed_over() -> None:

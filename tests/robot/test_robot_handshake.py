@@ -101,23 +101,6 @@ def test_a_command_code_changed_before_its_end_gets_no_status() -> None:
     assert master.execute(VERSION)[0] == 0x0200
 
 
-def test_data_changed_before_the_end_gets_no_status() -> None:
-    """Rule: hold-command, changed-command.
-
-    Source: remote command guide chapter 1, 1.1, note
-    """
-    master = _mover()
-    master.send(*MOVE_TO_19)
-    master.run(50)
-    master.send(*MOVE_TO_19[:3], 0x0033, 0x0013)
-    master.run(1000)
-    assert master.status == 0x0000
-    assert len(master.texts()) == 1
-    master.send()
-    master.run(10)
-    assert master.execute(VERSION)[0] == 0x0200
-
-
 def test_a_code_that_stands_there_after_a_changed_command_is_not_executed() -> None:
     """Rule: changed-command."""
     master = _mover()
@@ -127,16 +110,6 @@ def test_a_code_that_stands_there_after_a_changed_command_is_not_executed() -> N
     master.run(2000)
     assert master.status == 0x0000
     assert master.robot.commands_executed == 1
-
-
-def test_a_changed_command_may_show_ready_at_once() -> None:
-    """Rule: changed-command."""
-    master = powered_up(changed_command_status="ready", command_delay=50)
-    master.send(VERSION)
-    master.run(10)
-    master.send()
-    master.run(5)
-    assert master.status == 0x0000
 
 
 def test_a_command_withdrawn_before_it_is_accepted_is_not_executed() -> None:
@@ -169,26 +142,6 @@ def test_a_command_set_before_the_ready_status_is_not_executed() -> None:
         "a command may be set only in status 16#0000; not executed"
     ]
     assert master.robot.commands_executed == 1
-
-
-def test_a_command_set_while_the_status_is_being_reset_is_not_executed() -> None:
-    """0x0000 must come first.
-
-    Rule: ready-first, early-command.
-    Source: remote command guide chapter 1, 1.2, code 0x0000
-    """
-    master = powered_up(status_reset_delay=30)
-    master.send(VERSION)
-    master.run(100)
-    master.send()
-    master.run(10)
-    master.send(VERSION)
-    master.run(200)
-    assert master.words == (0,) * 16
-    assert len(master.texts()) == 1
-    master.send()
-    master.run(10)
-    assert master.execute(VERSION)[0] == 0x0200
 
 
 def test_the_same_command_again_needs_a_status_reset() -> None:
@@ -226,16 +179,6 @@ def test_data_words_are_free_while_the_code_is_0x0000() -> None:
         master.send(0, 0, value, value)
         master.run(10)
     assert master.texts() == []
-
-
-def test_robot_0_is_robot_1() -> None:
-    """Rule: robot-zero.
-
-    Source: remote command guide 4.2.1, R
-    """
-    master = powered_up()
-    master.robot.positions[1] = 77
-    assert master.execute(0x0505)[6] == master.execute(0x1505)[6] == 77
 
 
 def test_continuous_output_follows_the_position_until_the_status_reset_command() -> None:

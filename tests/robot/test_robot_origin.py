@@ -39,20 +39,6 @@ def test_which_axes_an_input_moves(name: str, mode: str, positions: list[int]) -
     assert master.on("SO11")
 
 
-def test_return_to_origin_of_mixed_axes_takes_the_absolute_ones_first() -> None:
-    """Rule: origin-types, origin-model.
-
-    Source: manual chapter 5, 2, SI(17), ABS/ORG
-    """
-    master = _master(INCREMENTAL, ABSOLUTE)
-    master.turn_and_wait("SI17", True, 210)
-    assert master.robot.positions == [700, 0]
-    assert not master.on("SO11")
-    master.run(200)
-    assert master.robot.positions == [0, 0]
-    assert master.on("SO11")
-
-
 @pytest.mark.parametrize(("clears", "shown"), [(True, False), (False, True)])
 def test_so11_during_a_return_to_origin(clears: bool, shown: bool) -> None:
     """Rule: origin-model."""

@@ -51,24 +51,6 @@ def test_si00_off_at_power_on_is_an_emergency_stop_without_alarm() -> None:
     assert latched.on("SO03")
 
 
-def test_without_connection_si00_and_si06_turn_off_inside() -> None:
-    """Loss in operation: emergency stop, alarms 12.552 and 12.600, program stopped.
-
-    Rule: link-lost, link-loss-alarm.
-    Source: manual chapter 1, 5.2
-    """
-    master = servos_on()
-    master.pulse("SI12")
-    assert master.on("SO13")
-    master.connected = False
-    master.run(50)
-    assert master.on("SO00")
-    assert master.on("SO03")
-    assert not master.on("SO02")
-    assert not master.on("SO13")
-    assert [alarm.number for alarm in master.robot.alarms.active] == ["12.552", "12.600"]
-
-
 def test_a_loss_of_the_link_is_one_alarm_however_long_it_lasts() -> None:
     """Also where it is no serious one.
 
@@ -80,26 +62,6 @@ def test_a_loss_of_the_link_is_one_alarm_however_long_it_lasts() -> None:
     master.robot.inject("warning")
     master.run(100)
     assert [alarm.number for alarm in master.robot.alarms.history] == ["12.552", "12.600"]
-
-
-def test_after_recovery_alarm_reset_and_servo_on_bring_the_robot_back() -> None:
-    """The inputs that stood ON all the time are no change by the master.
-
-    Rule: link-first-image.
-    Source: manual chapter 1, 5.2
-    """
-    master = servos_on()
-    master.connected = False
-    master.run(200)
-    master.connected = True
-    master.run(50)
-    assert not master.on("SO00")
-    assert master.on("SO03")
-    master.pulse("SI16")
-    assert not master.on("SO03")
-    master.pulse("SI01")
-    assert master.on("SO02")
-    assert master.texts() == []
 
 
 @pytest.mark.parametrize(("edges", "expected"), [(False, False), (True, True)])
@@ -114,72 +76,6 @@ def test_an_input_that_is_on_at_the_first_image_makes_no_edge(edges: bool, expec
     master.turn_and_wait("SI16", False)
     assert master.on("SO03") is not expected
     assert not master.on("SO14")
-
-
-def test_no_connection_at_power_on_is_alarm_12_551_until_the_connection_comes() -> None:
-    """Rule: link-error-at-power-on."""
-    master = Master(link_error_delay=100)
-    master.connected = False
-    master.run(100)
-    assert master.robot.alarms.active == []
-    master.run(10)
-    assert [alarm.number for alarm in master.robot.alarms.active] == ["12.551"]
-    assert not master.on("SO03")
-    master.connected = True
-    master.run(20)
-    assert master.robot.alarms.active == []
-    assert [alarm.number for alarm in master.robot.alarms.history] == ["12.551"]
-
-
-def test_a_command_that_runs_when_the_link_is_lost_ends_abnormally() -> None:
-    """The end stays until the status reset command.
-
-    Rule: link-command.
-    """
-    master = powered_up(command_delay=200)
-    master.send(0x0501)
-    master.run(50)
-    assert master.status == 0x0100
-    master.connected = False
-    master.run(50)
-    master.connected = True
-    master.run(50)
-    assert master.words[:3] == (0x4000, 12, 552)
-    master.send()
-    master.run(10)
-    assert master.words == (0,) * 16
-
-
-def test_a_parallel_io_board_that_is_valid_stops_the_robot_too() -> None:
-    """Rule: parallel-stop.
-
-    Source: manual chapter 1, 5.1
-    """
-    for state, stopped in (("valid", True), ("invalid", False), ("none", False)):
-        master = servos_on(parallel_io=state)
-        master.pulse("SI12")
-        master.robot.inject("parallel_stop")
-        master.run(50)
-        assert master.on("SO13") is not stopped
-
-
-def test_power_cycle_forgets_servo_and_alarms_but_keeps_points() -> None:
-    """Rule: power-on-state.
-
-    Source: manual chapter 5, 2 (alarms that need a power restart)
-    """
-    master = servos_on()
-    master.execute(0x0100, 0, 7, 0, 1234)
-    master.robot.inject("alarm", group=12, category=900)
-    master.run(10)
-    assert master.on("SO03")
-    master.robot.inject("power_cycle")
-    master.run(10)
-    assert master.so == bytes(48)
-    master.run(300)
-    assert not master.on("SO02")
-    assert not master.on("SO03")
-    assert master.execute(0x0101, 0, 7)[4] == 1234
 
 
 def test_an_input_that_comes_on_during_the_boot_makes_no_edge() -> None:

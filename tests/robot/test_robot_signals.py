@@ -29,28 +29,6 @@ def test_servo_on_is_executed_when_si01_switches_from_off_to_on() -> None:
     assert master.on("SO02")
 
 
-def test_servo_on_needs_si00_on_and_every_emergency_stop_cancelled() -> None:
-    """Rule: servo-on.
-
-    Source: manual chapter 5, 2, SI(01)
-    """
-    master = Master()
-    master.run(300)
-    master.pulse("SI01")
-    assert not master.on("SO02")
-    master.turn_and_wait("SI00", True)
-    master.robot.inject("emergency_stop")
-    master.run(50)
-    assert master.on("SO00")
-    master.pulse("SI01")
-    assert not master.on("SO02")
-    master.robot.inject("emergency_stop_release")
-    master.run(50)
-    master.pulse("SI16")
-    master.pulse("SI01")
-    assert master.on("SO02")
-
-
 def test_a_short_switch_off_of_si00_is_an_emergency_stop_too() -> None:
     """It is not forgotten while its answer is on the way.
 
@@ -189,15 +167,6 @@ def test_an_alarm_that_is_not_named_is_a_serious_one_that_an_alarm_reset_clears(
     assert _numbers(master) == ["99.999"]
     master.pulse("SI16")
     assert not master.on("SO03")
-
-
-def test_an_alarm_may_leave_the_servos_on() -> None:
-    """Rule: alarm-stops."""
-    master = servos_on(alarm_stops_servo=False)
-    master.robot.inject("alarm", group=99, category=999)
-    master.run(10)
-    assert master.on("SO02")
-    assert master.on("SO03")
 
 
 def test_some_alarms_need_a_power_restart() -> None:

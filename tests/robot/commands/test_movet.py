@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from movements import FORMAT_ERROR, MM, NORMAL, mover, way_of
+from movements import MM, NORMAL, mover, way_of
 from rcx_harness.robot import Axis, Point
 from rcx_harness.robot.stored import Hand
 from robot_master import Master
@@ -82,10 +82,3 @@ def test_the_line_of_the_tool_is_straight() -> None:
     assert len(seen) > 50
     assert all(at[0] == 0 for at in seen)
     assert master.robot.positions == [0, 42_426, 0, 45_000]  # 30 000 times the root of 2
-
-
-def test_speed_in_mm_per_second_with_linear_interpolation_only() -> None:
-    """Source: remote command guide 4.2.21, bb."""
-    master = _mover()
-    assert master.execute(0x0045, 0x0006, 0, 200, 19)[0] == NORMAL
-    assert master.execute(0x0044, 0x0006, 0, 200, 19)[:3] == FORMAT_ERROR

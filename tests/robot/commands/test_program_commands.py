@@ -348,16 +348,6 @@ def test_where_programs_need_the_servos_the_command_does_too() -> None:
     assert master.on("SO13")
 
 
-def test_a_stop_before_the_start_keeps_the_program_from_starting() -> None:
-    """Rule: program-received."""
-    master = program_master(program_start_delay=200)
-    master.execute(*telegram(EXECUTE, NUMBER, program=1))
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
-    assert not master.on("SO13")
-    assert master.so[35] == 0
-
-
 @pytest.mark.parametrize("filled", [b"FIRST".ljust(16), b"FIRST".ljust(16, b"\0")])
 def test_a_program_name_may_be_filled_with_spaces_or_with_zeros(filled: bytes) -> None:
     """Rule: name-filler.
