@@ -115,75 +115,51 @@ def test_a_number_that_is_not_there_ends_the_row_without_a_telegram(row: Row) ->
 # ---- which rows, in which order
 
 
+#: Four rows; rows 4 and 5 left from a longer table behind MOVE_END; no row; all of the array.
+_FOUR, _LEFT = rows_to(1, 2, 3, 4), [*rows_to(1, 2), {}, *rows_to(4, 5)]
+_NONE, _ALL = [{}, *rows_to(2)], rows_to(*range(1, 51))
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(
-    ("pins", "points"),
+    ("rows", "pins", "points"),
     [
-        ({}, [1, 2, 3, 4]),
-        ({"StartRow": 1}, [1, 2, 3, 4]),
-        ({"StartRow": 3}, [3, 4]),
-        ({"Rows": 4}, [1, 2, 3, 4]),
-        ({"Rows": 2}, [1, 2]),
-        ({"Rows": 1}, [1]),
-        ({"Backwards": True, "StartRow": 4}, [4, 3, 2, 1]),
-        ({"Backwards": True, "StartRow": 2}, [2, 1]),
-        ({"Backwards": True, "Rows": 3}, [3, 2, 1]),
-        ({"Backwards": True, "Rows": 6}, [4, 3, 2, 1]),
-        ({"StartRow": 5}, []),
+        (_FOUR, {}, [1, 2, 3, 4]),
+        (_FOUR, {"StartRow": 1}, [1, 2, 3, 4]),
+        (_FOUR, {"StartRow": 3}, [3, 4]),
+        (_FOUR, {"Rows": 4}, [1, 2, 3, 4]),
+        (_FOUR, {"Rows": 2}, [1, 2]),
+        (_FOUR, {"Rows": 1}, [1]),
+        (_FOUR, {"Backwards": True, "StartRow": 4}, [4, 3, 2, 1]),
+        (_FOUR, {"Backwards": True, "StartRow": 2}, [2, 1]),
+        (_FOUR, {"Backwards": True, "Rows": 3}, [3, 2, 1]),
+        (_FOUR, {"Backwards": True, "Rows": 6}, [4, 3, 2, 1]),
+        (_FOUR, {"StartRow": 5}, []),
+        (_LEFT, {"Backwards": True}, [2, 1]),
+        (_LEFT, {"Backwards": True, "Rows": 5}, [2, 1]),
+        (_LEFT, {"Backwards": True, "Rows": 3}, [2, 1]),
+        (_LEFT, {"Backwards": True, "Rows": 2}, [2, 1]),
+        (_LEFT, {"Backwards": True, "StartRow": 3}, [2, 1]),
+        (_LEFT, {}, [1, 2]),
+        (_LEFT, {"StartRow": 3}, []),
+        (_NONE, {}, []),
+        (_NONE, {"Backwards": True}, []),
+        (_ALL, {"StartRow": 49}, [49, 50]),
     ],
 )
 def test_the_rows_run_one_after_the_other(
-    pins: dict[str, Any], points: list[int], engine: str
+    rows: list[Row], pins: dict[str, Any], points: list[int], engine: str
 ) -> None:
-    """From StartRow to MOVE_END or Rows, or back to row 1; row 5 is MOVE_END.
+    """From StartRow to MOVE_END, Rows or the end of the array, or back to row 1.
 
-    Source: RCX_MOVE_KIND; the block's pins.
+    Source: RCX_MOVE_KIND; RCX_MOVES: rows 1 to 50; the block's pins.
     """
-    plc = started(*rows_to(1, 2, 3, 4), engine=engine, **pins)
+    plc = started(*rows, engine=engine, **pins)
     assert runs(plc) == points
     assert (shown(plc), plc["Table.Row"], plc["Table.Stage"]) == ("Done", 0, "TABLE_COMPLETE")
     plc["Table.Execute"] = False
     plc.scan()
     assert (shown(plc), plc["Table.Stage"]) == ("", "TABLE_IDLE")
-
-
-def test_the_last_row_of_the_array_is_the_end_of_the_table() -> None:
-    """Source: RCX_MOVES: rows 1 to 50."""
-    plc = started(*rows_to(*range(1, 51)), StartRow=49)
-    assert runs(plc) == [49, 50]
-    assert shown(plc) == "Done"
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize(
-    ("pins", "points"),
-    [
-        ({"Backwards": True}, [2, 1]),
-        ({"Backwards": True, "Rows": 5}, [2, 1]),
-        ({"Backwards": True, "Rows": 3}, [2, 1]),
-        ({"Backwards": True, "Rows": 2}, [2, 1]),
-        ({"Backwards": True, "StartRow": 3}, [2, 1]),
-        ({}, [1, 2]),
-        ({"StartRow": 3}, []),
-    ],
-)
-def test_rows_behind_the_end_of_the_table_never_run(
-    pins: dict[str, Any], points: list[int], engine: str
-) -> None:
-    """Row 3 is MOVE_END; rows 4 and 5 are left from a longer table.
-
-    Source: RCX_MOVE_KIND; the block's pins.
-    """
-    plc = started(*rows_to(1, 2), {}, *rows_to(4, 5), engine=engine, **pins)
-    assert runs(plc) == points
-    assert shown(plc) == "Done"
-
-
-@pytest.mark.parametrize("back", [False, True])
-def test_an_empty_table_is_done_at_once(back: bool) -> None:
-    plc = started({}, *rows_to(2), Backwards=back)
-    assert runs(plc) == []
-    assert shown(plc) == "Done"
 
 
 def test_backwards_the_first_row_that_is_held_is_the_last_of_the_table() -> None:

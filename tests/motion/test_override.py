@@ -170,27 +170,21 @@ def test_it_is_not_valid_while_a_step_is_out_that_goes_elsewhere(engine: str) ->
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize(("wanted", "percents"), [(50, [50]), (100, [50, 60]), (30, [30])])
-def test_a_step_down_that_waits_goes_no_lower_than_what_is_wanted_by_then(
-    engine: str, wanted: int, percents: list[int]
+@pytest.mark.parametrize(
+    ("first", "then", "percents"),
+    [(5, [50], [50]), (5, [100], [50, 60]), (5, [30], [30]), (80, [5, 100], [60, 70])],
+)
+def test_a_step_that_waits_goes_no_lower_and_no_higher_than_what_is_wanted_by_then(
+    engine: str, first: int, then: list[int], percents: list[int]
 ) -> None:
-    """Source: head: Keep the automatic movement speed at a percentage."""
-    plc = _moving(engine, Percent=5)
-    plc["SpeedOverride.Percent"] = wanted
-    plc.scan(5)
+    """Source: head: Keep the automatic movement speed at a percentage; pin Rise."""
+    plc = _moving(engine, Percent=first)
+    for percent in then:
+        plc["SpeedOverride.Percent"] = percent
+        plc.scan(5)
     assert not plc["SpeedOverride.Valid"]
     _end(plc)
     assert _percents(plc, len(percents)) == percents
-
-
-def test_a_step_up_that_waits_goes_on_to_where_it_was_when_percent_is_as_before() -> None:
-    """Never beyond it. Source: pin Rise: most that one step adds."""
-    plc = _moving(Percent=80)
-    for percent in (5, 100):
-        plc["SpeedOverride.Percent"] = percent
-        plc.scan(5)
-    _end(plc)
-    assert _percents(plc, 2) == [60, 70]
 
 
 @pytest.mark.parametrize("scans", range(5))

@@ -116,15 +116,33 @@ def test_a_target_beyond_the_soft_limit_ends_in_2_334(words: tuple[int, ...]) ->
     assert master.robot.positions == [0, 0, 0, 0]
 
 
-@pytest.mark.parametrize(("name", "alarm"), [("SI06", "12.400"), ("SI00", "12.600")])
-def test_a_movement_attempted_in_a_stop_ends_in_its_alarm(name: str, alarm: str) -> None:
-    """Rule: stop-alarm.
+@pytest.mark.parametrize(
+    ("what", "alarm"), [("SI06", "12.400"), ("SI00", "12.600"), ("servos off", "6.6")]
+)
+@pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param((0x0001, 0, 0, 0, 19), id="MOVE"),
+        pytest.param((0x0020, 0x4000, 0x0001), id="jog in pulses"),
+        pytest.param((0x0021, 0x4000, 0x0001), id="Cartesian jog"),
+        pytest.param((0x0022, 0x4000, 0x0001), id="tool jog"),
+    ],
+)
+def test_a_movement_does_not_start_in_a_stop_or_with_the_servos_off(
+    words: tuple[int, ...], what: str, alarm: str
+) -> None:
+    """No position is shown, also by a jog: it has not been stopped by the input.
 
+    Rule: stop-alarm, other-alarms, jog-refused.
     Source: manual chapter 4, 4
     """
-    master = _mover()
-    master.turn_and_wait(name, False)
-    assert master.execute(0x0001, 0, 0, 0, 19) == abnormal_end(alarm)
+    master = _mover(servo_off_alarm="6.6")
+    if what == "servos off":
+        master.execute(0x0035)
+    else:
+        master.turn_and_wait(what, False)
+    assert master.execute(*words) == abnormal_end(alarm)
+    assert master.robot.positions == [0, 0, 0, 0]
 
 
 @pytest.mark.parametrize(
@@ -139,12 +157,6 @@ def test_a_point_that_is_not_defined(code: int, config: dict[str, Any], alarm: s
     one_axis = (1, 0x0004) if code in (0x010, 0x014, 0x04B) else (0, 0)
     words = (0, 20) if code == 0x101 else (*one_axis, 0, 20)
     assert _mover(**config).execute(code, *words) == abnormal_end(alarm)
-
-
-def test_a_movement_with_the_servos_off() -> None:
-    """Rule: other-alarms."""
-    master = powered_up(points={19: FAR}, servo_off_alarm="6.6")
-    assert master.execute(0x0001, 0, 0, 0, 19)[:3] == (0x4000, 6, 6)
 
 
 def test_a_movement_beside_the_program_or_a_return_to_origin() -> None:

@@ -109,6 +109,20 @@ def test_a_robot_file_sets_what_it_names(tmp_path: Path) -> None:
         ('[[programs]]\nsteps = "SO(20)=1"', 2, "'steps' cannot be 'SO(20)=1'", "list of texts"),
         ('di17_mode = "ORG"', 1, "'di17_mode' cannot be 'ORG'", "ABS or ABS/ORG"),
         ("programs = []", 1, "'programs' cannot be ()", "at least one"),
+        ('[real_time_items]\n0 = "motor_duty"', 1, "'real_time_items' cannot be 0", "1 to 45"),
+        ('[real_time_items]\n46 = "motor_duty"', 1, "'real_time_items' cannot be 46", "1 to 45"),
+        ('[real_time_items]\n1 = "motor_dutty"', 1, "cannot have 'motor_dutty'", "motor_duty"),
+        ("[real_time_items]\n1 = 5", 1, "'real_time_items' cannot have 5", "motor_duty"),
+        ("[real_time_items]\nx = 'motor_duty'", 2, "'real_time_items.x' is not an", "write 13"),
+        ("real_time_items = 5", 1, "'real_time_items' must be a table", "write 13"),
+        ("option_slots = [1, 2, 3]", 1, "'option_slots' cannot be (1, 2, 3)", "4 unit numbers"),
+        ("option_slots = [0, 0, 0, 65536]", 1, "'option_slots' cannot be", "4 unit numbers"),
+        ("option_slots = 5", 1, "'option_slots' cannot be 5", "4 unit numbers"),
+        ('name_filler = "none"', 1, "'name_filler' cannot be 'none'", "zeros or spaces"),
+        *(
+            (f"clock = {clock!r}", 1, "'clock' cannot be", "2014-01-01 10:59:59")
+            for clock in ("2014-01-01", "2014-02-30 10:00:00", "1999-12-31 23:59:59", 14)
+        ),
         ("points = 3", 1, "'points' must be tables", "[points.19]"),
         ("[points.30000]\nmm = [1]", 1, "'points.30000' is not a point", "29999"),
         ("[points.1]\nmmm = [1]", 2, "unknown key 'mmm' in 'points.1'", "mm"),

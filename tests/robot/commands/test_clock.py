@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
-from rcx_harness.robot import RobotConfig
 from robot_master import NORMAL_END, Master, abnormal_end, powered_up
-from structured_text.errors import InputError
 
 READ_DATE, READ_TIME, SET_DATE, SET_TIME = 0x511, 0x512, 0x602, 0x603
 #: Milliseconds that pass from one command to the next.
@@ -97,12 +93,3 @@ def test_a_day_that_does_not_exist_is_refused(date: tuple[int, int, int]) -> Non
     master = powered_up(impossible_date_alarm="9.1")
     assert master.execute(SET_DATE, 0, *date) == abnormal_end("9.1")
     assert _read(master, READ_DATE) == (14, 1, 1)
-
-
-@pytest.mark.parametrize("clock", ["2014-01-01", "2014-02-30 10:00:00", "1999-12-31 23:59:59", 14])
-def test_a_wrong_clock_in_the_robot_file_is_refused(clock: object, tmp_path: Path) -> None:
-    file = tmp_path / "robot.toml"
-    file.write_text(f"clock = {clock!r}\n")
-    with pytest.raises(InputError, match="'clock' cannot be") as caught:
-        RobotConfig.load(file)
-    assert "2014-01-01 10:59:59" in caught.value.hint

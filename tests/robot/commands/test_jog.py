@@ -13,7 +13,7 @@ import pytest
 
 from rcx_harness.robot import Axis
 from rcx_harness.robot.stored import Hand
-from robot_master import Master, abnormal_end, powered_up, servos_on
+from robot_master import Master, abnormal_end, servos_on
 
 PULSES, CARTESIAN, TOOL = 0x0020, 0x0021, 0x0022
 FRAMES = [PULSES, CARTESIAN, TOOL]
@@ -126,18 +126,6 @@ def test_from_a_soft_limit_a_jog_goes_back_only(code: int, start: int) -> None:
 
 
 @pytest.mark.parametrize("code", FRAMES)
-def test_a_jog_in_the_stop_status_does_not_start(code: int) -> None:
-    """It has not been stopped by the input, so no position is shown.
-
-    Rule: jog-refused.
-    """
-    master = _jogger(axes=(Axis(start=5),))
-    master.turn_and_wait("SI06", False)
-    assert master.execute(code, PULSE_OUTPUT, 0x0001) == abnormal_end("12.400")
-    assert master.robot.positions == [5]
-
-
-@pytest.mark.parametrize("code", FRAMES)
 def test_a_jog_that_an_emergency_stop_ends_shows_no_position(code: int) -> None:
     """Source: remote command guide 4.2.6, abnormal end (other cases)."""
     master = _jogger()
@@ -146,13 +134,6 @@ def test_a_jog_that_an_emergency_stop_ends_shows_no_position(code: int) -> None:
     master.turn_and_wait("SI00", False, 5)
     assert master.words == abnormal_end("12.600")
     assert 0 < master.robot.positions[0] < 20_000
-
-
-@pytest.mark.parametrize("code", FRAMES)
-def test_a_jog_with_the_servos_off_does_not_start(code: int) -> None:
-    """Rule: other-alarms."""
-    master = powered_up(servo_off_alarm="6.6")
-    assert master.execute(code, 0, 0x0001) == abnormal_end("6.6")
 
 
 @pytest.mark.parametrize("code", FRAMES)

@@ -12,7 +12,6 @@ import pytest
 from rcx_harness.robot import Axis, RobotConfig
 from rcx_harness.robot.stored import QUANTITIES
 from robot_master import NORMAL_END, Master, abnormal_end, powered_up
-from structured_text.errors import InputError
 
 DEFINE, READ, ENABLE = 0x701, 0x702, 0x703
 DUTY = 13
@@ -239,29 +238,3 @@ def test_items_are_named_in_the_robot_file(tmp_path: Path) -> None:
     file.write_text('[real_time_items]\n1 = "position_pulses"\n45 = "operating_time.high"\n')
     expected = {1: "position_pulses", 45: "operating_time.high"}
     assert RobotConfig.load(file).real_time_items == expected
-
-
-@pytest.mark.parametrize(
-    ("text", "message", "hint"),
-    [
-        ('[real_time_items]\n0 = "motor_duty"', "'real_time_items' cannot be 0", "1 to 45"),
-        ('[real_time_items]\n46 = "motor_duty"', "'real_time_items' cannot be 46", "1 to 45"),
-        ('[real_time_items]\n1 = "motor_dutty"', "cannot have 'motor_dutty'", "motor_duty"),
-        ("[real_time_items]\n1 = 5", "'real_time_items' cannot have 5", "motor_duty"),
-        ('[real_time_items]\nx = "motor_duty"', "'real_time_items.x' is not an item", "write 13"),
-        ("real_time_items = 5", "'real_time_items' must be a table", "write 13"),
-        ("option_slots = [1, 2, 3]", "'option_slots' cannot be (1, 2, 3)", "4 unit numbers"),
-        ("option_slots = [0, 0, 0, 65536]", "'option_slots' cannot be", "4 unit numbers"),
-        ("option_slots = 5", "'option_slots' cannot be 5", "4 unit numbers"),
-        ('name_filler = "none"', "'name_filler' cannot be 'none'", "zeros or spaces"),
-    ],
-)
-def test_wrong_keys_of_a_robot_file_are_refused(
-    tmp_path: Path, text: str, message: str, hint: str
-) -> None:
-    file = tmp_path / "robot.toml"
-    file.write_text(text + "\n")
-    with pytest.raises(InputError) as caught:
-        RobotConfig.load(file)
-    assert message in caught.value.message
-    assert hint in caught.value.hint

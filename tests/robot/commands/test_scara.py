@@ -160,14 +160,10 @@ def test_an_arc_is_round_in_millimetres() -> None:
 @pytest.mark.parametrize(
     ("words", "alarm"),
     [
-        pytest.param((PTP, 0, 0, 0, 4), "2.335", id="ptp out of reach"),
         pytest.param((LINE, 0, 0, 0, 4), "2.335", id="line out of reach"),
-        pytest.param((LINE, 0, 0, 0, 5), "2.352", id="line to the stretched arm"),
-        pytest.param((LINE, 0, 0, 0, 3), "2.319", id="line to the other arm"),
         pytest.param(
             _words("MoveDirectMm", targets=(*RIGHT, 151_000, 0, 0, 0)), "2.334", id="z too deep"
         ),
-        pytest.param(_DRIVE_X, "2.337", id="drive x in mm"),
         pytest.param(
             _words("DriveIDirectMm", axes=Y, distance=1_000), "2.337", id="drivei y in mm"
         ),
@@ -188,25 +184,21 @@ def test_what_the_arms_cannot_do_ends_in_its_alarm(words: tuple[int, ...], alarm
 
 
 @pytest.mark.parametrize(
-    ("knob", "words"),
+    ("knob", "default", "at", "words"),
     [
-        ("out_of_reach_alarm", (PTP, 0, 0, 0, 4)),
-        ("outer_range_alarm", (LINE, 0, 0, 0, 5)),
-        ("to_left_alarm", (LINE, 0, 0, 0, 3)),
-        ("drive_xy_alarm", _DRIVE_X),
+        ("out_of_reach_alarm", "2.335", 1, (PTP, 0, 0, 0, 4)),
+        ("outer_range_alarm", "2.352", 1, (LINE, 0, 0, 0, 5)),
+        ("to_left_alarm", "2.319", 1, (LINE, 0, 0, 0, 3)),
+        ("to_right_alarm", "2.320", 3, (LINE, 0, 0, 0, 7)),
+        ("drive_xy_alarm", "2.337", 1, _DRIVE_X),
     ],
 )
-def test_each_of_these_alarms_has_its_knob(knob: str, words: tuple[int, ...]) -> None:
+def test_each_of_these_alarms_has_its_knob(
+    knob: str, default: str, at: int, words: tuple[int, ...]
+) -> None:
     """Rule: robot-limits."""
-    master = _robot(at=1, **{knob: "9.9"})
-    assert master.execute(*words) == abnormal_end("9.9")
-
-
-def test_a_line_from_the_left_to_the_right_arm_has_an_alarm_of_its_own() -> None:
-    """Rule: robot-limits."""
-    for config, alarm in (({}, "2.320"), ({"to_right_alarm": "9.9"}, "9.9")):
-        master = _robot(at=3, **config)
-        assert master.execute(LINE, 0, 0, 0, 7) == abnormal_end(alarm)
+    assert _robot(at=at).execute(*words) == abnormal_end(default)
+    assert _robot(at=at, **{knob: "9.9"}).execute(*words) == abnormal_end("9.9")
 
 
 def test_the_angle_of_the_outer_range_is_a_knob() -> None:
