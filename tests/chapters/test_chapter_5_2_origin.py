@@ -54,7 +54,7 @@ def test_si14_is_for_axes_with_the_sensor_or_stroke_end_method(start: Start, met
     assert (cell.robot.positions == [0]) is (method != "mark")
 
 
-def test_what_si17_moves_depends_on_the_parameter_di17_mode(start: Start) -> None:
+def test_the_axes_that_si17_moves_depend_on_the_parameter_di17_mode(start: Start) -> None:
     """Dedicated to absolute axes, or for absolute and incremental ones.
 
     Source: manual chapter 5, 2, SI(17)

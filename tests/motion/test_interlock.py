@@ -175,7 +175,7 @@ def test_after_a_start_of_the_plc_no_place_is_known_until_it_is_shown() -> None:
     assert table.scan() == "V* - -"
 
 
-def test_in_the_first_scan_nobody_is_let_in() -> None:
+def test_in_the_first_scan_no_robot_is_let_in() -> None:
     """The instances that are called later have not shown yet that they hold it."""
     table = Table()
     table["Lock1.Enable"] = True
@@ -194,7 +194,7 @@ def test_two_that_may_both_be_inside_wait_for_each_other_until_one_is_outside() 
     assert table.scan() == "V* B -"
 
 
-def test_one_that_is_inside_comes_before_those_that_wait() -> None:
+def test_a_robot_inside_comes_before_those_that_wait() -> None:
     """Else it and the first that waits would wait for each other."""
     table = Table(outside=False)
     table["Lock1.Outside"] = table["Lock3.Outside"] = True
@@ -271,7 +271,7 @@ def test_acknowledge_does_not_release_a_robot_that_is_not_outside() -> None:
     assert table.scan() == "- V* -"
 
 
-def test_an_acknowledge_that_was_held_before_the_loss_is_none() -> None:
+def test_an_acknowledge_that_was_true_before_the_loss_has_no_effect() -> None:
     table = _table(1)
     table["Lock1.Acknowledge"] = True
     table.scan()
@@ -303,7 +303,7 @@ def test_a_loss_outside_keeps_nothing() -> None:
     assert (table.error(1), table["Lock1.Kept"], table["Lock2.Kept"]) == (0x8001, False, True)
 
 
-def test_one_that_waits_and_is_lost_gives_its_place_up() -> None:
+def test_a_waiting_robot_that_is_lost_gives_its_place_up() -> None:
     table = _table(1, 2, 3)
     table["Robot2.SO.SO02_ServoOn"] = False
     table.scan()
@@ -325,7 +325,7 @@ def test_a_place_that_is_not_known_any_more_counts_as_inside() -> None:
     assert table.scan() == "V* - -"
 
 
-def test_one_that_goes_in_while_it_waits_is_an_error_and_takes_valid_away() -> None:
+def test_a_waiting_robot_that_enters_is_an_error_and_takes_valid_away() -> None:
     table = _table(1, 2)
     table["Lock2.Outside"] = False
     table.scan()
@@ -386,7 +386,7 @@ def test_a_limit_counts_anew_for_each_wait() -> None:
     assert table.scan(3) == "E - -", "it was outside, and has no grant any more"
 
 
-def test_who_is_not_called_any_more_is_passed_over() -> None:
+def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
     table = _table(1, 2, 3)
     table["Skip2"] = True
     table.scan(3)
@@ -395,7 +395,7 @@ def test_who_is_not_called_any_more_is_passed_over() -> None:
 
 
 @pytest.mark.parametrize("number", [100, 65_531])
-def test_who_was_not_called_while_it_waited_is_the_last(number: int) -> None:
+def test_a_robot_that_was_not_called_while_it_waited_is_the_last(number: int) -> None:
     """Also where the scan numbers begin again at 0 with the call after that."""
     table = _table()
     table["Robot2.Inner.Scan"] = number
@@ -410,7 +410,7 @@ def test_who_was_not_called_while_it_waited_is_the_last(number: int) -> None:
     assert table.scan() == "- V* -"
 
 
-def test_who_is_not_called_any_more_in_the_area_keeps_it() -> None:
+def test_a_robot_in_the_area_that_is_not_called_any_more_holds_it() -> None:
     """The robot is still there."""
     table = _table(1, 2)
     table["Skip1"] = True
@@ -436,7 +436,7 @@ def test_requests_that_are_given_up_in_one_scan_cost_nothing_either() -> None:
 
 
 @pytest.mark.parametrize("pause", [1, 2])
-def test_who_waits_again_does_not_hold_up_the_first(pause: int) -> None:
+def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None:
     """What it saw in its last wait is not of now: the area passes on within the scan."""
     table = _table(2, 3, 1)
     table["Lock1.Enable"] = False
@@ -498,7 +498,7 @@ def test_tickets_begin_again_after_the_largest() -> None:
     assert table.scan() == "V* - -"
 
 
-def test_enable_in_every_second_scan_takes_nobodys_place() -> None:
+def test_enable_in_every_second_scan_takes_no_place_of_another_robot() -> None:
     table = _table(1, 2)
     for on in (True, False) * 5:
         table["Lock3.Enable"] = on
@@ -508,7 +508,7 @@ def test_enable_in_every_second_scan_takes_nobodys_place() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_one_that_is_called_twice_in_a_scan_says_so(engine: str) -> None:
+def test_a_block_that_is_called_twice_in_a_scan_is_an_error(engine: str) -> None:
     """Else its Timeout would pass at double speed, and it would lose its place each time.
 
     Source: docs/reference/errors.md, 16#8016; head: called once in every scan

@@ -237,7 +237,7 @@ def test_rows_that_come_while_the_table_runs_are_run() -> None:
      {"Rows": 32767, "StartRow": 2}, {"MovesSize": 3, "Rows": 4}, {"MovesSize": 0, "Rows": 1},
      {"MovesSize": 49}],
 )  # fmt: skip
-def test_a_row_that_is_none_of_the_table_is_refused(pins: dict[str, Any], engine: str) -> None:
+def test_a_row_that_the_table_does_not_have_is_refused(pins: dict[str, Any], engine: str) -> None:
     """Nor are there more rows than RCX_MOVES has: MovesSize.
 
     Source: no section (this library's own).

@@ -272,7 +272,7 @@ def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
     assert runs(plc) == [1, 2]
 
 
-def test_a_call_that_is_left_out_ends_it_and_the_row_is_kept() -> None:
+def test_a_missing_call_ends_the_table_and_the_row_stays_shown() -> None:
     plc = moving(*rows_to(1, 2))
     plc["CallTable"] = False
     plc.scan()
@@ -323,7 +323,7 @@ def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
 
 
 @pytest.mark.parametrize("hold", [True, False])
-def test_a_call_that_is_left_out_before_a_command_lets_none_out(hold: bool) -> None:
+def test_after_a_missing_call_no_command_goes_out(hold: bool) -> None:
     """Nor does it go on by itself where Hold falls afterwards. Source: scan-model.md."""
     plc = started(*rows_to(1, 2), Hold=hold)
     plc["CallTable"] = False
@@ -427,7 +427,7 @@ def test_a_start_that_is_refused_leaves_it_open_whether_a_relative_row_is_done(
     assert (shown(plc), plc["Table.ErrorID"], plc.words[0]) == ("Error", 0x8055, 0)
 
 
-def test_another_row_than_the_one_that_may_be_done_may_be_begun() -> None:
+def test_a_row_that_does_not_depend_on_the_interrupted_one_may_begin() -> None:
     """Where the robot goes there does not depend on it. Source: guide 4.2.1, absolute movement."""
     plc = _doubtful()
     restart(plc, StartRow=3)

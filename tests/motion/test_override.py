@@ -79,7 +79,7 @@ def test_it_reads_the_speed_and_goes_up_in_steps(engine: str) -> None:
     assert (plc["SpeedOverride.Busy"], plc["SpeedOverride.Valid"]) == (False, True)
 
 
-def test_the_robot_is_the_one_that_is_named() -> None:
+def test_the_command_goes_to_the_designated_robot() -> None:
     """Source: remote command guide 4.2.15 and 4.7.8: R in bits 15 to 12; sampled at the start."""
     plc = _plc(Enable=True, RobotNumber=2, Percent=20)
     assert _answer(plc, 0x250A, 0, 10) == 0
@@ -235,7 +235,7 @@ def test_after_a_step_down_the_next_one_up_need_not_wait() -> None:
         (100, 1, 1, [1]),
     ],
 )
-def test_no_step_is_larger_than_rise_and_none_goes_beyond(
+def test_no_step_is_larger_than_rise_or_goes_beyond_percent(
     auto: int, percent: int, rise: int, steps: list[int]
 ) -> None:
     """A robot without axes shows 0. Source: remote command guide 4.7.8."""
@@ -265,7 +265,7 @@ def test_a_step_waits_for_the_end_of_a_command_and_a_command_for_one_step() -> N
     assert _percents(plc, 1) == [70]
 
 
-def test_what_changes_on_the_way_is_the_new_target() -> None:
+def test_a_percent_that_changes_on_the_way_is_the_new_target() -> None:
     plc = _begun(Percent=100)
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     plc["SpeedOverride.Percent"] = 55
@@ -287,7 +287,9 @@ def test_what_changes_on_the_way_is_the_new_target() -> None:
         ("RobotNumber", 5, 0x8040),
     ],
 )
-def test_what_the_manual_does_not_allow_is_refused(pin: str, value: int, error: int) -> None:
+def test_a_value_that_the_manual_does_not_allow_is_refused(
+    pin: str, value: int, error: int
+) -> None:
     """Source: remote command guide 4.2.15: 1 to 100."""
     pins: dict[str, Any] = {pin: value}
     plc = _plc(Enable=True, **pins)
@@ -501,7 +503,7 @@ def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, rob
     ("pin", "value", "error"), [("EarlySpeed", True, 0x8017), ("Speed.Percent", 0, 0x8042)]
 )
 @pytest.mark.parametrize("scans", [2, 1])
-def test_nor_is_it_where_the_next_call_is_an_error_of_its_own(
+def test_the_speed_is_not_known_after_missing_calls_that_end_in_another_error(
     scans: int, pin: str, value: int, error: int
 ) -> None:
     """The step may have gone out and ended meanwhile, also where only its data were out.

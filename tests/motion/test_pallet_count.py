@@ -102,7 +102,7 @@ def test_a_new_pallet_begins_anew_at_any_time(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kept", [7, -1, 32767, -32768])
-def test_a_place_that_the_pallet_does_not_have_is_no_position(tmp_path: Path, kept: int) -> None:
+def test_a_place_beyond_the_pallet_is_an_error(tmp_path: Path, kept: int) -> None:
     """As after an exchange of the program: only NewPallet ends it. Source: this library's own."""
     pallet = _Pallet(tmp_path, (3, 2, 1))
     pallet.place = kept
@@ -130,7 +130,9 @@ def test_a_cleared_place_counts_as_full(tmp_path: Path) -> None:
         *((-5, 29308, 29309), (29308, -5, 29309)),  # 26436 - 2**32
     ],
 )
-def test_a_pallet_that_cannot_be_is_refused(tmp_path: Path, size: tuple[int, int, int]) -> None:
+def test_a_pallet_with_an_illegal_size_is_refused(
+    tmp_path: Path, size: tuple[int, int, int]
+) -> None:
     """Source: guide 4.3.3: the product is 1 to 32767."""
     pallet = _Pallet(tmp_path, size)
     assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)
@@ -174,7 +176,7 @@ def test_the_largest_pallet_is_counted_to_its_end(
 
 
 @pytest.mark.parametrize("pin", ["NewPallet", "Next"])
-def test_what_is_true_as_the_plc_starts_moves_no_place(tmp_path: Path, pin: str) -> None:
+def test_a_pin_that_is_true_as_the_plc_starts_changes_no_place(tmp_path: Path, pin: str) -> None:
     """A button that hangs: place 1 again, or one that is skipped, would be a wrong movement.
 
     Source: the block keeps the place through a loss of power.

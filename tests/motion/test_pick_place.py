@@ -43,7 +43,7 @@ def test_a_part_is_fetched_at_the_source_and_put_down_at_the_target(engine: str)
     assert plc.end == ("", 0, "PICK_START", False)
 
 
-def test_the_stages_show_what_it_does() -> None:
+def test_the_stages_of_the_work_are_shown_in_order() -> None:
     """Source: this library's own."""
     plc = picking()
     plc.start()
@@ -98,14 +98,14 @@ def test_it_comes_from_above_and_leaves_to_above() -> None:
     assert arched == [f"arch {k} at 50, 000100 [0, 0, 0] pulses" for k in (10, 20)]
 
 
-def test_without_shifts_none_is_selected_at_the_end_either() -> None:
+def test_without_shifts_no_shift_is_selected_at_the_end() -> None:
     """Source: RCX_PICK_SHIFTS: all 0: no shift is selected by it."""
     assert picking(Shifts__Afterwards=7).work() == _PLAIN
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("afterwards", [0, 7])
-def test_at_the_end_the_shift_for_what_comes_next_is_selected(engine: str, afterwards: int) -> None:
+def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: int) -> None:
     """Else later movements of the program would go to other places.
 
     Source: guide 4.2.17; field Afterwards of RCX_PICK_SHIFTS
@@ -211,7 +211,7 @@ def test_a_pallet_without_a_position_is_that_of_its_first() -> None:
         ("PTP 20 at 50", ["DO2?", *_PLAIN[3:]]),
     ],
 )
-def test_it_goes_on_with_what_is_not_finished(broken: str, again: list[str]) -> None:
+def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: list[str]) -> None:
     """Before the hand has closed it begins anew; then it never opens but at the target.
 
     Whether it has closed the controller says: a close that was refused is none.

@@ -50,7 +50,7 @@ def _let_that_command_end(plc: PickBench) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("name", "value", "error"), _ENDS)
-def test_what_stops_a_robot_ends_it_between_two_commands(
+def test_a_fault_between_two_commands_ends_the_work(
     engine: str, name: str, value: bool, error: int
 ) -> None:
     """As it ends a table; when it is over nothing goes on by itself.
@@ -69,7 +69,7 @@ def test_what_stops_a_robot_ends_it_between_two_commands(
 
 
 @pytest.mark.parametrize(("name", "value", "error"), _FAULTS)
-def test_what_stops_a_robot_lets_it_not_begin(name: str, value: bool, error: int) -> None:
+def test_a_fault_keeps_the_work_from_beginning(name: str, value: bool, error: int) -> None:
     """Source: manual chapter 5, 3.1 and 3.3."""
     plc = picking()
     _set(plc, name, value)

@@ -110,7 +110,7 @@ def test_a_text_that_is_not_utf_8_has_the_line_of_the_byte(tmp_path: Path) -> No
     assert file_text(file, TABLE) == "size = 48\n"
 
 
-def test_the_page_of_limits_says_what_they_are() -> None:
+def test_the_page_of_limits_names_every_limit() -> None:
     """Source: docs/reference/limits.md."""
     page = (
         Path(__file__).parents[2].joinpath("docs/reference/limits.md").read_text(encoding="utf-8")

@@ -51,7 +51,7 @@ def test_a_command_set_in_the_ready_status_after_a_changed_one_is_executed(
     assert master.texts() == []
 
 
-def test_a_movement_beside_one_that_nobody_sees_is_refused_as_busy() -> None:
+def test_a_movement_beside_one_whose_status_is_not_shown_is_refused_as_busy() -> None:
     """Rule: changed-command, robots-move."""
     master = _mover(changed_command_status="ready", moving_alarm="6.280")
     master.send(*MOVE)
@@ -225,7 +225,7 @@ def test_continuous_output_that_changes_its_data_only_ends_with_the_change() -> 
     assert _rules(master) == ["hold-command"]
 
 
-def test_what_goes_on_behind_the_ready_status_needs_no_change_of_the_inputs() -> None:
+def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
     """A master whose words stand still is no reason to skip it.
 
     Rule: changed-command.

@@ -158,7 +158,7 @@ _HARD += ["[nan]", "[[1]]", "{}", "{1 = nan}", "[{x = 1}]", "[true, 1]", "1979-0
     ],
     ids=["robot", "axes", "programs"],
 )
-def test_no_key_takes_what_is_no_value_of_its_kind(
+def test_every_key_refuses_a_value_of_another_kind(
     tmp_path: Path, table: str, keys: list[str], value: str
 ) -> None:
     """One short message; an empty table presets nothing where there are tables."""
@@ -174,7 +174,9 @@ def test_no_key_takes_what_is_no_value_of_its_kind(
 
 
 @pytest.mark.parametrize(("value", "line"), [("9" * 5_000, 2), ("[" * 2_000, 2)])
-def test_what_is_too_long_to_be_read_has_its_line(tmp_path: Path, value: str, line: int) -> None:
+def test_a_value_too_long_to_be_read_is_refused_with_its_line(
+    tmp_path: Path, value: str, line: int
+) -> None:
     with pytest.raises(InputError, match="a number too long, or lists in lists too deep") as caught:
         _load(tmp_path, f"size = 48\nauto_speed = {value}\n")
     assert caught.value.line == line

@@ -240,7 +240,7 @@ def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: i
     ],
     ids=["force", "write_port", "inject", "origins"],
 )
-def test_what_is_done_before_the_first_cycle_shows_in_it(
+def test_changes_before_the_first_cycle_show_in_it(
     act: Callable[[Controller], None], at: int, byte: int
 ) -> None:
     """At time 0, with a controller that has booted; and in a later cycle likewise.

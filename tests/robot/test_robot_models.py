@@ -159,9 +159,7 @@ def test_each_of_the_four_robots_may_be_a_model(tmp_path: Path) -> None:
         ('robot = ["SXYX", "SXYX", "SXYX", "SXYX", "SXYX"]\n', "4 at most"),
     ],
 )
-def test_a_robot_that_nobody_knows_is_refused_with_its_line(
-    tmp_path: Path, text: str, hint: str
-) -> None:
+def test_an_unknown_robot_is_refused_with_its_line(tmp_path: Path, text: str, hint: str) -> None:
     with pytest.raises(InputError) as caught:
         _load(tmp_path, f"size = 48\n{text}")
     assert caught.value.line == 2

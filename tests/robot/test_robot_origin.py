@@ -27,7 +27,9 @@ def _master(*axes: Axis, **config: Any) -> Master:
         ("SI17", "ABS/ORG", [0, 0, 700]),
     ],
 )
-def test_which_axes_an_input_moves(name: str, mode: str, positions: list[int]) -> None:
+def test_each_return_to_origin_input_moves_its_axes(
+    name: str, mode: str, positions: list[int]
+) -> None:
     """A semi-absolute axis searches where it is and keeps its position.
 
     Rule: origin, origin-types, origin-model.

@@ -152,7 +152,7 @@ _NO_OUTPUTS += " SOD(3) SOD(15) SOX(2) SI(20) SO"
 
 
 @pytest.mark.parametrize("name", _NO_OUTPUTS.split())
-def test_what_is_no_output_of_this_board_is_refused(name: str) -> None:
+def test_a_name_that_is_not_an_output_of_this_board_is_refused(name: str) -> None:
     """Dedicated ports, ports beyond 15, reserved words, words of an area that is not extended.
 
     Rule: ports.

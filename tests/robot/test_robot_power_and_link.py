@@ -22,7 +22,7 @@ def test_the_controller_starts_in_the_servo_off_state() -> None:
     assert outputs == {"SO00", "SO01", "SO04", "SO10"}
 
 
-def test_the_controller_has_booted_at_time_0_unless_it_is_told_otherwise() -> None:
+def test_the_controller_has_booted_at_time_0_by_default() -> None:
     """It answers in its first cycle.
 
     Rule: boot.

@@ -34,7 +34,7 @@ def test_a_rule_of_the_manual_has_its_section_and_no_knob() -> None:
     assert {rule.basis for rule in rules() if rule.section} == {"manual"}
 
 
-def test_a_rule_that_somebody_else_says_or_measured_names_its_source() -> None:
+def test_a_rule_that_is_public_or_measured_names_its_source() -> None:
     """What a rule rests on: the manual, a public source, a measurement, or an assumption."""
     assert Rule("a", "text", section="ch. 1").basis == "manual"
     assert Rule("a", "text", knobs=("b",)).basis == "assumed"

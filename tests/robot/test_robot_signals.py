@@ -158,7 +158,7 @@ def test_a_serious_error_turns_so03_on_and_so04_off() -> None:
     assert (master.on("SO02"), master.on("SO03"), master.on("SO04")) == (False, False, True)
 
 
-def test_an_alarm_that_is_not_named_is_a_serious_one_that_an_alarm_reset_clears() -> None:
+def test_the_default_alarm_is_serious_and_an_alarm_reset_clears_it() -> None:
     """Rule: serious-alarm, alarm-reset."""
     master = powered_up()
     master.robot.inject("alarm")

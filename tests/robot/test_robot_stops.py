@@ -114,9 +114,7 @@ _STOPS: dict[str, Callable[[Master], None]] = {
 
 @pytest.mark.parametrize("by_command", [False, True])
 @pytest.mark.parametrize("stop", _STOPS)
-def test_what_stops_a_program_takes_back_a_start_that_is_not_answered(
-    stop: str, by_command: bool
-) -> None:
+def test_a_stop_takes_back_a_start_that_is_not_answered(stop: str, by_command: bool) -> None:
     """However short the stop is; the program does not start by itself after it.
 
     Rule: start-withdrawn, program-stop.
@@ -183,7 +181,7 @@ def test_an_alarm_before_the_answer_takes_the_request_back(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["SI14", "SI17", "SI12"])
 @pytest.mark.parametrize("stopped", [True, False])
-def test_what_is_started_in_the_stop_status_is_alarm_12_400(name: str, stopped: bool) -> None:
+def test_a_start_in_the_stop_status_is_alarm_12_400(name: str, stopped: bool) -> None:
     """Rule: stop-alarm, minor-alarms.
 
     Source: manual chapter 4, 4, 12.400 a: program execution or axis movement was attempted

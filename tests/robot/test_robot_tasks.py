@@ -80,7 +80,7 @@ def test_a_stop_stops_all_tasks_and_a_start_lets_all_go_on() -> None:
     assert master.so[35] == 3
 
 
-def test_a_start_lets_go_on_what_was_stopped_even_if_the_main_program_has_ended() -> None:
+def test_a_start_continues_stopped_tasks_even_if_the_main_program_has_ended() -> None:
     """Rule: tasks."""
     master = _running()
     master.si[34] |= 1

@@ -72,7 +72,7 @@ def test_before_they_are_set_shift_and_hand_are_0_and_the_arm_is_right_handed() 
 
 
 @pytest.mark.parametrize(("loses", "left"), [(False, HIGHEST), (True, dict.fromkeys(HIGHEST, 0))])
-def test_what_a_power_cycle_leaves_of_the_designations(loses: bool, left: dict[int, int]) -> None:
+def test_designations_after_a_power_cycle(loses: bool, left: dict[int, int]) -> None:
     """Rule: settings-power."""
     master = powered_up(power_loses_settings=loses)
     for code, highest in HIGHEST.items():

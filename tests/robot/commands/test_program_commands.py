@@ -57,7 +57,7 @@ def test_task_number_0_is_the_lowest_vacant_task() -> None:
     assert tasks == [3, 2, 4]
 
 
-def test_all_16_tasks_can_be_taken_and_then_none_is_vacant() -> None:
+def test_all_16_tasks_can_be_taken_and_then_no_task_is_vacant() -> None:
     """Rule: task-table.
 
     Source: remote command guide 4.6.1
@@ -245,7 +245,7 @@ def test_the_start_input_has_no_effect_while_a_program_runs() -> None:
     assert master.so[35] == 0b001
 
 
-def test_what_was_stopped_goes_on_and_what_has_ended_stays() -> None:
+def test_stopped_programs_go_on_and_ended_programs_stay_ended() -> None:
     """Rule: execute-programs."""
     master = registered_master(2)
     master.execute(*telegram(EXECUTE, ALL))

@@ -23,7 +23,7 @@ def _values(master: Master, robot: int) -> dict[int, int]:
 
 
 @pytest.mark.parametrize("code", [MANUAL, AUTOMATIC, PROGRAM, INCHING])
-def test_the_lowest_and_the_highest_value_are_accepted_and_none_beyond(code: int) -> None:
+def test_values_are_accepted_up_to_their_limits_and_refused_beyond(code: int) -> None:
     """1 to 100 %, or 1 to 10000 for the inching amount; a refused one changes nothing.
 
     Source: remote command guide 4.2.14, 4.2.15, 4.2.16, 4.2.8
@@ -74,7 +74,7 @@ def test_before_they_are_set_the_robot_file_gives_speeds_and_amount() -> None:
 
 
 @pytest.mark.parametrize(("loses", "speed"), [(False, 33), (True, 7)])
-def test_what_a_power_cycle_leaves_of_the_speeds(loses: bool, speed: int) -> None:
+def test_speeds_after_a_power_cycle(loses: bool, speed: int) -> None:
     """Rule: settings-power."""
     master = powered_up(manual_speed=7, power_loses_settings=loses)
     master.execute(MANUAL, 0, 33)
