@@ -49,10 +49,7 @@ def _read_version(cell: ChapterCell) -> int:
 
 
 def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """Also after a power cycle with the servos on.
-
-    Source: manual chapter 1, 5
-    """
+    """Also after a power cycle with the servos on. Source: manual chapter 1, 5."""
     cell = start().settle()
     assert not cell.on("SO02")
     assert cell.execute("ServoOn") == 0
@@ -65,10 +62,7 @@ def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(star
 
 
 def test_communication_with_the_host_is_enabled_when_the_system_is_connected(start: Start) -> None:
-    """A remote command is answered.
-
-    Source: manual chapter 1, 5, 1
-    """
+    """A remote command is answered. Source: manual chapter 1, 5, 1."""
     cell = start().settle()
     assert _read_version(cell) == 0
     assert cell.robot.network_led is Led.GREEN
@@ -152,10 +146,7 @@ def test_after_the_loss_of_the_connection_si06_turns_off_in_the_controller(start
 def test_after_the_loss_of_the_connection_the_terminal_of_the_safety_connector_is_valid(
     start: Start,
 ) -> None:
-    """It keeps the emergency stop when the connection is back.
-
-    Source: manual chapter 1, 5, 2
-    """
+    """It keeps the emergency stop when the connection is back. Source: manual chapter 1, 5, 2."""
     cell = _restored(_lost(start), "emergency_stop")
     assert cell["Connected"] is True
     assert cell.robot.machine.si00
@@ -166,10 +157,7 @@ def test_after_the_loss_of_the_connection_the_terminal_of_the_safety_connector_i
 def test_after_the_loss_of_the_connection_the_stop_of_a_parallel_board_works_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """It keeps the stop when the connection is back.
-
-    Source: manual chapter 1, 5, 2
-    """
+    """It keeps the stop when the connection is back. Source: manual chapter 1, 5, 2."""
     cell = _restored(_lost(start, parallel_io=board), "parallel_stop")
     assert cell.robot.machine.si06
     assert cell.robot.machine.stopped is stops
@@ -219,10 +207,7 @@ def test_a_connection_error_at_power_on_may_come_from_a_wrong_ip_address(start: 
 
 
 def test_a_connection_error_at_power_on_may_come_from_a_faulty_master() -> None:
-    """No master at all sends anything.
-
-    Source: manual chapter 1, 5, 3
-    """
+    """No master at all sends anything. Source: manual chapter 1, 5, 3."""
     master = Master()
     master.connected = False
     master.run(300)

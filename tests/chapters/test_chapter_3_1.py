@@ -58,10 +58,7 @@ def test_to_connect_the_master_module_must_operate() -> None:
 def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_bytes(
     start: Start, robot: int, plc: int, connected: bool
 ) -> None:
-    """48 with SIOW extension invalid, 256 with it valid.
-
-    Source: manual chapter 3, 1
-    """
+    """48 with SIOW extension invalid, 256 with it valid. Source: manual chapter 3, 1."""
     cell = start(size=robot, plc_size=plc)
     cell.run("1s")
     assert cell["Connected"] is connected
@@ -69,10 +66,7 @@ def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_byte
 
 
 def test_the_controller_always_begins_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """With and without a connection.
-
-    Source: manual chapter 3, 1
-    """
+    """With and without a connection. Source: manual chapter 3, 1."""
     cell = start()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -94,10 +88,7 @@ def test_correctly_connected_the_leds_show_the_normal_state(start: Start) -> Non
 def test_correctly_connected_both_stop_signals_are_valid_and_must_be_turned_on_by_the_host(
     start: Start,
 ) -> None:
-    """As long as one of them is OFF the program does not start.
-
-    Source: manual chapter 3, 1
-    """
+    """As long as one of them is OFF the program does not start. Source: manual chapter 3, 1."""
     cell = start()
     cell["CellSafe"] = cell["StopReleased"] = False
     cell.run("500ms")
@@ -137,10 +128,7 @@ def test_correctly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disa
 
 
 def test_incorrectly_connected_the_leds_show_the_error_state(start: Start) -> None:
-    """The cable is out.
-
-    Source: manual chapter 3, 1; chapter 4, 2
-    """
+    """The cable is out. Source: manual chapter 3, 1; chapter 4, 2."""
     cell = start()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -165,10 +153,7 @@ def test_with_different_sizes_the_leds_show_the_error_state(start: Start) -> Non
 
 
 def test_the_leds_show_the_error_state_also_when_the_master_does_not_operate() -> None:
-    """Never, or not any more.
-
-    Source: manual chapter 3, 1; chapter 4, 2
-    """
+    """Never, or not any more. Source: manual chapter 3, 1; chapter 4, 2."""
     master = Master()
     shown = []
     for connected in (False, True, False):
@@ -197,10 +182,7 @@ def test_incorrectly_connected_the_terminal_of_the_safety_connector_is_always_va
 def test_incorrectly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """It is there as soon as the connection is.
-
-    Source: manual chapter 3, 1
-    """
+    """It is there as soon as the connection is. Source: manual chapter 3, 1."""
     cell = start(parallel_io=board, parallel_stop=False)
     cell.cell.inject("link_down")
     cell.run("500ms")

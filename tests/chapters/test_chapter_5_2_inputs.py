@@ -19,10 +19,7 @@ def test_si00_off_puts_the_controller_into_the_emergency_stop_state(start: Start
 
 
 def test_si00_is_kept_on_during_normal_operation(start: Start) -> None:
-    """From power on to the running program it changes once.
-
-    Source: manual chapter 5, 2, SI(00)
-    """
+    """From power on to the running program it changes once. Source: manual chapter 5, 2, SI(00)."""
     cell = start()
     assert cell.execute("PowerUp") == 0
     cell.from_now()
@@ -128,10 +125,7 @@ def test_si12_on_executes_the_robot_program(start: Start) -> None:
 
 
 def test_si12_acts_when_it_is_switched_from_off_to_on() -> None:
-    """Held ON it does not start the program a second time.
-
-    Source: manual chapter 5, 2, SI(12)
-    """
+    """Held ON it does not start the program a second time. Source: manual chapter 5, 2, SI(12)."""
     master = powered_up(**steps_once("SOW(3)=1", "DELAY 100", "SOW(3)=2"))
     master.turn_and_wait("SI12", True, 1000)
     assert not master.on("SO13")
@@ -145,10 +139,7 @@ def test_si12_acts_when_it_is_switched_from_off_to_on() -> None:
 
 
 def test_si15_on_resets_the_robot_program(start: Start) -> None:
-    """A program that was stopped begins at its beginning.
-
-    Source: manual chapter 5, 2, SI(15)
-    """
+    """A program that was stopped begins at its beginning. Source: manual chapter 5, 2, SI(15)."""
     cell = start(**steps_once("SO(20)=1", "WAIT SI(20)=1", "SO(21)=1", "WAIT SI(20)=0")).servo_on()
     assert cell.execute("AutoStart") == 0
     assert cell.execute("ProgramStop") == 0
@@ -159,10 +150,7 @@ def test_si15_on_resets_the_robot_program(start: Start) -> None:
 
 
 def test_si15_acts_when_it_is_switched_from_off_to_on() -> None:
-    """Held ON it does not reset again.
-
-    Source: manual chapter 5, 2, SI(15)
-    """
+    """Held ON it does not reset again. Source: manual chapter 5, 2, SI(15)."""
     master = powered_up()
     master.turn_and_wait("SI15", True)
     assert master.on("SO14")
@@ -193,10 +181,7 @@ def test_si16_on_performs_an_alarm_reset(start: Start) -> None:
 
 
 def test_si16_acts_when_it_is_switched_from_off_to_on() -> None:
-    """An alarm that comes while it is held ON stays.
-
-    Source: manual chapter 5, 2, SI(16)
-    """
+    """An alarm that comes while it is held ON stays. Source: manual chapter 5, 2, SI(16)."""
     master = powered_up()
     master.turn_and_wait("SI16", True)
     master.robot.inject("alarm", group=17, category=500)
@@ -230,10 +215,7 @@ def test_a_robot_program_refers_to_the_value_of_an_si_port(start: Start) -> None
 
 
 def test_a_robot_program_waits_for_a_general_purpose_input(start: Start) -> None:
-    """It goes on with ON, as WAIT SI(20)=1 says.
-
-    Source: manual chapter 5, 2, SI(20) to SI(157)
-    """
+    """It goes on with ON, as WAIT SI(20)=1 says. Source: manual chapter 5, 2, SI(20) to SI(157)."""
     cell = start(**steps_once("WAIT SI(20)=1", "SO(20)=1")).servo_on()
     assert cell.execute("AutoStart") == 0
     cell.run("1s")

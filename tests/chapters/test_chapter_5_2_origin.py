@@ -19,10 +19,7 @@ SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_metho
 def test_si14_performs_the_return_to_origin_of_incremental_and_semi_absolute_axes(
     start: Start,
 ) -> None:
-    """Absolute axes stay where they are.
-
-    Source: manual chapter 5, 2, SI(14)
-    """
+    """Absolute axes stay where they are. Source: manual chapter 5, 2, SI(14)."""
     cell = start(axes=(ABSOLUTE, INCREMENTAL, SEMI))
     cell.robot.origins[1:] = [False, False]
     cell.servo_on()
@@ -80,10 +77,7 @@ def test_with_abs_si17_on_performs_the_return_to_origin_of_absolute_axes(start: 
 
 @pytest.mark.parametrize(("mode", "groups"), [("ABS", 1), ("ABS/ORG", 2)])
 def test_si17_acts_when_it_is_switched_from_off_to_on(mode: str, groups: int) -> None:
-    """Held ON it moves once.
-
-    Source: manual chapter 5, 2, SI(17), ABS and ABS/ORG
-    """
+    """Held ON it moves once. Source: manual chapter 5, 2, SI(17), ABS and ABS/ORG."""
     master = servos_on(axes=(ABSOLUTE, INCREMENTAL), origin_time=200, di17_mode=mode)
     master.turn_and_wait("SI17", True, 200 * groups + 50)
     assert master.robot.positions[0] == 0
@@ -158,10 +152,7 @@ def test_si17_can_serve_as_absolute_reset_and_return_to_origin_of_older_robots(
 
 
 def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(start: Start) -> None:
-    """Although they had their origin.
-
-    Source: manual chapter 5, 2, SI(17), second note
-    """
+    """Although they had their origin. Source: manual chapter 5, 2, SI(17), second note."""
     cell = start(axes=(ABSOLUTE, INCREMENTAL, SEMI), di17_mode="ABS/ORG")
     cell.robot.origins[1:] = [False, False]
     cell.servo_on()

@@ -12,10 +12,7 @@ Start = Callable[..., ChapterCell]
 
 
 def test_so00_is_on_in_the_emergency_stop_state(start: Start) -> None:
-    """Whatever has caused it.
-
-    Source: manual chapter 5, 2, SO(00)
-    """
+    """Whatever has caused it. Source: manual chapter 5, 2, SO(00)."""
     cell = start().settle()
     assert not cell.on("SO00")
     cell["CellSafe"] = False
@@ -29,10 +26,7 @@ def test_so00_is_on_in_the_emergency_stop_state(start: Start) -> None:
 
 
 def test_so01_is_on_in_the_normal_state(start: Start) -> None:
-    """Not before the controller has booted.
-
-    Source: manual chapter 5, 2, SO(01)
-    """
+    """Not before the controller has booted. Source: manual chapter 5, 2, SO(01)."""
     cell = start(booted=False)
     cell.run("150ms")
     assert cell["Connected"] is False
@@ -100,10 +94,7 @@ def test_so10_is_off_in_any_other_mode(start: Start) -> None:
 
 
 def test_so11_is_on_when_the_robot_has_completed_its_return_to_origin(start: Start) -> None:
-    """All of its axes.
-
-    Source: manual chapter 5, 2, SO(11)
-    """
+    """All of its axes. Source: manual chapter 5, 2, SO(11)."""
     cell = start(origin_complete=False, di17_mode="ABS").servo_on()
     assert not cell.on("SO11")
     assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0x8010
@@ -150,10 +141,7 @@ def test_so14_goes_off_when_the_robot_program_starts(start: Start) -> None:
 
 
 def test_so15_is_on_when_there_is_a_warning(start: Start) -> None:
-    """A warning is no alarm.
-
-    Source: manual chapter 5, 2, SO(15)
-    """
+    """A warning is no alarm. Source: manual chapter 5, 2, SO(15)."""
     cell = start().settle()
     cell.cell.inject("warning")
     cell.cell.run_until(lambda: cell["Status.WarningRaised"] is True, within="100ms")

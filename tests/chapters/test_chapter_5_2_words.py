@@ -30,10 +30,7 @@ def test_siw0_is_the_remote_command_area(start: Start) -> None:
 
 
 def test_siw1_is_the_command_data_area_of_the_remote_command(start: Start) -> None:
-    """It is 0 without a command.
-
-    Source: manual chapter 5, 2, SIW(1)
-    """
+    """It is 0 without a command. Source: manual chapter 5, 2, SIW(1)."""
     cell = start().servo_on()
     _move_to_19(cell)
     images = [one.rcx_si for one in cell.cell.trace.cycles() if one.rcx_si]
@@ -61,10 +58,7 @@ def test_siw_words_input_word_data_to_the_robot_program(
 def test_sid_double_words_input_double_word_data_to_the_robot_program(
     start: Start, number: int, size: int
 ) -> None:
-    """Signed.
-
-    Source: manual chapter 5, 2, SID(2) to SID(14), SID(24) to SID(126)
-    """
+    """Signed. Source: manual chapter 5, 2, SID(2) to SID(14), SID(24) to SID(126)."""
     cell = start(size=size, **steps_once(f"A=SID({number})"))
     cell["WritesDouble"], cell["Number"], cell["DoubleValue"] = True, number, -70_000
     cell.run_short_program()
@@ -89,10 +83,7 @@ def test_siw2_to_siw15_are_the_command_data_area_of_a_remote_command(start: Star
 def test_sow0_and_sow1_are_dedicated_to_the_status_and_response_of_remote_commands(
     start: Start,
 ) -> None:
-    """No robot program can write them.
-
-    Source: manual chapter 5, 2, SOW(0) and SOW(1)
-    """
+    """No robot program can write them. Source: manual chapter 5, 2, SOW(0) and SOW(1)."""
     cell = start().settle()
     for name in ("SOW(0)", "SOW(1)", "SOD(0)"):
         with pytest.raises(Exception, match="no general-purpose word"):

@@ -29,10 +29,7 @@ def test_the_controller_begins_its_operation_with_the_servos_off_after_power_on(
 
 
 def test_between_two_changes_of_dedicated_inputs_there_are_100_ms_or_more(start: Start) -> None:
-    """Of all that the blocks do, at the controller.
-
-    Source: manual chapter 5, 3.1, caution
-    """
+    """Of all that the blocks do, at the controller. Source: manual chapter 5, 3.1, caution."""
     cell = start().program()
     assert cell.execute("ProgramStop") == 0
     assert cell.execute("ProgramContinue") == 0
@@ -59,10 +56,7 @@ def test_an_interval_that_is_too_short_is_not_recognised(ms: int) -> None:
 
 
 def test_the_interval_holds_between_changes_of_the_same_dedicated_input() -> None:
-    """SI(06) OFF, and ON again after 90 ms.
-
-    Source: manual chapter 5, 3.1, caution
-    """
+    """SI(06) OFF, and ON again after 90 ms. Source: manual chapter 5, 3.1, caution."""
     master = powered_up()
     master.turn_and_wait("SI06", False, 90)
     master.turn_and_wait("SI06", True, 90)
@@ -223,10 +217,7 @@ def test_after_the_changeover_the_control_authority_of_the_programming_box_is_ca
 
 
 def test_program_reset(start: Start) -> None:
-    """SI(15) ON, SO(14) ON, SI(15) OFF.
-
-    Source: manual chapter 5, 3.2, program reset process
-    """
+    """SI(15) ON, SO(14) ON, SI(15) OFF. Source: manual chapter 5, 3.2, program reset process."""
     cell = start().servo_on()
     assert cell.steps_of("ProgramReset") == ["SI15 ON", "SO14 ON", "SI15 OFF"]
 
@@ -323,10 +314,7 @@ def test_program_execution_after_a_stop_by_the_stop_input(start: Start) -> None:
 
 
 def test_the_program_also_stops_at_a_transition_to_emergency_stop(start: Start) -> None:
-    """Then SO(03) is ON and SO(02) OFF.
-
-    Source: manual chapter 5, 3.3, note
-    """
+    """Then SO(03) is ON and SO(02) OFF. Source: manual chapter 5, 3.3, note."""
     cell = start().program()
     since = cell.from_now()
     assert cell.execute("EmergencyStop") == 0

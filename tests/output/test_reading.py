@@ -71,10 +71,7 @@ def test_every_command_refuses_a_pipe_where_it_takes_a_file(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """A test that reads the pipe would never end.
-
-    Source: docs/reference/limits.md, files.
-    """
+    """A test that reads the pipe would never end. Source: docs/reference/limits.md, files."""
     monkeypatch.chdir(tmp_path)
     areas = "VAR InputArea, OutputArea : ARRAY [0..511] OF BYTE; END_VAR"
     Path("own.st").write_text(f"PROGRAM Own\n{areas}\nEND_PROGRAM\n", encoding="utf-8")

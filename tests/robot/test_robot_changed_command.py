@@ -226,10 +226,7 @@ def test_continuous_output_that_changes_its_data_only_ends_with_the_change() -> 
 
 
 def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
-    """A master whose words stand still is no reason to skip it.
-
-    Rule: changed-command.
-    """
+    """A master whose words stand still is no reason to skip it. Rule: changed-command."""
     master = powered_up(command_delay=100, changed_command_status="ready")
     master.send(*POINT_1)
     master.run(20)
@@ -242,10 +239,7 @@ def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
 
 @pytest.mark.parametrize("waits", [True, False])
 def test_a_code_that_waits_needs_no_change_of_the_inputs(waits: bool) -> None:
-    """The words stand still from the code that replaced another one on.
-
-    Rule: early-command.
-    """
+    """The words stand still from the code that replaced another one on. Rule: early-command."""
     master = powered_up(command_delay=20, early_command_waits=waits)
     master.send(*POINT_1)
     master.run(10)

@@ -38,10 +38,7 @@ def test_move_takes_the_limits_of_every_range(data: tuple[int, ...]) -> None:
 
 
 def test_unused_words_may_be_tolerated() -> None:
-    """Fixed bits are still checked.
-
-    Rule: format.
-    """
+    """Fixed bits are still checked. Rule: format."""
     master = _mover(strict_unused_words=False)
     assert master.execute(0x0501, 0xFFFF)[0] == 0x0200
     assert master.execute(0x0001, 0x0008, 0, 0, 19)[:3] == FORMAT_ERROR
@@ -150,10 +147,7 @@ def test_a_movement_does_not_start_in_a_stop_or_with_the_servos_off(
 )
 @pytest.mark.parametrize("code", [0x001, 0x009, 0x00A, 0x010, 0x014, 0x044, 0x045, 0x04B, 0x101])
 def test_a_point_that_is_not_defined(code: int, config: dict[str, Any], alarm: str) -> None:
-    """MOVE, MOVEI, DRIVE, DRIVEI, MOVET, PUSH, and the point reference.
-
-    Rule: other-alarms.
-    """
+    """MOVE, MOVEI, DRIVE, DRIVEI, MOVET, PUSH, and the point reference. Rule: other-alarms."""
     one_axis = (1, 0x0004) if code in (0x010, 0x014, 0x04B) else (0, 0)
     words = (0, 20) if code == 0x101 else (*one_axis, 0, 20)
     assert _mover(**config).execute(code, *words) == abnormal_end(alarm)
@@ -194,9 +188,6 @@ def test_versions_show_0_for_drivers_that_are_not_there() -> None:
 
 
 def test_versions_have_four_drivers_however_many_axes_there_are() -> None:
-    """Words m+10 to m+16; from m+18 on nothing is used.
-
-    Source: remote command guide 4.7.1
-    """
+    """Words m+10 to m+16; from m+18 on nothing is used. Source: remote command guide 4.7.1."""
     master = powered_up(axes=(Axis(), Axis(), Axis(), Axis(), Axis()))
     assert master.execute(0x0501)[5:] == (0x0101, 0x0101, 0x0101, 0x0101, *(0,) * 7)

@@ -61,10 +61,7 @@ def test_a_robot_file_presets_what_is_stored(tmp_path: Path) -> None:
 
 
 def test_the_reference_commands_answer_the_preset_data(tmp_path: Path) -> None:
-    """Rule: preset-data.
-
-    Source: remote command guide 4.3.2 to 4.3.5, 4.4.1, 4.4.2
-    """
+    """Rule: preset-data. Source: remote command guide 4.3.2 to 4.3.5, 4.4.1, 4.4.2."""
     config = _load(tmp_path, GOOD)
     names = ("comments", "pallets", "shifts", "hands", "variables", "parameters")
     master = ready(**{name: getattr(config, name) for name in names})

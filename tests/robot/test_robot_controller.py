@@ -125,10 +125,7 @@ def test_every_event_may_happen_at_any_time(event: str) -> None:
 
 
 def test_the_controller_cycle_is_5_ms() -> None:
-    """Rule: cycle.
-
-    Source: manual chapter 5, 4
-    """
+    """Rule: cycle. Source: manual chapter 5, 4."""
     assert CYCLE_US == 5000
 
 

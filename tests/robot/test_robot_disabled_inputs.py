@@ -105,10 +105,7 @@ def test_which_dedicated_input_works_under_which_setting(setting: str, name: str
 
 @pytest.mark.parametrize("name", ["SI01", "SI12", "SI15"])
 def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str) -> None:
-    """SI(10) is a level and counts.
-
-    Rule: safety-inputs.
-    """
+    """SI(10) is a level and counts. Rule: safety-inputs."""
     master = powered_up()
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")
@@ -126,10 +123,7 @@ def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str)
 def test_stops_that_a_safety_setting_takes_away_count_as_on_without_a_connection_too(
     keeps: bool, runs: bool
 ) -> None:
-    """Where the loss itself is no serious alarm.
-
-    Rule: safety-inputs, link-lost.
-    """
+    """Where the loss itself is no serious alarm. Rule: safety-inputs, link-lost."""
     master = servos_on(safety_keeps_stops=keeps, minor_alarms=("12.400", "12.552"))
     master.pulse("SI12")
     master.robot.inject("safety_on")

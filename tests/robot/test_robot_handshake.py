@@ -38,10 +38,7 @@ def test_a_command_goes_from_ready_over_run_to_normal_end_and_back() -> None:
 
 
 def test_response_and_end_status_change_in_the_same_cycle() -> None:
-    """Rule: response-with-status.
-
-    Source: remote command guide chapter 2, step 4
-    """
+    """Rule: response-with-status. Source: remote command guide chapter 2, step 4."""
     master = powered_up()
     master.send(VERSION)
     while master.status != 0x0200:
@@ -51,10 +48,7 @@ def test_response_and_end_status_change_in_the_same_cycle() -> None:
 
 
 def test_the_end_status_stays_until_the_status_reset_command() -> None:
-    """Rule: status-reset.
-
-    Source: remote command guide chapter 4, 4.1
-    """
+    """Rule: status-reset. Source: remote command guide chapter 4, 4.1."""
     master = powered_up(status_reset_delay=20)
     master.send(VERSION)
     master.run(1000)
@@ -113,10 +107,7 @@ def test_a_code_that_stands_there_after_a_changed_command_is_not_executed() -> N
 
 
 def test_a_command_withdrawn_before_it_is_accepted_is_not_executed() -> None:
-    """Rule: hold-command.
-
-    Source: remote command guide chapter 1, 1.1, note
-    """
+    """Rule: hold-command. Source: remote command guide chapter 1, 1.1, note."""
     master = powered_up(command_accept_delay=50)
     master.send(VERSION)
     master.run(10)
@@ -203,10 +194,7 @@ def test_continuous_output_follows_the_position_until_the_status_reset_command()
 
 
 def test_continuous_output_ends_with_a_changed_command() -> None:
-    """Rule: hold-command.
-
-    Source: remote command guide chapter 1, 1.1, note
-    """
+    """Rule: hold-command. Source: remote command guide chapter 1, 1.1, note."""
     master = powered_up()
     master.send(0x0505, 0x0001)
     master.run(50)

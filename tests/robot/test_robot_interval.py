@@ -8,10 +8,7 @@ from robot_master import Master, powered_up, servos_on
 
 
 def test_100_ms_between_two_changes_are_enough() -> None:
-    """Rule: interval.
-
-    Source: manual chapter 5, 3.1, caution
-    """
+    """Rule: interval. Source: manual chapter 5, 3.1, caution."""
     master = Master()
     master.run(300)
     for name in ("SI00", "SI06", "SI01"):
@@ -67,10 +64,7 @@ def test_a_change_that_comes_too_early_is_not_recognised_and_is_reported(
 
 
 def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
-    """Both may fall together, at any time; that is no violation.
-
-    Rule: interval-stops.
-    """
+    """Both may fall together, at any time; that is no violation. Rule: interval-stops."""
     master = servos_on()
     master.turn_and_wait("SI12", True, 50)
     master.turn("SI00", False)
@@ -157,11 +151,7 @@ def test_the_interval_is_a_knob() -> None:
     ],
 )
 def test_the_reserved_area_is_not_written(at: int, value: int, where: str) -> None:
-    """Each change is reported once.
-
-    Rule: reserved.
-    Source: manual chapter 5, 1, note 1
-    """
+    """Each change is reported once. Rule: reserved. Source: manual chapter 5, 1, note 1."""
     master = Master()
     master.run(300)
     master.si[at] |= value
@@ -196,10 +186,7 @@ def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -
 
 
 def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_on_again() -> None:
-    """To the controller it was ON all the time.
-
-    Rule: interval-levels, interval-strict.
-    """
+    """To the controller it was ON all the time. Rule: interval-levels, interval-strict."""
     master = powered_up()
     master.turn_and_wait("SI16", True, 50)
     master.turn_and_wait("SI16", False, 50)
@@ -215,10 +202,7 @@ def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_o
 
 @pytest.mark.parametrize("lost", [False, True])
 def test_the_interval_counts_from_no_change_before_the_first_image(lost: bool) -> None:
-    """At power-on and after a loss.
-
-    Rule: link-first-image.
-    """
+    """At power-on and after a loss. Rule: link-first-image."""
     master = Master()
     if lost:
         master.power_up()

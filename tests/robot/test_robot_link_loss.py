@@ -57,10 +57,7 @@ def test_the_status_after_a_loss_of_the_connection(
 
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_a_changed_command_is_forgotten_with_the_connection(shown: str) -> None:
-    """What it was to do is not done any more.
-
-    Rule: link-command, changed-command.
-    """
+    """What it was to do is not done any more. Rule: link-command, changed-command."""
     master = powered_up(command_delay=200, changed_command_status=shown)
     master.send(0x0100, 0, 1, 0, 5)
     master.run(50)
@@ -181,10 +178,7 @@ def test_a_connection_that_comes_in_time_leaves_no_alarm() -> None:
 
 
 def test_general_inputs_without_a_connection_are_off_or_as_they_were() -> None:
-    """Words too; with the connection they are the master's again.
-
-    Rule: inputs-on-loss.
-    """
+    """Words too; with the connection they are the master's again. Rule: inputs-on-loss."""
     for clears in (True, False):
         master = powered_up(loss_clears_inputs=clears)
         master.si[34] = 0x81

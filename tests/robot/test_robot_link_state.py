@@ -17,10 +17,7 @@ def _numbers(master: Master) -> list[str]:
 
 
 def test_the_leds_from_power_on_to_loss_and_recovery() -> None:
-    """Rule: leds.
-
-    Source: manual chapter 1, 3; chapter 4, 2
-    """
+    """Rule: leds. Source: manual chapter 1, 3; chapter 4, 2."""
     master = Master(boot_time=100, booted=False)
     master.connected = False
     master.run(50)
@@ -52,10 +49,7 @@ def test_module_status_shows_faults_of_the_module(category: int, led: Led) -> No
 
 @pytest.mark.parametrize(("address", "led"), [("none", Led.OFF), ("duplicate", Led.RED)])
 def test_without_an_ip_address_of_its_own_there_is_no_connection(address: str, led: Led) -> None:
-    """Rule: conditions, leds, power-on-state.
-
-    Source: manual chapter 3, 1; chapter 1, 3
-    """
+    """Rule: conditions, leds, power-on-state. Source: manual chapter 3, 1; chapter 1, 3."""
     master = powered_up(ip_address=address)
     assert _leds(master) == (Led.GREEN_FLASHING, led)
     assert not master.robot.online
@@ -108,10 +102,7 @@ def test_an_emergency_stop_in_the_boot_is_an_alarm_at_its_end() -> None:
 
 
 def test_si00_and_si06_are_those_of_the_master_again_after_recovery() -> None:
-    """Rule: link-recovery.
-
-    Source: manual chapter 1, 5.2
-    """
+    """Rule: link-recovery. Source: manual chapter 1, 5.2."""
     master = powered_up()
     master.connected = False
     master.run(50)
@@ -147,10 +138,7 @@ def test_dedicated_inputs_of_the_parallel_board_are_disabled_but_for_the_stop(
 
 
 def test_auto_mode_needs_both_switches_and_its_time() -> None:
-    """Rule: auto-switches, answers.
-
-    Source: manual chapter 5, 3.2, AUTO mode changeover
-    """
+    """Rule: auto-switches, answers. Source: manual chapter 5, 3.2, AUTO mode changeover."""
     master = powered_up(auto_mode=False, auto_mode_delay=50)
     master.robot.inject("auto_input_on")
     master.run(100)
@@ -201,10 +189,7 @@ def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
 
 
 def test_without_main_power_there_is_no_servo_on() -> None:
-    """Rule: mp-ready-power, main-power.
-
-    Source: manual chapter 5, 2, SO(04)
-    """
+    """Rule: mp-ready-power, main-power. Source: manual chapter 5, 2, SO(04)."""
     master = servos_on()
     master.robot.inject("main_power_off")
     master.run(5)

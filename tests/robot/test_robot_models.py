@@ -42,10 +42,7 @@ def test_the_yk400xe_has_the_pulses_and_limits_of_the_public_driver() -> None:
 
 
 def test_there_are_five_scara_robots_with_a_standard_cycle_and_a_cartesian_one() -> None:
-    """Rule: robot-figures.
-
-    Source: the maker's data sheets, as a public data set quotes them
-    """
+    """Rule: robot-figures. Source: the maker's data sheets, as a public data set quotes them."""
     arms = {name: model.arms for name, model in robot_models().items()}
     assert arms == {
         "YK400XE": (225, 175),

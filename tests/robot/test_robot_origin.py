@@ -78,10 +78,7 @@ def test_an_emergency_stop_ends_the_return_to_origin() -> None:
 @pytest.mark.parametrize("name", ["SI14", "SI17"])
 @pytest.mark.parametrize("mode", ["ABS", "ABS/ORG"])
 def test_an_axis_with_the_mark_method_is_not_moved(name: str, mode: str) -> None:
-    """Rule: origin-mark.
-
-    Source: manual chapter 5, 2, SI(14) and SI(17)
-    """
+    """Rule: origin-mark. Source: manual chapter 5, 2, SI(14) and SI(17)."""
     mark = Axis(start=700, type="incremental", origin_method="mark")
     master = _master(MARK, mark, ABSOLUTE, INCREMENTAL, di17_mode=mode)
     master.turn_and_wait(name, True, 1000)

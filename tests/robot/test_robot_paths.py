@@ -27,10 +27,7 @@ def test_a_profile_accelerates_moves_and_brakes() -> None:
 
 
 def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
-    """100 with 200/s^2 and 200/s^2: half the way takes 0.7071 s.
-
-    Rule: profile.
-    """
+    """100 with 200/s^2 and 200/s^2: half the way takes 0.7071 s. Rule: profile."""
     profile = Profile.over(100, 1000, 200, 200)
     assert profile.even == pytest.approx(0)
     assert profile.up == profile.down == pytest.approx(math.sqrt(0.5))
@@ -42,18 +39,12 @@ def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
     [(0, 0), (0.03125, 0.25), (0.125, 0.5), (0.5, 1.25), (0.75, 1.75), (0.9375, 2.25), (1, 2.75)],
 )
 def test_when_a_part_of_the_way_is_done(share: float, seconds: float) -> None:
-    """The figures of the profile above, the other way round.
-
-    Rule: profile.
-    """
+    """The figures of the profile above, the other way round. Rule: profile."""
     assert Profile.over(100, 50, 100, 50).when(share) == pytest.approx(seconds)
 
 
 def test_on_a_line_all_axes_are_in_proportion() -> None:
-    """Length by X, Y and Z; by the others where these turn farther.
-
-    Rule: path-speed.
-    """
+    """Length by X, Y and Z; by the others where these turn farther. Rule: path-speed."""
     line = Line((0, 0, 0, 10), (300, 400, 0, -90))
     assert line.length == 500
     assert line.at(0.25) == [75, 100, 0, -15]
@@ -61,10 +52,7 @@ def test_on_a_line_all_axes_are_in_proportion() -> None:
 
 
 def test_an_arc_goes_from_the_first_through_the_second_to_the_third_point() -> None:
-    """Radius 5 about (5, 0): over the top, three quarters of the circle to (5, -5).
-
-    Rule: arc.
-    """
+    """Radius 5 about (5, 0): over the top, three quarters of the circle to (5, -5). Rule: arc."""
     arc = Arc((0, 0, 7, 0), (5, 5, 7, 10), (5, -5, 7, 90))
     assert arc.length == pytest.approx(1.5 * math.pi * 5)
     assert arc.at(0) == pytest.approx([0, 0, 7, 0])
@@ -82,10 +70,7 @@ def test_an_arc_takes_the_other_way_round_if_the_first_point_lies_there() -> Non
 
 
 def test_an_arc_may_lie_anywhere_in_space() -> None:
-    """In the plane of Y and Z.
-
-    Rule: arc.
-    """
+    """In the plane of Y and Z. Rule: arc."""
     arc = Arc((2, 0, 0), (2, 5, 5), (2, 10, 0))
     assert arc.at(0.25) == pytest.approx([2, 5 - 5 * math.sqrt(0.5), 5 * math.sqrt(0.5)])
 
@@ -205,10 +190,7 @@ def test_a_shift_moves_and_turns_the_coordinates() -> None:
     ],
 )
 def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> None:
-    """The hand of the manual's example: 10.000, -2.000, 5.000 mm.
-
-    Rule: coordinates.
-    """
+    """The hand of the manual's example: 10.000, -2.000, 5.000 mm. Rule: coordinates."""
     frame = Frame((1000,) * 4, hand=(10_000, -2_000, 5_000), on_r=on_r)
     assert frame.to_mm((0, 0, 0, 90_000)) == pytest.approx(mm)
     assert frame.to_pulses(mm) == pytest.approx((0, 0, 0, 90_000), abs=1e-6)
@@ -217,10 +199,7 @@ def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> 
 @pytest.mark.parametrize("axes", range(1, 7))
 @pytest.mark.parametrize("on_r", [False, True])
 def test_pulses_come_back_from_millimetres(axes: int, on_r: bool) -> None:
-    """However many axes the robot has.
-
-    Rule: coordinates.
-    """
+    """However many axes the robot has. Rule: coordinates."""
     frame = Frame(
         (1000.0, 700.0, 300.0, 100.0, 50.0, 1.5)[:axes],
         shift=(1_000, -2_000, 3_000, 33_000),

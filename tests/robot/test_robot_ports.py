@@ -37,10 +37,7 @@ def run_steps(*steps: str, **config: Any) -> Master:
     ],
 )
 def test_a_program_writes_outputs(step: str, at: int, raw: bytes) -> None:
-    """Rule: ports.
-
-    Source: manual chapter 1, 4.1 and 4.2; chapter 3, 2.2
-    """
+    """Rule: ports. Source: manual chapter 1, 4.1 and 4.2; chapter 3, 2.2."""
     master = run_steps(step, size=256)
     assert master.so[at : at + len(raw)] == raw
     assert not any(master.so[:at]) or at > 31
@@ -61,10 +58,7 @@ def test_a_program_writes_outputs(step: str, at: int, raw: bytes) -> None:
     ],
 )
 def test_a_program_reads_inputs(source: str, at: int, raw: bytes, value: int) -> None:
-    """Rule: ports.
-
-    Source: manual chapter 3, 2.1
-    """
+    """Rule: ports. Source: manual chapter 3, 2.1."""
     program = RobotProgram(steps=(f"A%={source}",), loop=False)
     master = powered_up(programs=(program,), size=256)
     if raw:
@@ -75,10 +69,7 @@ def test_a_program_reads_inputs(source: str, at: int, raw: bytes, value: int) ->
 
 
 def test_a_program_waits_for_an_input_then_goes_on() -> None:
-    """Rule: ports, program-length.
-
-    Source: manual chapter 1, 2; chapter 3, 2.1
-    """
+    """Rule: ports, program-length. Source: manual chapter 1, 2; chapter 3, 2.1."""
     master = run_steps("WAIT SI(20)=1", "SO(20)=1", "WAIT SIW(2)=&H1FF", "SO(21)=1")
     master.run(200)
     assert master.so[34] == 0

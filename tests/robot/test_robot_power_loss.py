@@ -32,10 +32,7 @@ def _send(master: Master, *words: int) -> None:
 @pytest.mark.parametrize(("knob", "runs"), [(True, False), (False, True)])
 @pytest.mark.parametrize("off", _OFF)
 def test_without_motor_power_the_program_stops_or_goes_on(off: str, knob: bool, runs: bool) -> None:
-    """It does not start by itself when the power is back.
-
-    Rule: main-power, servo-off-command.
-    """
+    """It does not start by itself when the power is back. Rule: main-power, servo-off-command."""
     master = servos_on(motor_power_stops_program=knob)
     master.pulse("SI12")
     assert master.on("SO13")
@@ -55,10 +52,7 @@ def test_without_motor_power_the_program_stops_or_goes_on(off: str, knob: bool, 
 
 @pytest.mark.parametrize("programs", [True, False])
 def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
-    """Whatever the programs do.
-
-    Rule: main-power.
-    """
+    """Whatever the programs do. Rule: main-power."""
     master = servos_on(motor_power_stops_program=programs, servo_off_alarm="6.301")
     _send(master, *POINT_1)
     master.send(*MOVE)
@@ -71,10 +65,7 @@ def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
 
 @pytest.mark.parametrize(("alarm", "expected"), [("", []), ("17.1", ["17.1"])])
 def test_the_loss_of_main_power_may_be_an_alarm(alarm: str, expected: list[str]) -> None:
-    """One, however often it is said; none when the power comes back.
-
-    Rule: main-power.
-    """
+    """One, however often it is said; none when the power comes back. Rule: main-power."""
     master = powered_up(main_power_alarm=alarm)
     for event in ("main_power_off", "main_power_off", "main_power_on"):
         master.robot.inject(event)
@@ -95,10 +86,7 @@ _SERVOS_OFF: dict[str, Callable[[Master], None]] = {
 @pytest.mark.parametrize(("knob", "state"), [(True, BRAKE), (False, FREE)])
 @pytest.mark.parametrize("off", _SERVOS_OFF)
 def test_a_free_axis_when_all_servos_go_off(off: str, knob: bool, state: int) -> None:
-    """The others get their brakes in either reading.
-
-    Rule: free-axes.
-    """
+    """The others get their brakes in either reading. Rule: free-axes."""
     master = servos_on(servo_off_brakes_free_axes=knob)
     _send(master, 0x0036, 0, 0x0008)  # servo free of axis 4, the guide's example of 4.2.13
     assert _states(master) == (SERVO, SERVO, SERVO, FREE)
@@ -147,10 +135,7 @@ def test_outputs_at_power_on(clears: bool, kept: int) -> None:
 
 
 def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
-    """They are the surroundings', as the switches and stops are.
-
-    Rule: power-on-state.
-    """
+    """They are the surroundings', as the switches and stops are. Rule: power-on-state."""
     master = powered_up(parallel_io="valid")
     master.robot.inject("parallel_input", port=20, on=1)
     master.robot.inject("parallel_stop")
@@ -222,10 +207,7 @@ def test_cpu_ok_with_a_serious_alarm(alarms: tuple[str, ...], ok: bool) -> None:
 
 
 def test_a_serious_alarm_that_leaves_the_servos_on_keeps_everything_from_starting() -> None:
-    """What runs goes on.
-
-    Rule: alarm-stops.
-    """
+    """What runs goes on. Rule: alarm-stops."""
     master = servos_on(alarm_stops_servo=False)
     _send(master, *POINT_1)
     master.pulse("SI12")
@@ -248,10 +230,7 @@ def test_a_serious_alarm_that_leaves_the_servos_on_keeps_everything_from_startin
 
 @pytest.mark.parametrize("event", ["pendant_on", "safety_on"])
 def test_a_command_that_runs_when_commands_are_disabled_goes_on_to_its_end(event: str) -> None:
-    """Rule: disabled-while-running.
-
-    Source: remote command guide chapter 3, restrictions
-    """
+    """Rule: disabled-while-running. Source: remote command guide chapter 3, restrictions."""
     master = servos_on()
     _send(master, *POINT_1)
     master.send(*MOVE)

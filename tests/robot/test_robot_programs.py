@@ -11,10 +11,7 @@ from robot_master import powered_up, servos_on
 
 
 def test_program_reset_and_start_need_auto_mode() -> None:
-    """Rule: program-reset, manual-mode.
-
-    Source: manual chapter 5, 2, SI(15) and SO(10)
-    """
+    """Rule: program-reset, manual-mode. Source: manual chapter 5, 2, SI(15) and SO(10)."""
     master = servos_on()
     master.pulse("SI12")
     master.robot.inject("manual_mode")
@@ -49,10 +46,7 @@ def test_an_emergency_stop_stops_the_program() -> None:
 
 
 def test_a_program_that_does_not_loop_ends_after_its_duration() -> None:
-    """A stop does not count.
-
-    Rule: program-length.
-    """
+    """A stop does not count. Rule: program-length."""
     program = RobotProgram(duration=500, loop=False)
     master = servos_on(programs=(program,), program_start_delay=0, program_stop_delay=0)
     master.turn_and_wait("SI12", True, 200)
@@ -96,10 +90,7 @@ def test_the_end_of_the_program_can_be_injected() -> None:
 
 
 def test_the_sequence_program_runs_while_si10_is_on() -> None:
-    """Rule: sequence, sequence-program.
-
-    Source: manual chapter 5, 2, SI(10) and SO(12)
-    """
+    """Rule: sequence, sequence-program. Source: manual chapter 5, 2, SI(10) and SO(12)."""
     master = powered_up()
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")

@@ -170,10 +170,7 @@ def test_the_default_alarm_is_serious_and_an_alarm_reset_clears_it() -> None:
 
 
 def test_some_alarms_need_a_power_restart() -> None:
-    """Rule: alarm-restart, alarm-reset.
-
-    Source: manual chapter 5, 2, SI(16)
-    """
+    """Rule: alarm-restart, alarm-reset. Source: manual chapter 5, 2, SI(16)."""
     master = powered_up(power_restart_alarms=("99.999",))
     master.robot.inject("alarm", group=99, category=999)
     master.pulse("SI16")
@@ -184,10 +181,7 @@ def test_some_alarms_need_a_power_restart() -> None:
 
 
 def test_a_warning_turns_so15_on() -> None:
-    """Rule: warning.
-
-    Source: manual chapter 5, 2, SO(15)
-    """
+    """Rule: warning. Source: manual chapter 5, 2, SO(15)."""
     master = powered_up()
     master.robot.inject("warning")
     master.run(5)

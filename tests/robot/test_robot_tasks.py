@@ -122,10 +122,7 @@ def test_halt_ends_all_tasks() -> None:
 
 
 def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> None:
-    """Also with nothing else to do in between.
-
-    Rule: tasks.
-    """
+    """Also with nothing else to do in between. Rule: tasks."""
     programs = (
         RobotProgram(steps=("START 3", "WAIT SI(27)=1")),
         RobotProgram(steps=("SO(30)=1", "WAIT SI(27)=1")),
@@ -161,10 +158,7 @@ HOLDER = RobotProgram(
 
 
 def test_a_suspended_task_goes_on_with_restart_only() -> None:
-    """Neither a stop nor SI(12) changes it; a program reset does.
-
-    Rule: tasks.
-    """
+    """Neither a stop nor SI(12) changes it; a program reset does. Rule: tasks."""
     master = _started(HOLDER, SECOND)
     master.si[34] |= 1
     master.run(10)
@@ -241,10 +235,7 @@ def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
 
 @pytest.mark.parametrize("shown", [True, False])
 def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(shown: bool) -> None:
-    """Whether SO(13) shows that task or not.
-
-    Rule: program-reset-running, tasks.
-    """
+    """Whether SO(13) shows that task or not. Rule: program-reset-running, tasks."""
     master = _running(running_shows_all_tasks=shown, program_reset_delay=500)
     master.run(500)
     master.pulse("SI12")
@@ -268,10 +259,7 @@ def test_halt_ends_suspended_tasks_too() -> None:
 
 
 def test_a_program_that_loops_does_its_steps_again_and_again_at_the_same_pace() -> None:
-    """ON for 100 ms and OFF for 200 ms, and a cycle of 5 ms at its end.
-
-    Rule: tasks.
-    """
+    """ON for 100 ms and OFF for 200 ms, and a cycle of 5 ms at its end. Rule: tasks."""
     steps = ("SO(20)=1", "DELAY 100", "SO(20)=0", "DELAY 200")
     master = servos_on(programs=(RobotProgram(steps=steps, loop=True),))
     master.pulse("SI15")

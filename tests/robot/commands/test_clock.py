@@ -86,10 +86,7 @@ def test_dates_of_2000_to_2099_can_be_set(date: tuple[int, int, int]) -> None:
 
 @pytest.mark.parametrize("date", [(25, 2, 29), (24, 2, 30), (25, 4, 31)])
 def test_a_day_that_does_not_exist_is_refused(date: tuple[int, int, int]) -> None:
-    """The date stays.
-
-    Rule: clock.
-    """
+    """The date stays. Rule: clock."""
     master = powered_up(impossible_date_alarm="9.1")
     assert master.execute(SET_DATE, 0, *date) == abnormal_end("9.1")
     assert _read(master, READ_DATE) == (14, 1, 1)

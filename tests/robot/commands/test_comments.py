@@ -28,10 +28,7 @@ def test_the_defined_comment_is_read_back(filler: str) -> None:
 
 
 def test_the_answer_may_be_filled_with_spaces() -> None:
-    """Rule: comment-end.
-
-    Source: remote command guide 4.3.2
-    """
+    """Rule: comment-end. Source: remote command guide 4.3.2."""
     master = ready(comments={50: "WAIT ORG"}, comment_filler="spaces")
     answer = master.execute(READ, 0, 50)
     assert answer[4:12] == (*WAIT_ORG, 0x2020, 0x2020, 0x2020, 0x2020)
@@ -65,10 +62,7 @@ def test_a_comment_needs_no_point_and_goes_with_none() -> None:
 
 
 def test_the_reference_to_no_comment_may_be_an_alarm() -> None:
-    """Rule: undefined-data.
-
-    Source: remote command guide 4.3.2
-    """
+    """Rule: undefined-data. Source: remote command guide 4.3.2."""
     master = ready(undefined_data_alarm="6.5")
     assert master.execute(READ, 0, 1) == abnormal_end("6.5")
     assert master.execute(WRITE, 0, 1) == NORMAL_END

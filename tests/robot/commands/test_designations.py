@@ -18,10 +18,7 @@ def _values(master: Master, robot: int = 1) -> dict[int, int]:
 
 
 def test_each_robot_has_its_own_shift_hand_and_arm() -> None:
-    """Rule: robot-settings.
-
-    Source: remote command guide 4.2.17 to 4.2.19, R
-    """
+    """Rule: robot-settings. Source: remote command guide 4.2.17 to 4.2.19, R."""
     master = powered_up(axes=TWO_ROBOTS)
     for code, value in ((SHIFT, 5), (HAND, 6), (ARM, 1)):
         assert master.execute(code | 0x2000, 0, value) == NORMAL_END
@@ -31,10 +28,7 @@ def test_each_robot_has_its_own_shift_hand_and_arm() -> None:
 
 @pytest.mark.parametrize("code", [SHIFT, HAND])
 def test_a_shift_or_hand_that_was_never_defined_may_be_refused(code: int) -> None:
-    """One that has been defined is selected.
-
-    Rule: select-undefined.
-    """
+    """One that has been defined is selected. Rule: select-undefined."""
     master = powered_up(undefined_data_alarm="1.2")
     assert master.execute(code, 0, 3) == abnormal_end("1.2")
     assert _values(master)[code] == 0
@@ -45,10 +39,7 @@ def test_a_shift_or_hand_that_was_never_defined_may_be_refused(code: int) -> Non
 
 
 def test_arm_designation_is_valid_only_when_scara_robot_is_specified() -> None:
-    """Rule: arm-scara, arm-robots.
-
-    Source: remote command guide 4.2.19
-    """
+    """Rule: arm-scara, arm-robots. Source: remote command guide 4.2.19."""
     master = powered_up(axes=TWO_ROBOTS, scara_robots=(2,), not_scara_alarm="1.9")
     assert master.execute(0x103D, 0, 1) == abnormal_end("1.9")
     assert master.execute(0x003D, 0, 1) == abnormal_end("1.9")

@@ -69,10 +69,7 @@ def test_a_point_in_millimetres(code: int) -> None:
 
 
 def test_only_the_axis_that_moves_counts_against_the_soft_limits() -> None:
-    """The point lies outside for axis 1.
-
-    Source: remote command guide 4.2.3, point designation
-    """
+    """The point lies outside for axis 1. Source: remote command guide 4.2.3, point designation."""
     master = _mover(axes=(Axis(soft_high=100), Axis(), Axis(), Axis()))
     assert master.execute(0x0010, ONE, AXIS_3, 0, 19)[0] == NORMAL
     assert master.robot.positions == [0, 0, 13_000, 0]

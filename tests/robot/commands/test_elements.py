@@ -36,10 +36,7 @@ def test_the_value_goes_to_the_designated_data_alone(code: int, point: Point, pl
 
 @pytest.mark.parametrize(("code", "point"), [(PULSES, MM_POINT), (MM, POINT)])
 def test_the_input_format_must_be_that_of_the_point(code: int, point: Point) -> None:
-    """Rule: point-units.
-
-    Source: remote command guide 4.4.4, note
-    """
+    """Rule: point-units. Source: remote command guide 4.4.4, note."""
     master = ready(points={1: point}, point_unit_alarm="6.1")
     assert master.execute(code, 0, 1, 1, 5) == abnormal_end("6.1")
     assert master.robot.points == {1: point}
@@ -55,10 +52,7 @@ def test_a_point_without_data_has_no_elements() -> None:
 
 @pytest.mark.parametrize("place", range(4))
 def test_the_value_goes_to_the_designated_data_of_a_shift(place: int) -> None:
-    """Bit 0 is data 1, bit 3 is data 4.
-
-    Source: remote command guide 4.4.4
-    """
+    """Bit 0 is data 1, bit 3 is data 4. Source: remote command guide 4.4.4."""
     for value in (1000, -(2**31), 2**31 - 1):
         master = ready(shifts={1: (10, 20, 30, 40), 2: (1, 2, 3, 4)})
         assert master.execute(SHIFT, 0, 1, 1 << place, *long_words(value)) == NORMAL_END
@@ -67,11 +61,7 @@ def test_the_value_goes_to_the_designated_data_of_a_shift(place: int) -> None:
 
 
 def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
-    """Or it is an alarm.
-
-    Rule: undefined-data.
-    Source: remote command guide 4.4.4
-    """
+    """Or it is an alarm. Rule: undefined-data. Source: remote command guide 4.4.4."""
     master = ready()
     assert master.execute(SHIFT, 0, 39, 2, 0x03E8) == NORMAL_END
     assert master.robot.machine.memory.shifts == {39: (0, 1000, 0, 0)}

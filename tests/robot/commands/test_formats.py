@@ -229,10 +229,7 @@ def test_the_robot_number_of_a_command_is_0_to_4(code: int, fresh: Master) -> No
 
 @every_code
 def test_robot_1_is_there_and_robots_2_to_4_are_not(code: int, fresh: Master) -> None:
-    """Rule: other-alarms, robot-zero, absent-robot-zero.
-
-    Source: remote command guide 3, R
-    """
+    """Rule: other-alarms, robot-zero, absent-robot-zero. Source: remote command guide 3, R."""
     if code not in WITH_ROBOT:
         assert not COMMANDS[code].robot
         return

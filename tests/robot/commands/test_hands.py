@@ -13,10 +13,7 @@ TWO_ROBOTS = (Axis(), Axis(robot=2))
 
 
 def test_each_robot_has_its_own_hands() -> None:
-    """Rule: hand-robot.
-
-    Source: remote command guide 4.3.5
-    """
+    """Rule: hand-robot. Source: remote command guide 4.3.5."""
     master = ready(axes=TWO_ROBOTS)
     first, second = long_words(1, 2, 3, 0), long_words(4, 5, 6, 1)
     assert master.execute(0x1000 | WRITE, 0, 31, 0, *first) == NORMAL_END
@@ -28,10 +25,7 @@ def test_each_robot_has_its_own_hands() -> None:
 @pytest.mark.parametrize("scara", [(), (1,)])
 @pytest.mark.parametrize("on_r_axis", [0, 1])
 def test_hand_data_are_kept_as_they_are(scara: tuple[int, ...], on_r_axis: int) -> None:
-    """Rule: hand-data.
-
-    Source: remote command guide 4.3.5
-    """
+    """Rule: hand-data. Source: remote command guide 4.3.5."""
     master = ready(scara_robots=scara)
     data = long_words(-(2**31), 2**31 - 1, -1, on_r_axis)
     assert master.execute(WRITE, 0, 0, 0, *data) == NORMAL_END

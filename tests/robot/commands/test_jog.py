@@ -71,10 +71,7 @@ def test_the_movement_speed_is_determined_by_the_manual_movement_speed(code: int
 
 
 def test_a_tool_that_may_do_750_mm_per_second_jogs_with_a_part_of_that() -> None:
-    """20 % of 750 mm/s: 0.75 mm in 5 ms.
-
-    Rule: path-speed.
-    """
+    """20 % of 750 mm/s: 0.75 mm in 5 ms. Rule: path-speed."""
     master = _jogger(scara_robots=())
     master.send(CARTESIAN, 0, 0x0002)
     master.run(150)
@@ -102,10 +99,7 @@ def test_a_jog_to_the_soft_limit_ends_there_with_2_334(
 
 @pytest.mark.parametrize("code", FRAMES)
 def test_a_jog_to_the_soft_limit_may_end_normally(code: int) -> None:
-    """Rule: jog-limit.
-
-    Source: remote command guide 4.2.6, normal end
-    """
+    """Rule: jog-limit. Source: remote command guide 4.2.6, normal end."""
     master = _jogger(axes=(Axis(soft_high=0x12345), Axis(start=-1)), jog_limit="normal")
     answer = master.execute(code, PULSE_OUTPUT, 0x0001)
     assert answer == (0x0200, 0, 0, 0, 0x2345, 0x0001, 0xFFFF, 0xFFFF, *(0,) * 8)
@@ -114,10 +108,7 @@ def test_a_jog_to_the_soft_limit_may_end_normally(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize("start", [300_000, 300_001])
 def test_from_a_soft_limit_a_jog_goes_back_only(code: int, start: int) -> None:
-    """Also where the axis is beyond it.
-
-    Rule: jog-limit, limits-on-the-way.
-    """
+    """Also where the axis is beyond it. Rule: jog-limit, limits-on-the-way."""
     master = _jogger(axes=(Axis(start=start, soft_high=300_000),))
     assert master.execute(code, PULSE_OUTPUT, 0x0001) == abnormal_end("2.334")
     assert master.robot.positions == [start]
@@ -210,10 +201,7 @@ def test_a_tool_jog_moves_along_the_hand_on_the_r_axis(on_r: int, expected: list
 
 @pytest.mark.parametrize("code", [CARTESIAN, TOOL])
 def test_a_turn_of_the_hand_leaves_the_tool_where_it_is(code: int) -> None:
-    """The tool is 10 mm from the R axis: X and Y give way as R turns.
-
-    Rule: coordinates.
-    """
+    """The tool is 10 mm from the R axis: X and Y give way as R turns. Rule: coordinates."""
     master = _coordinates((0, 0, 0, 0), Hand((10_000, 0, 0, 1)), 0)
     before = master.execute(0x0506)[4:10]
     assert before == (10_000, 0, 0, 0, 0, 0)
@@ -227,10 +215,7 @@ def test_a_turn_of_the_hand_leaves_the_tool_where_it_is(code: int) -> None:
 
 
 def test_a_turn_of_the_hand_ends_where_an_axis_that_gives_way_is_at_its_limit() -> None:
-    """At 30 degrees Y has to give way by 5 mm, which is its limit.
-
-    Rule: coordinates, jog-limit.
-    """
+    """At 30 degrees Y has to give way by 5 mm, which is its limit. Rule: coordinates, jog-limit."""
     axes = (Axis(), Axis(soft_low=-5_000), Axis(), Axis())
     master = _jogger(axes=axes, hands={(1, 0): Hand((10_000, 0, 0, 1))})
     assert master.execute(CARTESIAN, 0, 0x0008)[:3] == SOFT_LIMIT

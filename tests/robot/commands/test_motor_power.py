@@ -85,10 +85,7 @@ def test_the_motor_power_does_not_come_on_in_emergency_stop(code: int) -> None:
 
 
 def test_the_motor_power_takes_its_time() -> None:
-    """50 ms, and the cycle that takes the command.
-
-    Rule: servo-on-command.
-    """
+    """50 ms, and the cycle that takes the command. Rule: servo-on-command."""
     master = powered_up(servo_on_delay=50)
     master.send(ON)
     master.run(50)

@@ -147,10 +147,7 @@ def test_circular_interpolation_that_cannot_be(
 
 
 def test_a_thousandth_of_a_millimetre_beside_the_line_bends_it_where_it_is_short() -> None:
-    """Seen over 700 mm it makes an arc, over 1000 mm the points count as one line.
-
-    Rule: arc.
-    """
+    """Seen over 700 mm it makes an arc, over 1000 mm the points count as one line. Rule: arc."""
     points = {
         19: Point((700_000, 1, 0, 0, 0, 0)),
         20: Point((1_000_000, 1, 0, 0, 0, 0)),
@@ -244,10 +241,7 @@ def test_a_scara_robot_takes_the_hand_system_of_its_target(
 def test_every_movement_to_a_point_takes_its_hand_system(
     words: tuple[int, ...], left: bool
 ) -> None:
-    """Point 19 is left-handed.
-
-    Rule: hand-system.
-    """
+    """Point 19 is left-handed. Rule: hand-system."""
     points = {
         19: Point((2_000, 0, 0, 0, 0, 0), mm=True, hand=2),
         20: Point((1_000, 1_000) + (0,) * 4),

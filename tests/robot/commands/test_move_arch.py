@@ -62,10 +62,7 @@ def test_an_arch_axis_that_is_not_designated_comes_back() -> None:
     ("knob", "distance", "low"), [(False, 0, 0), (True, 0, 8_000), (True, 3_000, 3_000)]
 )
 def test_an_arch_distance_of_0_is_0_or_the_parameter(knob: bool, distance: int, low: int) -> None:
-    """ARCHP1 of axis 3 is 8000 pulses.
-
-    Rule: arch-distances.
-    """
+    """ARCHP1 of axis 3 is 8000 pulses. Rule: arch-distances."""
     parameters = {"ARCHP1": (1, 1, 8_000, 1)}
     master = mover(points={19: ARCH_POINT}, parameters=parameters, arch_zero_is_parameter=knob)
     way = way_of(master, *_arch_words(0, 0x0400, 40_000, distance, 0))

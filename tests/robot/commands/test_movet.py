@@ -61,10 +61,7 @@ def test_the_specified_axes_are_those_of_the_tool(code: int) -> None:
 
 
 def test_a_point_in_pulses_is_a_way_of_each_axis() -> None:
-    """500 pulses of axis 2 are 1 mm.
-
-    Rule: movet.
-    """
+    """500 pulses of axis 2 are 1 mm. Rule: movet."""
     master = _mover(points={19: Point((2_000, 500, 0, 0, 0, 0))})
     assert master.execute(0x0044, 0, 0, 0, 19)[0] == NORMAL
     assert master.robot.positions == [3_000, 500, 0, 90_000]

@@ -52,10 +52,7 @@ def test_the_axis_moves_to_the_nearest_position_where_absolute_reset_can_be_exec
 
 
 def test_a_motor_has_16384_pulses_per_rotation_unless_the_robot_file_says_otherwise() -> None:
-    """A quarter of it is 4096.
-
-    Rule: absolute-reset-model.
-    """
+    """A quarter of it is 4096. Rule: absolute-reset-model."""
     master = _master(Axis(origin_method="mark", start=1))
     assert master.execute(MOVE, 0, 0x0001) == NORMAL_END
     assert master.robot.positions == [4096]
@@ -101,10 +98,7 @@ def test_absolute_reset_of_axis_2_of_robot_1() -> None:
 
 
 def test_the_axis_must_be_at_a_position_where_absolute_reset_is_possible() -> None:
-    """Rule: absolute-reset, absolute-reset-model.
-
-    Source: remote command guide 4.2.11
-    """
+    """Rule: absolute-reset, absolute-reset-model. Source: remote command guide 4.2.11."""
     master = _master(MARK, origin_complete=False, absolute_reset_alarm="1.1")
     assert master.execute(RESET, 0, 0x0001) == abnormal_end("1.1")
     assert master.robot.origins == [False]
@@ -113,10 +107,7 @@ def test_the_axis_must_be_at_a_position_where_absolute_reset_is_possible() -> No
 
 @pytest.mark.parametrize("code", [MOVE, RESET])
 def test_absolute_reset_and_its_movement_are_for_mark_type_axes_only(code: int) -> None:
-    """Rule: absolute-reset-model.
-
-    Source: remote command guide 4.2.10, 4.2.11
-    """
+    """Rule: absolute-reset-model. Source: remote command guide 4.2.10, 4.2.11."""
     master = _master(ABSOLUTE, origin_complete=False, origin_method_alarm="1.3")
     assert master.execute(code, 0, 0x0001) == abnormal_end("1.3")
     assert (master.robot.origins, master.robot.positions) == ([False], [700])
@@ -165,10 +156,7 @@ def test_semi_absolute_axes_belong_to_neither_type_if_the_robot_file_says_so() -
 
 
 def test_the_incomplete_flag_moves_only_the_axes_without_origin() -> None:
-    """Rule: origin-command.
-
-    Source: remote command guide 4.2.12, robot units, c
-    """
+    """Rule: origin-command. Source: remote command guide 4.2.12, robot units, c."""
     master = _master(ABSOLUTE, ABSOLUTE, INCREMENTAL, INCREMENTAL)
     master.robot.origins[:] = [True, False, False, True]
     assert master.execute(ROBOT, 0x0008) == NORMAL_END
@@ -183,10 +171,7 @@ def test_the_incomplete_flag_moves_only_the_axes_without_origin() -> None:
 def test_without_a_robot_number_a_return_to_origin_is_performed_at_all_robots(
     code: int, positions: list[int]
 ) -> None:
-    """Rule: origin-command.
-
-    Source: remote command guide 4.2.12, robot units, R
-    """
+    """Rule: origin-command. Source: remote command guide 4.2.12, robot units, R."""
     axes = [Axis(start=700, robot=robot) for robot in (1, 2, 3)]
     master = _master(*axes)
     assert master.execute(code) == NORMAL_END
@@ -194,10 +179,7 @@ def test_without_a_robot_number_a_return_to_origin_is_performed_at_all_robots(
 
 
 def test_absolute_axes_return_first_then_the_others() -> None:
-    """200 ms each, and the cycle that takes the command.
-
-    Rule: origin-command-axes.
-    """
+    """200 ms each, and the cycle that takes the command. Rule: origin-command-axes."""
     master = _master(INCREMENTAL, ABSOLUTE)
     master.send(ROBOT)
     master.run(205)
@@ -235,10 +217,7 @@ def test_mark_method_axes_do_not_take_part_in_a_return_to_origin() -> None:
 
 
 def test_a_return_to_origin_of_one_axis_is_performed_at_robot_1_if_no_robot_is_specified() -> None:
-    """Rule: origin-command.
-
-    Source: remote command guide 4.2.12, axis units, R
-    """
+    """Rule: origin-command. Source: remote command guide 4.2.12, axis units, R."""
     axes = (ABSOLUTE, ABSOLUTE, Axis(start=700, robot=2), Axis(start=700, robot=2))
     master = _master(*axes, origin_complete=False)
     assert master.execute(AXIS, 0, 0x0001) == NORMAL_END
@@ -260,10 +239,7 @@ def test_a_return_to_origin_of_one_axis_is_performed_at_robot_1_if_no_robot_is_s
     ],
 )
 def test_these_movements_need_the_servo_and_no_stop(axis: Axis, words: tuple[int, ...]) -> None:
-    """Rule: origin-command-needs.
-
-    Source: remote command guide 1.2
-    """
+    """Rule: origin-command-needs. Source: remote command guide 1.2."""
     master = _master(axis, servo_off_alarm="1.5")
     master.execute(0x0035)
     assert master.execute(*words) == abnormal_end("1.5")
@@ -294,10 +270,7 @@ def test_a_stop_ends_a_return_to_origin_by_command(name: str, number: str) -> No
 
 @pytest.mark.parametrize("robot", [1, 2])
 def test_a_return_to_origin_is_refused_while_another_one_is_under_way(robot: int) -> None:
-    """SI(14) moves the axis of robot 1; robot 2 has to wait, too.
-
-    Rule: origin-command-needs.
-    """
+    """SI(14) moves the axis of robot 1; robot 2 has to wait, too. Rule: origin-command-needs."""
     master = _master(INCREMENTAL, Axis(start=700, robot=2), moving_alarm="1.0")
     master.turn_and_wait("SI14", True, 100)
     assert master.execute(AXIS | robot << 12, 0, 0x0001) == abnormal_end("1.0")

@@ -38,10 +38,7 @@ def _mover(**config: Any) -> Master:
     ],
 )
 def test_ptp_to_a_work_position(work: int, expected: list[int]) -> None:
-    """All axes move.
-
-    Source: remote command guide 4.2.5, PTP designation
-    """
+    """All axes move. Source: remote command guide 4.2.5, PTP designation."""
     master = _mover()
     answer = master.execute(0x0018, PULSES | 0x0004, 0, 70, 7, work)
     assert master.robot.positions == expected
@@ -76,10 +73,7 @@ def test_arch_to_a_work_position() -> None:
 def test_a_work_position_that_is_not_defined(
     code: int, axes: int, pallet: int, work: int, alarm: str
 ) -> None:
-    """Rule: other-alarms.
-
-    Source: remote command guide 4.2.5, pppp and www
-    """
+    """Rule: other-alarms. Source: remote command guide 4.2.5, pppp and www."""
     master = _mover(undefined_pallet_alarm="6.1", work_position_alarm="6.2")
     assert master.execute(code, 0, axes, 0, pallet, work) == abnormal_end(alarm)
     assert master.robot.positions == [0, 0, 0, 0]

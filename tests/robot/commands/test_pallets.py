@@ -42,10 +42,7 @@ BOX_PALLET = {3: Pallet(3, 2, 3, 200)}
     ],
 )
 def test_a_pallet_has_1_to_32767_positions(counts: tuple[int, ...], allowed: bool) -> None:
-    """Rule: pallet-size.
-
-    Source: remote command guide 4.3.3
-    """
+    """Rule: pallet-size. Source: remote command guide 4.3.3."""
     master = ready()
     assert master.execute(WRITE, 0, 1, *counts, 0) == (
         NORMAL_END if allowed else abnormal_end("4.2")
@@ -107,10 +104,7 @@ def test_all_axes_are_interpolated_and_rounded_in_the_unit_of_the_points() -> No
 
 
 def test_the_result_has_hand_and_arm_rotation_of_the_first_point() -> None:
-    """Rule: point-units.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: point-units. Source: remote command guide 4.4.3."""
     first = Point((0,) * 6, mm=True, hand=2, arm1=1, arm2=-1)
     master = ready(points={0: first, 1: _mm(10)}, pallets={0: Pallet(2, 1, 1, 0)})
     master.execute(ASSIGN, 0, 50, 0, 2)
@@ -118,10 +112,7 @@ def test_the_result_has_hand_and_arm_rotation_of_the_first_point() -> None:
 
 
 def test_points_of_a_direction_with_one_position_need_not_be_defined() -> None:
-    """Rule: work-positions.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: work-positions. Source: remote command guide 4.4.3."""
     master = ready(
         points={0: _mm(1), 2: _mm(3)},
         pallets={0: Pallet(1, 2, 1, 0), 1: Pallet(2, 1, 1, 0)},
@@ -134,10 +125,7 @@ def test_points_of_a_direction_with_one_position_need_not_be_defined() -> None:
 
 
 def test_the_points_of_a_pallet_have_the_same_unit() -> None:
-    """Rule: point-units.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: point-units. Source: remote command guide 4.4.3."""
     master = ready(
         points={0: _mm(), 1: Point()}, pallets={0: Pallet(2, 1, 1, 0)}, point_unit_alarm="6.1"
     )

@@ -58,11 +58,7 @@ def test_an_axis_parameter_takes_its_whole_range_and_no_more(
     ("number", "axes", "limit"), [(WEIGHT, 0, 30), (WEIGHTG, 0, 30_000), (AXWGHT, 1, 30)]
 )
 def test_a_payload_is_0_to_the_maximum_payload(number: int, axes: int, limit: int) -> None:
-    """Here 30 kg.
-
-    Rule: payload.
-    Source: remote command guide 4.4.2
-    """
+    """Here 30 kg. Rule: payload. Source: remote command guide 4.4.2."""
     master = ready(max_payload=30)
     for value in (0, limit):
         assert _write(master, number, axes, value) == NORMAL_END
@@ -73,11 +69,7 @@ def test_a_payload_is_0_to_the_maximum_payload(number: int, axes: int, limit: in
 
 
 def test_the_payload_in_kg_and_in_g_is_one() -> None:
-    """7 kg are 7000 g; 7999 g are 7 kg.
-
-    Rule: payload.
-    Source: remote command guide 4.4.2
-    """
+    """7 kg are 7000 g; 7999 g are 7 kg. Rule: payload. Source: remote command guide 4.4.2."""
     master = ready()
     _write(master, WEIGHT, 0, 7)
     assert _read(master, WEIGHTG, 0) == long_words(7000)
@@ -87,10 +79,7 @@ def test_the_payload_in_kg_and_in_g_is_one() -> None:
 
 
 def test_parameters_as_delivered() -> None:
-    """Rule: parameter-defaults.
-
-    Source: remote command guide 4.4.2
-    """
+    """Rule: parameter-defaults. Source: remote command guide 4.4.2."""
     expected = {1: 0, 2: 0, 257: 100, 258: 100, 259: 80, 260: 2000, 262: 0, 264: 2000, 265: 2000}
     expected |= {266: 100, 267: 1000, 268: 0, 269: 0, 270: 100}
     master = ready()
@@ -131,10 +120,7 @@ def test_each_robot_has_its_own_payload() -> None:
 def test_only_one_axis_can_be_specified_and_none_for_robot_parameters(
     code: int, number: int, axes: int
 ) -> None:
-    """Rule: parameter-axis.
-
-    Source: remote command guide 4.4.2
-    """
+    """Rule: parameter-axis. Source: remote command guide 4.4.2."""
     master = ready()
     value = (1, 0) if code == WRITE else ()
     for wrong in (0b11, 0b101, 0x40, 0x100, 0x8000, 1 - axes):
@@ -143,10 +129,7 @@ def test_only_one_axis_can_be_specified_and_none_for_robot_parameters(
 
 
 def test_one_number_presets_a_parameter_of_every_axis_and_of_every_robot() -> None:
-    """Six axes, robot 4 has the last of them.
-
-    Source: remote command guide 4.4.2
-    """
+    """Six axes, robot 4 has the last of them. Source: remote command guide 4.4.2."""
     axes = (*[Axis()] * 5, Axis(robot=4))
     master = ready(axes=axes, parameters={"ACCEL": 30, "WEIGHT": 7})
     assert [_read(master, 257, 1 << place)[0] for place in range(5)] == [30] * 5

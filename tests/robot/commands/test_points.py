@@ -53,10 +53,7 @@ def test_four_bits_tell_the_arm_rotation(low: int, bits: int, shown: int) -> Non
 
 @pytest.mark.parametrize("unit", [0, 1])
 def test_hand_and_arm_rotation_count_only_in_millimetres_with_a_scara_robot(unit: int) -> None:
-    """Rule: point-hand.
-
-    Source: remote command guide 4.3.1
-    """
+    """Rule: point-hand. Source: remote command guide 4.3.1."""
     flag = 0b0001_0001_01 << 1 | unit
     for robots in ((), (1,)):
         master = ready(scara_robots=robots)
@@ -71,10 +68,7 @@ def test_a_point_that_is_not_defined_has_no_data_to_refer_to() -> None:
 
 
 def test_point_1_becomes_point_2_with_all_that_belongs_to_it() -> None:
-    """Point 2 stays, and the comment of point 1, too.
-
-    Source: remote command guide 4.4.3
-    """
+    """Point 2 stays, and the comment of point 1, too. Source: remote command guide 4.4.3."""
     master = ready(points={100: LEFT, 1: PULSES}, comments={1: "ONE", 100: "HUNDRED"})
     assert master.execute(ASSIGN, 0, 1, 100) == NORMAL_END
     assert master.robot.points == {1: LEFT, 100: LEFT}
@@ -106,10 +100,7 @@ def test_a_point_can_be_added_to_itself() -> None:
 
 
 def test_the_sum_keeps_hand_and_arm_rotation_of_point_1() -> None:
-    """Rule: point-units.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: point-units. Source: remote command guide 4.4.3."""
     master = ready(points={1: LEFT, 100: MM})
     master.execute(ADD, 0, 1, 100)
     assert master.robot.points[1] == Point(
@@ -119,10 +110,7 @@ def test_the_sum_keeps_hand_and_arm_rotation_of_point_1() -> None:
 
 @pytest.mark.parametrize("code", [ADD, SUBTRACT])
 def test_points_of_different_units_are_not_added(code: int) -> None:
-    """Rule: point-units.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: point-units. Source: remote command guide 4.4.3."""
     master = ready(points={1: PULSES, 100: MM}, point_unit_alarm="6.1")
     assert master.execute(code, 0, 1, 100) == abnormal_end("6.1")
     assert master.execute(code, 0, 100, 1) == abnormal_end("6.1")
@@ -130,10 +118,7 @@ def test_points_of_different_units_are_not_added(code: int) -> None:
 
 
 def test_a_sum_beyond_32_bits_changes_nothing() -> None:
-    """Rule: overflow.
-
-    Source: remote command guide 4.4.3
-    """
+    """Rule: overflow. Source: remote command guide 4.4.3."""
     top, least = Point((2**31 - 1, 0, 0, 0, 0, 0)), Point((1, 0, 0, 0, 0, 0))
     master = ready(points={1: top, 2: least}, overflow_alarm="6.2")
     assert master.execute(ADD, 0, 1, 2) == abnormal_end("6.2")
@@ -145,10 +130,7 @@ def test_a_sum_beyond_32_bits_changes_nothing() -> None:
 
 @pytest.mark.parametrize("code", [ASSIGN, ADD, SUBTRACT])
 def test_both_points_must_be_defined(code: int) -> None:
-    """Only the destination of an assignment need not be.
-
-    Source: remote command guide 4.4.3
-    """
+    """Only the destination of an assignment need not be. Source: remote command guide 4.4.3."""
     master = ready(points={1: PULSES}, undefined_point_alarm="6.5")
     assert master.execute(code, 0, 1, 2) == abnormal_end("6.5")
     assert master.robot.points == {1: PULSES}
@@ -185,10 +167,7 @@ def test_a_restored_snapshot_has_the_points_of_its_time() -> None:
     ],
 )
 def test_stored_data_survive_a_power_cycle(write: tuple[int, ...], read: tuple[int, ...]) -> None:
-    """Rule: stored.
-
-    Source: remote command guide 4.3.1 to 4.3.5, 4.4.1, 4.4.2
-    """
+    """Rule: stored. Source: remote command guide 4.3.1 to 4.3.5, 4.4.1, 4.4.2."""
     master = ready()
     before = master.execute(*read)
     assert master.execute(*write) == NORMAL_END

@@ -58,10 +58,7 @@ def test_task_number_0_is_the_lowest_vacant_task() -> None:
 
 
 def test_all_16_tasks_can_be_taken_and_then_no_task_is_vacant() -> None:
-    """Rule: task-table.
-
-    Source: remote command guide 4.6.1
-    """
+    """Rule: task-table. Source: remote command guide 4.6.1."""
     programs = [RobotProgram(f"P{number}") for number in range(1, 18)]
     master = program_master(*programs)
     for number in range(2, 17):
@@ -75,10 +72,7 @@ def test_all_16_tasks_can_be_taken_and_then_no_task_is_vacant() -> None:
 
 
 def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
-    """What was there leaves the table; the program is at its first line.
-
-    Rule: task-table.
-    """
+    """What was there leaves the table; the program is at its first line. Rule: task-table."""
     master = program_master()
     master.execute(*telegram(REGISTER, NUMBER, program=2, task=2, priority=5))
     master.execute(*telegram(SKIP, NUMBER, program=1))
@@ -117,10 +111,7 @@ def test_a_program_is_found_by_its_name() -> None:
 
 
 def test_of_names_that_are_equal_up_to_16_characters_the_lowest_number_counts() -> None:
-    """Rule: register-program.
-
-    Source: remote command guide 4.6.1
-    """
+    """Rule: register-program. Source: remote command guide 4.6.1."""
     long = "ABCDEFGHIJKLMNOP"
     programs = [RobotProgram(name) for name in ("MAIN", f"{long}_3", f"{long}_2")]
     master = program_master(*programs)
@@ -214,10 +205,7 @@ def test_one_program_runs_by_number_task_or_name(words: tuple[int, ...]) -> None
 
 
 def test_all_programs_that_are_in_a_task_run_with_method_0() -> None:
-    """Rule: execute-programs.
-
-    Source: remote command guide 4.6.2
-    """
+    """Rule: execute-programs. Source: remote command guide 4.6.2."""
     master = registered_master(3)
     assert master.execute(*telegram(EXECUTE, ALL)) == NORMAL_END
     assert master.so[35] == 0b101
@@ -225,20 +213,14 @@ def test_all_programs_that_are_in_a_task_run_with_method_0() -> None:
 
 
 def test_the_auto_operation_start_input_runs_all_programs_in_a_task_too() -> None:
-    """Both are the same processing.
-
-    Source: remote command guide 4.6.2
-    """
+    """Both are the same processing. Source: remote command guide 4.6.2."""
     master = registered_master(3)
     master.pulse("SI12")
     assert master.so[35] == 0b101
 
 
 def test_the_start_input_has_no_effect_while_a_program_runs() -> None:
-    """Not even on programs that do not.
-
-    Rule: program-start.
-    """
+    """Not even on programs that do not. Rule: program-start."""
     master = registered_master(3)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.pulse("SI12")
@@ -297,11 +279,7 @@ def test_a_program_that_is_in_no_task_cannot_run() -> None:
 
 @pytest.mark.parametrize("code", [EXECUTE, STEP, NEXT])
 def test_a_program_does_not_run_in_a_stop(code: int) -> None:
-    """SI(06) OFF is alarm 12.400.
-
-    Rule: execute-programs.
-    Source: manual chapter 4, 4
-    """
+    """SI(06) OFF is alarm 12.400. Rule: execute-programs. Source: manual chapter 4, 4."""
     master = program_master()
     master.turn_and_wait("SI06", False)
     assert master.execute(*telegram(code, NUMBER, program=1)) == abnormal_end("12.400")
@@ -311,10 +289,7 @@ def test_a_program_does_not_run_in_a_stop(code: int) -> None:
 
 @pytest.mark.parametrize("code", [EXECUTE, STEP, NEXT])
 def test_a_program_does_not_run_in_an_emergency_stop_nor_before_the_alarm_reset(code: int) -> None:
-    """Rule: execute-programs.
-
-    Source: remote command guide 1.2
-    """
+    """Rule: execute-programs. Source: remote command guide 1.2."""
     master = program_master()
     words = telegram(code, NUMBER, program=1)
     master.turn_and_wait("SI00", False)
@@ -327,10 +302,7 @@ def test_a_program_does_not_run_in_an_emergency_stop_nor_before_the_alarm_reset(
 
 @pytest.mark.parametrize("code", [EXECUTE, STEP, SKIP, NEXT, RESET])
 def test_programs_are_run_and_reset_in_auto_mode_only(code: int) -> None:
-    """Registering and the reference work in MANUAL mode, too.
-
-    Rule: execute-programs.
-    """
+    """Registering and the reference work in MANUAL mode, too. Rule: execute-programs."""
     master = program_master(manual_mode_alarm="9.4")
     master.robot.inject("manual_mode")
     assert master.execute(*telegram(code, NUMBER, program=1)) == abnormal_end("9.4")

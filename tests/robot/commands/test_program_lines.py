@@ -39,11 +39,7 @@ CALLING = RobotProgram(
 
 
 def test_step_executes_one_line_and_enters_the_subroutine() -> None:
-    """Lines 1, 4, 5, 6, then 2.
-
-    Rule: program-lines.
-    Source: remote command guide 4.6.2
-    """
+    """Lines 1, 4, 5, 6, then 2. Rule: program-lines. Source: remote command guide 4.6.2."""
     master = program_master(CALLING)
     seen = []
     for _ in range(5):
@@ -79,10 +75,7 @@ def test_next_within_a_subroutine_executes_one_line_of_it() -> None:
 
 
 def test_skip_leaves_one_line_out() -> None:
-    """Rule: program-lines.
-
-    Source: remote command guide 4.6.2
-    """
+    """Rule: program-lines. Source: remote command guide 4.6.2."""
     master = program_master(RobotProgram(steps=("SO(30)=1", "SO(31)=1", "SO(32)=1"), loop=False))
     master.pulse("SI15")
     assert master.execute(*telegram(SKIP, TASK, task=1)) == NORMAL_END
@@ -94,10 +87,7 @@ def test_skip_leaves_one_line_out() -> None:
 
 
 def test_a_program_goes_on_behind_a_line_that_was_skipped() -> None:
-    """The wait of line 2 is left out; then the program runs on.
-
-    Rule: program-lines.
-    """
+    """The wait of line 2 is left out; then the program runs on. Rule: program-lines."""
     master = program_master(FIRST)
     master.execute(*telegram(STEP, NUMBER, program=1))
     master.execute(*telegram(SKIP, NUMBER, program=1))
@@ -171,10 +161,7 @@ def test_a_running_program_is_not_stepped_skipped_or_reset() -> None:
 
 
 def test_so14_shows_that_all_programs_have_been_reset() -> None:
-    """Rule: program-received.
-
-    Source: remote command guide 4.6.3
-    """
+    """Rule: program-received. Source: remote command guide 4.6.3."""
     master = program_master(program_reset_delay=50)
     master.execute(*telegram(STEP, NUMBER, program=1))
     assert not master.on("SO14")
@@ -230,10 +217,7 @@ def test_a_running_program_is_reset_where_the_controller_allows_it() -> None:
 
 
 def test_the_line_of_the_program_common_is_shown_with_10000_more() -> None:
-    """Rule: program-info, program-info-details.
-
-    Source: remote command guide 4.6.4
-    """
+    """Rule: program-info, program-info-details. Source: remote command guide 4.6.4."""
     master = program_master(RobotProgram("COMMON", steps=("SO(30)=1", "SO(31)=1")))
     assert info(master, 1)[2] == 10001
     master.execute(*telegram(STEP, NUMBER, program=1))
@@ -250,10 +234,7 @@ def test_a_running_program_answers_unless_the_controller_refuses_it() -> None:
 
 
 def test_a_name_without_effect_may_hold_anything() -> None:
-    """The name counts only with its own designation method.
-
-    Source: remote command guide 4.6.4
-    """
+    """The name counts only with its own designation method. Source: remote command guide 4.6.4."""
     master = program_master()
     assert master.execute(INFO, NUMBER, 1, 0, 0, 0, 0x0100)[0] == 0x0200
     assert master.execute(INFO, NAME, 0, 0, 0, 0, 0x0100)[0] == 0x4000

@@ -72,28 +72,19 @@ def test_push_ended_in_a_status_other_than_time_out(code: int) -> None:
 
 @pytest.mark.parametrize("time", [1, 250, 32767])
 def test_the_push_time_period(time: int) -> None:
-    """In cycles of 5 ms.
-
-    Source: remote command guide 4.2.23, jjjj
-    """
+    """In cycles of 5 ms. Source: remote command guide 4.2.23, jjjj."""
     pushed = _pushes_for(_mover(workpiece=4_500), *_words(0x004D, TIME, time=time))
     assert time <= pushed < time + 10 if time > 5 else pushed <= 10
 
 
 def test_without_a_push_time_period_the_parameter_counts() -> None:
-    """PSHTIME of that axis.
-
-    Rule: push-parameters.
-    """
+    """PSHTIME of that axis. Rule: push-parameters."""
     master = _mover(parameters={"PSHTIME": (10, 10, 300, 10)})
     assert _pushes_for(master, *_words(0x004D)) == 300
 
 
 def test_a_workpiece_that_gives_way_restarts_the_time() -> None:
-    """It is taken away after 100 of 200 ms: the axis goes on to its target.
-
-    Rule: push-model.
-    """
+    """It is taken away after 100 of 200 ms: the axis goes on to its target. Rule: push-model."""
     master = _mover()
     master.send(*_words(0x004D, TIME, time=200))
     master.run(250)
@@ -129,10 +120,7 @@ def test_the_push_speed_ratio_reduces_the_speed() -> None:
 
 
 def test_the_stop_input_ends_a_push_with_12_400() -> None:
-    """Rule: stop-alarm.
-
-    Source: manual chapter 4, 4
-    """
+    """Rule: stop-alarm. Source: manual chapter 4, 4."""
     master = _mover()
     master.send(*_words(0x004D, TIME, time=10_000))
     master.run(500)

@@ -78,10 +78,7 @@ def test_words_that_are_not_put_out_are_the_robot_programs() -> None:
 
 
 def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
-    """Also in cycles in which the master changes nothing.
-
-    Rule: real-time-update.
-    """
+    """Also in cycles in which the master changes nothing. Rule: real-time-update."""
     axes = (Axis(moving_torque=10), Axis())
     master = _master(axes=axes)
     master.pulse("SI01")
@@ -101,10 +98,7 @@ def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
 
 
 def test_the_words_are_updated_at_the_interval_of_the_configuration() -> None:
-    """Every 40 ms; the positions in between are not shown.
-
-    Rule: real-time-update.
-    """
+    """Every 40 ms; the positions in between are not shown. Rule: real-time-update."""
     items = {1: "position_pulses"}
     master = _master(real_time_interval=40.0, real_time_items=items)
     master.execute(DEFINE, 0, 30, 0, 1, 1, 1)
@@ -120,10 +114,7 @@ def test_the_words_are_updated_at_the_interval_of_the_configuration() -> None:
 
 
 def test_a_definition_and_the_parameter_do_not_wait_for_the_interval() -> None:
-    """The interval of 60 s counts for values only.
-
-    Rule: real-time-update.
-    """
+    """The interval of 60 s counts for values only. Rule: real-time-update."""
     master = _master(real_time_interval=60_000.0)
     master.pulse("SI01")
     master.execute(ENABLE, 0, 1)
@@ -166,10 +157,7 @@ def test_a_word_without_definition_answers_item_0() -> None:
 
 
 def test_items_that_the_configuration_does_not_name_show_0() -> None:
-    """Their options are not checked.
-
-    Rule: real-time-items.
-    """
+    """Their options are not checked. Rule: real-time-items."""
     master = _master()
     for item in (1, 45):
         assert master.execute(DEFINE, 0, 24, 0, item, 0xFFFF, 9) == NORMAL_END

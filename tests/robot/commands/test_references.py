@@ -97,10 +97,7 @@ def test_speeds_are_read_back_as_they_were_set_for_each_robot() -> None:
 
 
 def test_the_examples_show_the_left_handed_system() -> None:
-    """The arm status follows with the next movement.
-
-    Source: remote command guide 4.7.9, 4.7.10
-    """
+    """The arm status follows with the next movement. Source: remote command guide 4.7.9, 4.7.10."""
     master = powered_up()
     assert answer_of(master, 0x050B) == answer_of(master, 0x050C) == _data(0)
     assert master.execute(0x03D, 0, 1) == NORMAL_END
@@ -151,10 +148,7 @@ def test_robot_0_is_the_entire_system() -> None:
 
 
 def test_the_motor_type_chooses_axes_and_the_others_are_not_applicable() -> None:
-    """Rule: origin-types-read.
-
-    Source: remote command guide 4.7.11
-    """
+    """Rule: origin-types-read. Source: remote command guide 4.7.11."""
     axes = (Axis(), Axis(type="incremental"), Axis(type="semi_absolute"), Axis())
     master = powered_up(axes=axes)
     master.robot.origins[0] = False
@@ -200,10 +194,7 @@ def test_a_moving_axis_needs_torque_in_its_direction() -> None:
 
 
 def test_a_negative_torque_is_shown_as_such() -> None:
-    """-5 is 0xFFFB.
-
-    Source: remote command guide 4.7.12
-    """
+    """-5 is 0xFFFB. Source: remote command guide 4.7.12."""
     master = powered_up(axes=(Axis(holding_torque=-5),))
     master.pulse("SI01")
     assert answer_of(master, 0x0510) == _data(0xFFFB)
@@ -211,10 +202,7 @@ def test_a_negative_torque_is_shown_as_such() -> None:
 
 
 def test_the_max_torque_limits_what_is_shown() -> None:
-    """From the next movement on.
-
-    Rule: torque-model.
-    """
+    """From the next movement on. Rule: torque-model."""
     master = powered_up(axes=(Axis(holding_torque=90),))
     master.pulse("SI01")
     assert answer_of(master, 0x0510) == _data(90)
@@ -246,10 +234,7 @@ def test_the_example_shows_the_option_slots_of_controller_1() -> None:
 
 
 def test_controllers_are_numbered_1_to_4_and_there_is_one() -> None:
-    """Rule: option-slots.
-
-    Source: remote command guide 4.7.15
-    """
+    """Rule: option-slots. Source: remote command guide 4.7.15."""
     master = powered_up(absent_controller_alarm="9.8")
     for number in (2, 3, 4):
         assert master.execute(SLOTS, 0, number) == abnormal_end("9.8")

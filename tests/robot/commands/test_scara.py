@@ -97,10 +97,7 @@ def test_a_point_with_a_hand_system_is_reached_with_that_arm() -> None:
 
 
 def test_a_changed_arm_designation_decides_for_points_without_a_hand_system() -> None:
-    """Rule: robot-arm.
-
-    Source: remote command guide 4.2.19
-    """
+    """Rule: robot-arm. Source: remote command guide 4.2.19."""
     master = _robot()
     assert master.execute(ARM, 0, 1)[0] == NORMAL
     master.execute(PTP, 0, 0, 0, 1)
@@ -220,10 +217,7 @@ def test_the_angle_of_the_outer_range_is_a_knob() -> None:
 
 
 def test_the_stretched_arm_takes_no_line_but_ptp() -> None:
-    """At power-on all axes are at 0.
-
-    Rule: robot-limits.
-    """
+    """At power-on all axes are at 0. Rule: robot-limits."""
     master = _robot()
     assert master.execute(LINE, 0, 0, 0, 1) == abnormal_end("2.352")
     assert master.execute(PTP, 0, 0, 0, 1)[0] == NORMAL
@@ -294,10 +288,7 @@ def test_the_public_list_has_every_alarm_that_a_knob_takes_from_it() -> None:
 
 
 def test_a_line_without_a_hand_system_keeps_the_arm_as_it_stands() -> None:
-    """The robot stands left-handed, the designation is right-handed.
-
-    Rule: robot-arm.
-    """
+    """The robot stands left-handed, the designation is right-handed. Rule: robot-arm."""
     master = _robot(at=3)
     assert master.execute(LINE, 0, 0, 0, 2)[0] == NORMAL
     assert _at(master) == pytest.approx((-150, 240, 50, 0), abs=0.01)

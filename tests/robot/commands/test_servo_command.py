@@ -72,10 +72,7 @@ def test_an_axis_moves_only_with_its_servo_on(code: int) -> None:
 
 
 def test_the_servo_on_input_brings_back_what_a_command_switched_off() -> None:
-    """SI(01) puts the robot servomotor in the ON state.
-
-    Source: manual chapter 5, 2, SI(01)
-    """
+    """SI(01) puts the robot servomotor in the ON state. Source: manual chapter 5, 2, SI(01)."""
     master = mover()
     master.execute(OFF, 0, 0x0001)
     master.execute(FREE, 0, 0x0002)
@@ -84,10 +81,7 @@ def test_the_servo_on_input_brings_back_what_a_command_switched_off() -> None:
 
 
 def test_an_emergency_stop_switches_the_servos_off_with_their_brakes() -> None:
-    """A free axis is braked, too.
-
-    Source: manual chapter 5, 3.1
-    """
+    """A free axis is braked, too. Source: manual chapter 5, 3.1."""
     master = mover()
     master.execute(FREE, 0, 0x0001)
     master.turn_and_wait("SI00", False)
@@ -96,10 +90,7 @@ def test_an_emergency_stop_switches_the_servos_off_with_their_brakes() -> None:
 
 
 def test_servo_on_takes_its_time() -> None:
-    """50 ms, and the cycle that takes the command.
-
-    Rule: servo-on-command.
-    """
+    """50 ms, and the cycle that takes the command. Rule: servo-on-command."""
     master = mover(servo_on_delay=50)
     master.execute(OFF)
     master.send(ON)
@@ -134,10 +125,7 @@ def test_servo_on_in_emergency_stop_ends_with_12_600() -> None:
 
 
 def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
-    """Rule: servo-on-command.
-
-    Source: remote command guide 1.2
-    """
+    """Rule: servo-on-command. Source: remote command guide 1.2."""
     master = mover(servo_on_delay=200)
     master.execute(OFF)
     master.send(ON)
@@ -148,10 +136,7 @@ def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
 
 
 def test_servo_on_needs_motor_power() -> None:
-    """Or brings it ON, if the robot file says so.
-
-    Rule: servo-on-command.
-    """
+    """Or brings it ON, if the robot file says so. Rule: servo-on-command."""
     master = powered_up(motor_power_alarm="1.4")
     assert master.execute(ON, 0, 0x0001) == abnormal_end("1.4")
     assert not master.on("SO02")
@@ -173,10 +158,7 @@ def test_off_and_free_are_possible_in_emergency_stop(code: int) -> None:
 
 @pytest.mark.parametrize("code", [OFF, FREE])
 def test_off_and_free_end_a_return_to_origin_of_the_axis(code: int) -> None:
-    """Axes 3 and 4 return together, by SI(14).
-
-    Rule: servo-off-command.
-    """
+    """Axes 3 and 4 return together, by SI(14). Rule: servo-off-command."""
     master = mover(origin_time=400)
     master.turn_and_wait("SI14", True)
     assert master.robot.machine.origin_running

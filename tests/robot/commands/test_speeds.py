@@ -38,10 +38,7 @@ def test_values_are_accepted_up_to_their_limits_and_refused_beyond(code: int) ->
 
 
 def test_each_robot_has_its_own_speeds_and_amount() -> None:
-    """Rule: robot-settings.
-
-    Source: remote command guide 4.2.14 to 4.2.16, 4.2.8, R
-    """
+    """Rule: robot-settings. Source: remote command guide 4.2.14 to 4.2.16, 4.2.8, R."""
     master = powered_up(axes=TWO_ROBOTS)
     before = _values(master, 1)
     for k, code in enumerate((MANUAL, AUTOMATIC, PROGRAM, INCHING)):

@@ -180,10 +180,7 @@ def test_the_same_command_starts_from_where_the_robot_is_after(what: str, name: 
 @pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
 @pytest.mark.parametrize("what", ["emergency stop input", "alarm"])
 def test_after_an_emergency_stop_the_original_target_is_kept_too(name: str, what: str) -> None:
-    """Rule: relative-kept.
-
-    Source: remote command guide 4.2.2, note
-    """
+    """Rule: relative-kept. Source: remote command guide 4.2.2, note."""
     master = _mover()
     master.send(*MOVEMENTS[name])
     master.run(200)

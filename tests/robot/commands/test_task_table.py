@@ -107,10 +107,7 @@ def test_a_program_that_another_starts_is_in_a_task_until_its_end_or_a_reset() -
 
 
 def test_tasks_of_a_low_priority_number_go_first() -> None:
-    """The last of them writes the value that stays.
-
-    Rule: priorities.
-    """
+    """The last of them writes the value that stays. Rule: priorities."""
     programs = [RobotProgram(f"P{k}", steps=(f"SO3()={k}", "WAIT SI(20)=1")) for k in (1, 2)]
     for first, second, last in ((10, 20, 2), (20, 10, 1)):
         master = program_master(*programs)
@@ -121,10 +118,7 @@ def test_tasks_of_a_low_priority_number_go_first() -> None:
 
 
 def test_the_main_program_is_that_in_task_1_else_program_1() -> None:
-    """SO(13) of a controller that shows the main program alone.
-
-    Rule: tasks, task-table.
-    """
+    """SO(13) of a controller that shows the main program alone. Rule: tasks, task-table."""
     for task, shown in ((1, True), (3, False)):
         master = program_master(running_shows_all_tasks=False)
         master.execute(*telegram(REGISTER, NUMBER, program=1, task=2, priority=32))

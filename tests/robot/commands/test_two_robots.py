@@ -47,10 +47,7 @@ def test_a_command_for_robot_2_is_not_executed_while_robot_1_moves() -> None:
 )
 @pytest.mark.parametrize("code", [0x001, 0x003])
 def test_a_movement_moves_the_axes_of_its_robot(code: int, robot: int, expected: list[int]) -> None:
-    """And answers with their position, axis 1 first.
-
-    Source: remote command guide 4.2.1, R
-    """
+    """And answers with their position, axis 1 first. Source: remote command guide 4.2.1, R."""
     master = _mover()
     answer = master.execute(robot << 12 | code, PULSE_OUTPUT, 0, 0, 19)
     assert master.robot.positions == expected
@@ -75,10 +72,7 @@ def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:
 
 
 def test_a_robot_that_moves_takes_no_other_movement() -> None:
-    """Here one that no remote command has started.
-
-    Rule: robots-move.
-    """
+    """Here one that no remote command has started. Rule: robots-move."""
     master = _mover(moving_alarm="6.7")
     path = PtpPath([AxisMove(0, 0, 100_000, 50_000, 5e6, 5e6)])
     master.robot.machine.move(1, path)
@@ -99,10 +93,7 @@ def test_no_return_to_origin_starts_while_a_robot_moves() -> None:
 
 
 def test_the_stop_input_stops_all_robots() -> None:
-    """The movement and the return-to-origin of the other robot.
-
-    Rule: robots-move.
-    """
+    """The movement and the return-to-origin of the other robot. Rule: robots-move."""
     master = _mover(origin_time=1000)
     master.turn_and_wait("SI14", True, 150)
     master.send(0x1001, 0x0004, 0, 1, 19)

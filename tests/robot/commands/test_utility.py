@@ -72,10 +72,7 @@ def _at_work(**config: Any) -> Master:
 
 
 def test_the_example_resets_the_alarms() -> None:
-    """Rule: alarm-reset.
-
-    Source: remote command guide 4.8.3
-    """
+    """Rule: alarm-reset. Source: remote command guide 4.8.3."""
     master = _master()
     master.robot.inject("alarm")
     master.run(10)
@@ -188,10 +185,7 @@ def test_one_kind_of_system_data_is_reset(robot: int, item: int) -> None:
 
 
 def test_all_data_of_motors_and_system_are_reset_at_once() -> None:
-    """Rule: accumulated-reset.
-
-    Source: remote command guide 4.8.6
-    """
+    """Rule: accumulated-reset. Source: remote command guide 4.8.6."""
     master = _at_work()
     assert master.execute(0x0607) == NORMAL_END
     assert _motors(master) == [(0, 0, 0)] * 3

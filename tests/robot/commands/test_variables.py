@@ -40,11 +40,7 @@ def _read(master: Master, number: int) -> tuple[int, ...]:
 @pytest.mark.parametrize("number", [SGI0, 1, SGI31])
 @pytest.mark.parametrize("value", [10000, 50, -1, LOWEST, HIGHEST])
 def test_an_integer_variable_gives_back_what_was_assigned(number: int, value: int) -> None:
-    """SGI0 to SGI31, 32 bits, signed.
-
-    Rule: variable-types.
-    Source: remote command guide 4.4.1
-    """
+    """SGI0 to SGI31, 32 bits, signed. Rule: variable-types. Source: remote command guide 4.4.1."""
     assert _read(_with({number: value}), number) == long_words(value)
 
 
@@ -63,22 +59,14 @@ def test_an_integer_variable_gives_back_what_was_assigned(number: int, value: in
     ],
 )
 def test_a_real_variable_gives_back_the_same_bits(number: int, words: tuple[int, ...]) -> None:
-    """Single precision.
-
-    Rule: variable-types.
-    Source: remote command guide 4.4.1
-    """
+    """Single precision. Rule: variable-types. Source: remote command guide 4.4.1."""
     master = ready()
     assert master.execute(ASSIGN, 0, number, 0, *words) == NORMAL_END
     assert _read(master, number) == words
 
 
 def test_variables_are_0_until_they_are_assigned_and_do_not_mix() -> None:
-    """SGI1 is not SGR1.
-
-    Rule: variable-types.
-    Source: remote command guide 4.4.1
-    """
+    """SGI1 is not SGR1. Rule: variable-types. Source: remote command guide 4.4.1."""
     master = _with({1: 7, 257: 2.5})
     assert _read(master, 1) == long_words(7)
     assert _read(master, 257) == real_words(2.5)
@@ -139,10 +127,7 @@ def test_real_numbers_have_single_precision() -> None:
 def test_a_real_number_is_rounded_for_an_integer_variable(
     value: float, rounded: int, truncated: int
 ) -> None:
-    """Rule: real-to-integer.
-
-    Source: remote command guide 4.4.1
-    """
+    """Rule: real-to-integer. Source: remote command guide 4.4.1."""
     for knob, expected in (("round", rounded), ("truncate", truncated)):
         master = _with({SGR0: value}, real_to_integer=knob)
         assert master.execute(VARIABLE["="], 0, 3, 0, SGR0) == NORMAL_END
@@ -201,10 +186,7 @@ def test_an_integer_and_a_real_variable_are_calculated_with_each_other() -> None
 def test_a_result_that_the_variable_cannot_hold_changes_nothing(
     number: int, own: float, operator: str, value: float
 ) -> None:
-    """Rule: overflow.
-
-    Source: remote command guide 4.4.1
-    """
+    """Rule: overflow. Source: remote command guide 4.4.1."""
     master = _with({number: own}, overflow_alarm="6.2")
     answer = master.execute(VALUE[operator], 0, number, 0, *_words(number, value))
     assert answer == abnormal_end("6.2")
@@ -212,11 +194,7 @@ def test_a_result_that_the_variable_cannot_hold_changes_nothing(
 
 
 def test_a_real_number_that_an_integer_cannot_hold_changes_nothing() -> None:
-    """2^31 is one too many, -2^31 is not.
-
-    Rule: overflow.
-    Source: remote command guide 4.4.1
-    """
+    """2^31 is one too many, -2^31 is not. Rule: overflow. Source: remote command guide 4.4.1."""
     master = _with({1: 5, SGR0: 2.0**31, 257: -(2.0**31)}, overflow_alarm="6.2")
     assert master.execute(VARIABLE["="], 0, 1, 0, SGR0) == abnormal_end("6.2")
     assert _read(master, 1) == long_words(5)
@@ -226,10 +204,7 @@ def test_a_real_number_that_an_integer_cannot_hold_changes_nothing() -> None:
 
 @pytest.mark.parametrize("number", [1, SGR0])
 def test_a_division_by_0_changes_nothing(number: int) -> None:
-    """Rule: overflow.
-
-    Source: remote command guide 4.4.1
-    """
+    """Rule: overflow. Source: remote command guide 4.4.1."""
     master = _with({number: 5}, division_alarm="6.3")
     assert master.execute(VALUE["/"], 0, number) == abnormal_end("6.3")
     assert master.execute(VARIABLE["/"], 0, number, 0, 2) == abnormal_end("6.3")

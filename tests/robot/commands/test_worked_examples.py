@@ -149,10 +149,7 @@ def test_a_flag_whose_fixed_bits_are_set_resets_no_program() -> None:
 
 
 def test_a_program_name_may_be_filled_with_zeros_as_printed() -> None:
-    """Rule: program-info-details.
-
-    Source: remote command guide 4.6.4, example
-    """
+    """Rule: program-info-details. Source: remote command guide 4.6.4, example."""
     (number,) = (number for number, what in DIFFERENT.items() if what == KNOB)
     example = EXAMPLES[number]
     master = in_state(example["state"], name_filler="zeros")
