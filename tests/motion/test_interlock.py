@@ -218,9 +218,7 @@ def test_a_robot_inside_comes_before_those_that_wait() -> None:
         ("SO.SO02_ServoOn", _SERVOS_OFF),
     ],
 )
-def test_a_robot_that_is_lost_in_the_area_keeps_it_until_that_is_acknowledged(
-    signal: str, number: int
-) -> None:
+def test_a_robot_lost_in_the_area_holds_it_until_acknowledge(signal: str, number: int) -> None:
     """Source: this library's own; link loss: manual chapter 1, 5.2."""
     table = _table(1, 2)
     table[f"Robot1.{signal}"] = False
@@ -356,9 +354,7 @@ def test_a_wait_has_a_limit() -> None:
     ("limit", "scans"),
     [("T#1ms", 1), ("T#300ms", 30), ("T#301ms", 31), ("", 6000), ("T#0s", None)],
 )
-def test_a_limit_counts_from_the_scan_in_which_the_wait_begins(
-    limit: str, scans: int | None
-) -> None:
+def test_a_time_limit_counts_from_the_scan_of_the_request(limit: str, scans: int | None) -> None:
     """The scan of 10 ms in which it is reached ends the wait.
 
     Without a limit of the user's it is a minute; T#0s is no limit.

@@ -141,9 +141,7 @@ def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
 
 
 @pytest.mark.parametrize(("fault", "error"), _ENDS)
-def test_a_fault_for_one_scan_withdraws_a_row_that_waits_for_its_turn(
-    fault: dict[str, Any], error: int
-) -> None:
+def test_a_short_fault_withdraws_a_waiting_row(fault: dict[str, Any], error: int) -> None:
     plc = moving(*rows_to(1, 2))
     plc["Other.Execute"] = True
     plc.scan()
@@ -164,9 +162,7 @@ def test_a_fault_for_one_scan_withdraws_a_row_that_waits_for_its_turn(
 
 @pytest.mark.parametrize(("fault", "error"), [one for one in _ENDS if one.id not in (
     "CPU_OK off", "link")])  # fmt: skip
-def test_a_fault_during_a_movement_waits_for_its_end_and_ends_it_then(
-    fault: dict[str, Any], error: int
-) -> None:
+def test_a_fault_in_a_movement_waits_for_its_end(fault: dict[str, Any], error: int) -> None:
     """Source: guide, 2: a command is held to its end."""
     plc = moving(*rows_to(1, 2))
     _fault(plc, fault, there=True)
@@ -182,9 +178,7 @@ def test_a_fault_during_a_movement_waits_for_its_end_and_ends_it_then(
 
 
 @pytest.mark.parametrize(("fault", "error"), [_FAULTS[0], _FAULTS[-1]])
-def test_without_link_or_controller_a_movement_ends_at_once(
-    fault: dict[str, Any], error: int
-) -> None:
+def test_a_movement_without_controller_ends_at_once(fault: dict[str, Any], error: int) -> None:
     """Source: manual chapter 1, 5.2."""
     plc = moving(*rows_to(1, 2))
     _fault(plc, fault, there=True)
@@ -404,7 +398,7 @@ def _doubtful() -> PlcBench:
     ("pins", "error"),
     [({"StartRow": 9}, 0x8051), ({"StartRow": 2, "Rows": 1}, 0x8051), ({}, 0x8007)],
 )
-def test_a_start_that_is_refused_leaves_it_open_whether_a_relative_row_is_done(
+def test_after_a_refused_start_a_relative_row_stays_doubtful(
     pins: dict[str, Any], error: int
 ) -> None:
     """An illegal row, or a stop: the row after that is still the one that may be done.

@@ -133,9 +133,7 @@ def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("lower", [55, 50, 5])
-def test_a_step_up_that_waits_goes_out_with_a_percent_that_is_lower_by_then(
-    engine: str, lower: int
-) -> None:
+def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -> None:
     """Else the next movement, which is behind it, would run at the raised speed.
 
     Source: head: a lower Percent goes out at once
@@ -287,9 +285,7 @@ def test_a_percent_that_changes_on_the_way_is_the_new_target() -> None:
         ("RobotNumber", 5, 0x8040),
     ],
 )
-def test_a_value_that_the_manual_does_not_allow_is_refused(
-    pin: str, value: int, error: int
-) -> None:
+def test_a_value_beyond_the_manuals_range_is_refused(pin: str, value: int, error: int) -> None:
     """Source: remote command guide 4.2.15: 1 to 100."""
     pins: dict[str, Any] = {pin: value}
     plc = _plc(Enable=True, **pins)
@@ -328,9 +324,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm(step: str) -> None:
 
 @pytest.mark.parametrize("moment", [0, 1, 2, 4, 30])
 @pytest.mark.parametrize(("lost", "error"), [("link", 0x8001), ("CPU_OK", 0x8002)])
-def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
-    moment: int, lost: str, error: int
-) -> None:
+def test_a_loss_ends_it_at_once_and_nothing_restarts(moment: int, lost: str, error: int) -> None:
     plc = _begun(Percent=50) if moment == 30 else _plc(Enable=True)
     plc.scan(moment)
     plc["Connected"] = lost != "link"
@@ -422,9 +416,7 @@ def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
 
 
 @pytest.mark.parametrize(("pin", "value", "error"), [("Percent", 0, 0x8042), ("Rise", 101, 0x8045)])
-def test_a_step_that_still_waits_is_withdrawn_at_a_refused_input(
-    pin: str, value: int, error: int
-) -> None:
+def test_a_waiting_step_is_withdrawn_at_a_refused_input(pin: str, value: int, error: int) -> None:
     """Nothing goes out after the Error, which stays as it is; nor does what is out count less."""
     plc = _waiting()
     plc[f"SpeedOverride.{pin}"] = value

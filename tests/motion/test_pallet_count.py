@@ -130,7 +130,7 @@ def test_a_cleared_place_counts_as_full(tmp_path: Path) -> None:
         *((-5, 29308, 29309), (29308, -5, 29309)),  # 26436 - 2**32
     ],
 )
-def test_a_pallet_with_an_illegal_size_is_refused(
+def test_an_illegal_size_of_the_pallet_is_refused(
     tmp_path: Path, size: tuple[int, int, int]
 ) -> None:
     """Source: guide 4.3.3: the product is 1 to 32767."""
@@ -144,9 +144,7 @@ def test_a_pallet_with_an_illegal_size_is_refused(
 
 
 @pytest.mark.parametrize("size", [(), (1, 1, 1)])
-def test_a_pallet_may_have_one_position_and_has_one_without_sizes(
-    tmp_path: Path, size: tuple[int, ...]
-) -> None:
+def test_a_pallet_may_have_one_position(tmp_path: Path, size: tuple[int, ...]) -> None:
     """Source: guide 4.3.3: each size is at least 1."""
     pallet = _Pallet(tmp_path, size)
     assert pallet.shown == ("", 0, 1, (1, 1, 1), 1)
@@ -164,7 +162,7 @@ def test_a_size_that_becomes_illegal_is_refused_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("size", [(32767, 1, 1), (1, 217, 151), (7, 31, 151)])
-def test_the_largest_pallet_is_counted_to_its_end(
+def test_the_largest_pallet_is_counted_to_the_end(
     tmp_path: Path, size: tuple[int, int, int]
 ) -> None:
     """Source: guide 4.3.3: the product is at most 32767 = 7 * 31 * 151."""

@@ -281,9 +281,7 @@ def test_a_release_that_begins_from_above_begins_there_again(lost_at: str) -> No
         (14, _APPROACH[13:]),
     ],
 )
-def test_from_above_it_goes_on_with_the_movement_that_was_broken_off(
-    count: int, again: list[str]
-) -> None:
+def test_an_approach_that_was_broken_off_goes_on(count: int, again: list[str]) -> None:
     """The part in the hand is lifted again; after the release it only leaves.
 
     Source: this library's own.

@@ -50,9 +50,7 @@ def _let_that_command_end(plc: PickBench) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("name", "value", "error"), _ENDS)
-def test_a_fault_between_two_commands_ends_the_work(
-    engine: str, name: str, value: bool, error: int
-) -> None:
+def test_a_fault_between_commands_ends_it(engine: str, name: str, value: bool, error: int) -> None:
     """As it ends a table; when it is over nothing goes on by itself.
 
     Source: manual chapter 5, 3.1 and 3.3; design of the library, 2
@@ -82,7 +80,7 @@ def test_a_fault_keeps_the_work_from_beginning(name: str, value: bool, error: in
 @pytest.mark.parametrize(
     ("out", "stage"), [("DO(20) ON", "CLOSE"), ("PTP 10 at 50", "CLOSE"), ("DI2?", "EMPTY")]
 )
-def test_a_command_that_is_out_ends_before_it(
+def test_a_fault_waits_for_the_end_of_a_command(
     out: str, stage: str, name: str, value: bool, error: int
 ) -> None:
     """Even if the cause has gone by then; what the command has done counts.
@@ -142,9 +140,7 @@ def test_a_command_that_waits_for_its_turn_is_withdrawn(
 
 @pytest.mark.parametrize("restart", [False, True])
 @pytest.mark.parametrize("again", [0, 1])
-def test_a_second_call_in_the_scan_of_the_error_lets_no_command_out(
-    again: int, restart: bool
-) -> None:
+def test_a_second_call_in_the_scan_of_an_error_sends_nothing(again: int, restart: bool) -> None:
     """Nor one in the next scan, nor a new edge there. Source: scan-model.md, one scan."""
     plc = picking()
     plc.silent = "date"

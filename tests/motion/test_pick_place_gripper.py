@@ -246,9 +246,7 @@ def test_a_port_command_that_fails_ends_it_with_the_alarm(silent: str) -> None:
 
 @pytest.mark.parametrize("go", [False, True])
 @pytest.mark.parametrize("number", [-1, 8, 19, 21])
-def test_the_block_that_reads_inputs_refuses_a_bit_that_does_not_exist(
-    go: bool, number: int
-) -> None:
+def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: int) -> None:
     """FB_PickPlace has refused it before; this is for any caller.
 
     Source: guide 4.5.1: bits are 0 to 7
@@ -284,9 +282,7 @@ def _scan(block: Alone, pattern: int = 0) -> bool:
     ("on", "closed", "opened"),
     [({20}, True, False), ({21}, False, True), (set(), False, False), ({20, 21}, False, False)],
 )
-def test_of_two_outputs_one_closes_and_the_other_one_opens(
-    on: set[int], closed: bool, opened: bool
-) -> None:
+def test_one_output_closes_and_the_other_opens(on: set[int], closed: bool, opened: bool) -> None:
     """With both OFF, as after power-on, or both ON neither does, whatever was read before.
 
     Source: RCX_GRIPPER; guide 4.5.1: bit k of the answer is DO(20 + k)
@@ -315,9 +311,7 @@ def test_an_answer_that_comes_after_asks_fell_is_ignored() -> None:
 
 @pytest.mark.parametrize("asks", [False, True])
 @pytest.mark.parametrize("number", [-1, 28, 39])
-def test_the_block_that_reads_outputs_refuses_a_bit_that_does_not_exist(
-    asks: bool, number: int
-) -> None:
+def test_the_block_that_reads_outputs_refuses_an_illegal_bit(asks: bool, number: int) -> None:
     """FB_PickPlace has refused it before; this is for any caller.
 
     Source: guide 4.5.1: bits are 0 to 7

@@ -82,9 +82,7 @@ _CASES: list[tuple[dict[str, Any], int]] = [
 
 
 @pytest.mark.parametrize(("pins", "error"), _CASES, ids=str)
-def test_an_illegal_input_is_refused_before_anything_goes_out(
-    pins: dict[str, Any], error: int
-) -> None:
+def test_an_illegal_input_is_refused_at_once(pins: dict[str, Any], error: int) -> None:
     """Source: remote command guide 4.2.1, 4.2.5, 4.2.17, 4.5.1; design of the library, 2."""
     plc = picking(**pins)
     plc.start()

@@ -318,9 +318,7 @@ def test_a_table_may_move_the_robot_with_a_part_in_the_hand() -> None:
 
 
 @pytest.mark.parametrize("number", [-1, 5, 17])
-def test_a_table_for_a_robot_that_does_not_exist_is_refused_and_claims_no_robot(
-    number: int,
-) -> None:
+def test_a_table_for_a_robot_that_does_not_exist_is_refused(number: int) -> None:
     """Source: guide 3.1, robot designation: 1 to 4; docs/reference/errors.md, 16#8040."""
     bench = PartBench()
     bench["Moves[1].Kind"], bench["Table.Rows"] = "MOVE_PTP", 1

@@ -312,9 +312,7 @@ def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
     ("cause", "error_id"), [("link", 0x8001), ("SO01", 0x8002), ("cell", 0x8003)]
 )
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
-def test_a_missing_condition_for_a_start_is_a_fault_at_once(
-    cause: str, error_id: int, when: str
-) -> None:
+def test_a_start_without_link_or_cell_is_a_fault(cause: str, error_id: int, when: str) -> None:
     """Nothing waits for it: a door that closes, or a cable, would start the robot.
 
     Source: this library's own.

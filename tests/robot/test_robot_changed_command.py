@@ -27,9 +27,7 @@ def _rules(master: Master) -> list[str]:
 
 
 @pytest.mark.parametrize("second", [VERSION, (0x0505,)])
-def test_a_command_set_in_the_ready_status_after_a_changed_one_is_executed(
-    second: tuple[int, ...],
-) -> None:
+def test_a_command_after_a_changed_one_is_executed(second: tuple[int, ...]) -> None:
     """The status is 0x0000 at once where the knob says so; the movement goes on behind it.
 
     Rule: changed-command, ready-first.
@@ -119,7 +117,7 @@ def test_the_code_that_stands_there_in_a_ready_status_of_that_kind_is_not_execut
     ("belong", "status", "found"),
     [(True, 0x0000, ["hold-command"]), (False, 0x0200, [])],
 )
-def test_a_data_word_changed_before_the_end_is_a_changed_command_or_is_free(
+def test_a_changed_data_word_is_a_changed_command_or_free(
     belong: bool, status: int, found: list[str]
 ) -> None:
     """Also a word that the command does not use.

@@ -149,7 +149,7 @@ def _pallet(positions: str, first_point: str) -> str:
         ("max_payload = -1", 1, "'max_payload' cannot be -1", "0 to 2000000"),
     ],
 )
-def test_wrong_stored_data_are_refused_with_line_and_hint(
+def test_wrong_stored_data_are_refused(
     tmp_path: Path, text: str, line: int, message: str, hint: str
 ) -> None:
     with pytest.raises(InputError) as caught:

@@ -120,9 +120,7 @@ def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str)
 
 
 @pytest.mark.parametrize(("keeps", "runs"), [(True, False), (False, True)])
-def test_stops_that_a_safety_setting_takes_away_count_as_on_without_a_connection_too(
-    keeps: bool, runs: bool
-) -> None:
+def test_disabled_stops_count_as_on_without_a_connection(keeps: bool, runs: bool) -> None:
     """Where the loss itself is no serious alarm. Rule: safety-inputs, link-lost."""
     master = servos_on(safety_keeps_stops=keeps, minor_alarms=("12.400", "12.552"))
     master.pulse("SI12")

@@ -98,9 +98,7 @@ def test_without_an_interval_another_input_in_the_exchange_of_a_switch_off_is_ta
 
 
 @pytest.mark.parametrize(("late", "emergency"), [(True, False), (False, True)])
-def test_a_level_that_was_not_recognised_is_taken_after_the_interval(
-    late: bool, emergency: bool
-) -> None:
+def test_an_unrecognised_level_is_taken_after_the_interval(late: bool, emergency: bool) -> None:
     """Rule: interval-levels."""
     master = Master(late_levels=late)
     master.run(300)

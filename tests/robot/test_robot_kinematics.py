@@ -104,9 +104,7 @@ def test_inverse_of_forward_are_the_same_joints(
 @pytest.mark.parametrize(
     ("second", "turned"), [(110, 80), (-110, -80), (150, 180), (-150, -180), (150, 350)]
 )
-def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
-    second: int, turned: int
-) -> None:
+def test_axis_2_stays_within_half_a_turn_with_a_turned_hand(second: int, turned: int) -> None:
     """A hand turned by 80 degrees and axis 2 at 110: a bend of -170, and no whole turn of R.
 
     Rule: robot-hand.

@@ -139,9 +139,7 @@ def test_a_sequence_program_that_is_about_to_start_does_not_start_without_connec
 
 
 @pytest.mark.parametrize(("latches", "serious"), [(False, False), (True, True)])
-def test_the_alarm_of_a_missing_connection_ends_with_it_or_latches(
-    latches: bool, serious: bool
-) -> None:
+def test_the_alarm_of_a_missing_connection_may_latch(latches: bool, serious: bool) -> None:
     """Latched it is a serious one, which an alarm reset ends; in neither case is SO(04) OFF.
 
     Rule: link-error-at-power-on, mp-ready.

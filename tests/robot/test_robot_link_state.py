@@ -113,9 +113,7 @@ def test_si00_and_si06_are_those_of_the_master_again_after_recovery() -> None:
 
 
 @pytest.mark.parametrize(("state", "stopped"), [("valid", True), ("invalid", False)])
-def test_dedicated_inputs_of_the_parallel_board_are_disabled_but_for_the_stop(
-    state: str, stopped: bool
-) -> None:
+def test_the_parallel_board_has_no_dedicated_input_but_its_stop(state: str, stopped: bool) -> None:
     """DI01 and DI12 switch nothing on; DI06 stops if the board is valid.
 
     Rule: parallel-inputs, parallel-stop.

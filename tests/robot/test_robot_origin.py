@@ -27,9 +27,7 @@ def _master(*axes: Axis, **config: Any) -> Master:
         ("SI17", "ABS/ORG", [0, 0, 700]),
     ],
 )
-def test_each_return_to_origin_input_moves_its_axes(
-    name: str, mode: str, positions: list[int]
-) -> None:
+def test_each_origin_input_moves_its_axes(name: str, mode: str, positions: list[int]) -> None:
     """A semi-absolute axis searches where it is and keeps its position.
 
     Rule: origin, origin-types, origin-model.
@@ -109,9 +107,7 @@ def test_an_input_without_an_axis_to_move_does_nothing() -> None:
 
 
 @pytest.mark.parametrize(("loses", "complete"), [(True, [True, False, False]), (False, [True] * 3)])
-def test_which_axes_know_their_origin_after_a_power_cycle(
-    loses: bool, complete: list[bool]
-) -> None:
+def test_which_axes_keep_their_origin_without_power(loses: bool, complete: list[bool]) -> None:
     """Rule: origin-kept."""
     master = _master(ABSOLUTE, INCREMENTAL, SEMI, power_loses_origin=loses)
     master.robot.inject("power_cycle")

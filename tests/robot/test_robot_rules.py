@@ -95,9 +95,7 @@ def test_the_rules_of_each_list_are_numbered_from_1_on() -> None:
         assert rows == [(str(number), name) for number, name in enumerate(mine, 1)]
 
 
-def test_the_page_names_the_source_of_what_is_not_the_manuals(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_page_names_the_source_of_other_rules(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "## Measured at a real controller\n\nNone yet.\n" in fidelity_page()
     found = Rule(
         "found", "It blinks.", basis="public", source="a list", knobs=("size", "host_version")

@@ -95,9 +95,7 @@ def test_a_robot_without_a_type_is_its_axes_and_their_limits() -> None:
     assert [(one["low"], one["high"]) for one in shape["axes"]] == [(-1000, 1000)] * 4
 
 
-def test_a_pose_has_hand_system_shift_and_hand_where_they_are_others_than_at_first(
-    tmp_path: Path,
-) -> None:
+def test_a_pose_has_what_differs_from_the_start(tmp_path: Path) -> None:
     controller = load(tmp_path, _FILE)
     controller.positions[1] = 100_000
     assert poses(controller) == [{}, {}]

@@ -79,9 +79,7 @@ def test_an_emergency_stop_ends_a_servo_on_that_is_not_yet_answered() -> None:
 
 
 @pytest.mark.parametrize(("knob", "alarm"), [(False, True), (True, False)])
-def test_the_alarm_reset_waits_for_the_release_of_the_emergency_stop(
-    knob: bool, alarm: bool
-) -> None:
+def test_the_alarm_reset_needs_a_released_emergency_stop(knob: bool, alarm: bool) -> None:
     """Rule: reset-after-release."""
     master = servos_on(reset_in_emergency_stop=knob)
     master.turn_and_wait("SI00", False)
@@ -125,7 +123,7 @@ def _lose_link(master: Master) -> None:
 
 @pytest.mark.parametrize("stop", [_turn_off, _lose_link])
 @pytest.mark.parametrize(("knob", "ready"), [(True, True), (False, False)])
-def test_mp_ready_in_emergency_stop_is_a_knob(
+def test_mp_ready_in_emergency_stop(
     stop: Callable[[Master], None], knob: bool, ready: bool
 ) -> None:
     """Word for word SO(04) is OFF as long as SO(03) is ON, also after the release.

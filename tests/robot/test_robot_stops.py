@@ -284,9 +284,7 @@ def test_started_after_a_stop_a_program_goes_on_or_begins_anew(anew: bool, line:
 
 
 @pytest.mark.parametrize(("knob", "runs"), [(False, True), (True, False)])
-def test_a_program_that_starts_before_the_answer_to_its_reset_is_not_reset(
-    knob: bool, runs: bool
-) -> None:
+def test_a_start_before_the_answer_to_a_reset_prevents_it(knob: bool, runs: bool) -> None:
     """Rule: program-reset-running."""
     master = servos_on(program_reset_delay=500, program_start_delay=5, reset_while_running=knob)
     master.pulse("SI15", 120)

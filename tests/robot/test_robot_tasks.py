@@ -42,7 +42,7 @@ def _states(master: Master) -> list[str]:
         ({"main_ends_tasks": True}, False, ["ended", "ended"]),
     ],
 )
-def test_so13_after_the_end_of_the_main_program(
+def test_so13_after_the_main_program(
     knobs: dict[str, bool], shown: bool, states: list[str]
 ) -> None:
     """Rule: tasks."""

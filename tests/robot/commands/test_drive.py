@@ -84,9 +84,7 @@ RELATIVE = [
 
 @pytest.mark.parametrize("words", RELATIVE)
 @pytest.mark.parametrize("start_position", ["keep", "reset"])
-def test_an_interrupted_drivei_goes_on_or_starts_anew(
-    words: tuple[int, ...], start_position: str
-) -> None:
+def test_drivei_goes_on_or_starts_anew(words: tuple[int, ...], start_position: str) -> None:
     """13 000 pulses at 100 000/s take 0.15 s; it is stopped after 50 ms.
 
     Rule: movei-keep.

@@ -57,9 +57,7 @@ class _Nothing:
 
 
 @every_code
-def test_the_round_trip_fails_where_the_command_does_nothing(
-    code: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_round_trip_needs_its_command(code: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every code is needed for what its round trips find."""
 
     def start(machine: Machine, call: Call) -> Execution:

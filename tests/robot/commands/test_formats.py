@@ -143,9 +143,7 @@ def test_legal_telegrams_are_taken_and_say_what_was_meant(code: int) -> None:
 
 
 @every_code
-def test_an_illegal_value_ends_in_the_format_alarm_and_changes_nothing(
-    code: int, fresh: Master
-) -> None:
+def test_an_illegal_value_ends_in_the_format_alarm(code: int, fresh: Master) -> None:
     """Beside each limit, values without a meaning, two bits or none where one is wanted, texts.
 
     Rule: abnormal-end, comment-characters, one-axis.
@@ -155,7 +153,7 @@ def test_an_illegal_value_ends_in_the_format_alarm_and_changes_nothing(
 
 
 @every_code
-def test_a_bit_that_is_fixed_0_or_not_used_ends_in_the_format_alarm(
+def test_a_fixed_or_unused_bit_that_is_set_ends_in_the_format_alarm(
     code: int, fresh: Master
 ) -> None:
     """Each fixed bit of words with fields, three bits of each word without.
@@ -170,7 +168,7 @@ def test_a_bit_that_is_fixed_0_or_not_used_ends_in_the_format_alarm(
     [code for code, one in COMMANDS.items() if one.exclusive or one.product],
     ids="0x{:03X}".format,
 )
-def test_flags_that_exclude_each_other_and_products_beyond_the_limit(
+def test_exclusive_flags_and_products_beyond_the_limit_are_refused(
     code: int, fresh: Master
 ) -> None:
     """Position output in pulses and in mm; kinds of axes; work positions of a pallet.
@@ -294,9 +292,7 @@ def test_with_programming_box_authority_only_the_references_work(code: int, fres
 
 
 @every_code
-def test_with_dedicated_inputs_disabled_by_a_safety_setting_no_command_works(
-    code: int, fresh: Master
-) -> None:
+def test_no_command_works_while_a_safety_setting_disables_inputs(code: int, fresh: Master) -> None:
     """The status stays 0x0000, and nothing happens.
 
     Rule: safety-commands.

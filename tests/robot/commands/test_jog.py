@@ -39,9 +39,7 @@ def _jog_for(master: Master, ms: float, *words: int) -> tuple[int, ...]:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize("place", range(4))
 @pytest.mark.parametrize(("direction", "sign"), [(0, 1), (MINUS, -1)])
-def test_a_jog_moves_one_axis_in_one_direction(
-    code: int, place: int, direction: int, sign: int
-) -> None:
+def test_a_jog_moves_one_axis(code: int, place: int, direction: int, sign: int) -> None:
     """Without a position output m+8 to m+30 are 0.
 
     Rule: jog-frames.
@@ -82,9 +80,7 @@ def test_a_tool_that_may_do_750_mm_per_second_jogs_with_a_part_of_that() -> None
 
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize(("direction", "limit"), [(0, 300_000), (MINUS, -200_000)])
-def test_a_jog_to_the_soft_limit_ends_there_with_2_334(
-    code: int, direction: int, limit: int
-) -> None:
+def test_a_jog_ends_at_the_soft_limit_with_2_334(code: int, direction: int, limit: int) -> None:
     """It brakes so that it stands at the limit; the alarm comes without a position.
 
     Rule: jog-limit.

@@ -70,7 +70,7 @@ def test_the_path_speed_is_in_mm_per_second() -> None:
     ],
 )
 @pytest.mark.parametrize("code", [0x0003, 0x0004])
-def test_the_range_of_mm_per_second(
+def test_range_of_mm_per_second(
     code: int, scara: tuple[int, ...], speed: int, expected: int
 ) -> None:
     """Rule: line-speed.
@@ -127,9 +127,7 @@ def test_circular_interpolation_goes_through_the_first_point_to_the_second() -> 
         pytest.param((0, 0, 0, 19, 22), (ABNORMAL, 2, 334), id="the way leaves the soft limits"),
     ],
 )
-def test_circular_interpolation_that_cannot_be(
-    words: tuple[int, ...], expected: tuple[int, ...]
-) -> None:
+def test_an_impossible_arc_is_refused(words: tuple[int, ...], expected: tuple[int, ...]) -> None:
     """To (0, 200) mm through (10, 10) mm: centre (-90, 100), radius 134.5, so x gets to 44.5 mm.
 
     Source: remote command guide 4.2.1, circular interpolation
@@ -174,9 +172,7 @@ def test_direct_designation_in_millimetres() -> None:
 
 
 @pytest.mark.parametrize(("scara", "moves_along"), [((1,), True), ((), False)])
-def test_axes_1_and_2_of_a_scara_robot_move_along_with_axis_4(
-    scara: tuple[int, ...], moves_along: bool
-) -> None:
+def test_scara_axes_1_and_2_move_with_axis_4(scara: tuple[int, ...], moves_along: bool) -> None:
     """Rule: scara-axis-4.
 
     Source: remote command guide 4.2.1, direct PTP designation (millimeter units), caution
@@ -204,7 +200,7 @@ def test_in_pulses_axis_4_moves_alone() -> None:
         pytest.param((), 2, 0, id="no SCARA robot"),
     ],
 )
-def test_a_scara_robot_takes_the_hand_system_of_its_target(
+def test_the_arm_takes_the_hand_system_of_the_target(
     scara: tuple[int, ...], hand: int, arm: int
 ) -> None:
     """By command and by point; arm rotation does not count.
@@ -238,9 +234,7 @@ def test_a_scara_robot_takes_the_hand_system_of_its_target(
         pytest.param((0x004B, 1, 4, 0, 19), False, id="PUSH: one axis does not change the arm"),
     ],
 )
-def test_every_movement_to_a_point_takes_its_hand_system(
-    words: tuple[int, ...], left: bool
-) -> None:
+def test_each_movement_to_a_point_takes_its_hand(words: tuple[int, ...], left: bool) -> None:
     """Point 19 is left-handed. Rule: hand-system."""
     points = {
         19: Point((2_000, 0, 0, 0, 0, 0), mm=True, hand=2),

@@ -117,9 +117,7 @@ def test_an_interrupted_movei_goes_on_to_its_original_target(words: tuple[int, .
 
 
 @pytest.mark.parametrize("words", COMMANDS)
-def test_an_interrupted_movei_starts_anew_where_the_start_position_is_reset(
-    words: tuple[int, ...],
-) -> None:
+def test_movei_starts_anew_if_its_start_position_is_reset(words: tuple[int, ...]) -> None:
     """Rule: movei-keep, movei-start. Source: remote command guide 4.2.2, note."""
     master = _mover(movei_start_position="reset")
     stands = _interrupt(master, *words)
@@ -144,9 +142,7 @@ def test_an_interrupted_movei_goes_on_at_another_speed_and_after_a_second_interr
         pytest.param((0x0009, 1, 0x0001, 0, 19), 100_000, id="other axes"),
     ],
 )
-def test_another_movement_in_between_makes_movei_start_anew(
-    words: tuple[int, ...], way: int
-) -> None:
+def test_movei_starts_anew_after_another_movement(words: tuple[int, ...], way: int) -> None:
     """That movement starts from where the robot is, too. Rule: movei-start."""
     master = _mover()
     stands = _interrupt(master, 0x0009, 0x0004, 0, 20, 19)

@@ -168,9 +168,7 @@ def test_the_incomplete_flag_moves_only_the_axes_without_origin() -> None:
     ("code", "positions"),
     [(0x0032, [0, 0, 0]), (0x1032, [0, 700, 700]), (0x2032, [700, 0, 700])],
 )
-def test_without_a_robot_number_a_return_to_origin_is_performed_at_all_robots(
-    code: int, positions: list[int]
-) -> None:
+def test_robot_0_returns_all_robots_to_their_origin(code: int, positions: list[int]) -> None:
     """Rule: origin-command. Source: remote command guide 4.2.12, robot units, R."""
     axes = [Axis(start=700, robot=robot) for robot in (1, 2, 3)]
     master = _master(*axes)

@@ -70,7 +70,7 @@ def test_arch_to_a_work_position() -> None:
         pytest.param(0x0019, 0x0400, 8, 1, "6.1", id="arch, no such pallet"),
     ],
 )
-def test_a_work_position_that_is_not_defined(
+def test_an_undefined_work_position(
     code: int, axes: int, pallet: int, work: int, alarm: str
 ) -> None:
     """Rule: other-alarms. Source: remote command guide 4.2.5, pppp and www."""

@@ -41,9 +41,7 @@ def _read(master: Master, number: int, axes: int, robot: int = 0) -> tuple[int, 
 
 
 @pytest.mark.parametrize(("number", "limits"), AXIS_PARAMETERS.items())
-def test_an_axis_parameter_takes_its_whole_range_and_no_more(
-    number: int, limits: tuple[int, int]
-) -> None:
+def test_an_axis_parameter_takes_its_whole_range(number: int, limits: tuple[int, int]) -> None:
     """Source: remote command guide 4.4.2."""
     master = ready()
     for value in limits:
@@ -117,9 +115,7 @@ def test_each_robot_has_its_own_payload() -> None:
 
 @pytest.mark.parametrize(("number", "axes"), EVERY)
 @pytest.mark.parametrize("code", [WRITE, READ])
-def test_only_one_axis_can_be_specified_and_none_for_robot_parameters(
-    code: int, number: int, axes: int
-) -> None:
+def test_a_parameter_has_one_axis_or_none(code: int, number: int, axes: int) -> None:
     """Rule: parameter-axis. Source: remote command guide 4.4.2."""
     master = ready()
     value = (1, 0) if code == WRITE else ()

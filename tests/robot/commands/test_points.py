@@ -82,9 +82,7 @@ def test_point_1_becomes_point_2_with_all_that_belongs_to_it() -> None:
         (SUBTRACT, (9000, -20000, 5001, -18000, 0, -7)),
     ],
 )
-def test_point_2_is_added_to_or_subtracted_from_point_1(
-    code: int, expected: tuple[int, ...]
-) -> None:
+def test_points_are_added_and_subtracted(code: int, expected: tuple[int, ...]) -> None:
     """Source: remote command guide 4.4.3."""
     second = Point((1000, 0, -1, 0, 0, 7))
     master = ready(points={1: PULSES, 100: second})

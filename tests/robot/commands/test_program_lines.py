@@ -121,9 +121,7 @@ def test_a_program_that_begins_again_is_at_its_first_line_after_the_last_step() 
 
 
 @pytest.mark.parametrize(("loop", "shown"), [(False, 0b110), (True, 0b111)])
-def test_a_program_has_ended_after_its_last_line_or_goes_on_with_its_first(
-    loop: bool, shown: int
-) -> None:
+def test_after_its_last_line_a_program_ends_or_begins_again(loop: bool, shown: int) -> None:
     """To run all does not start a program that has ended beside one that is ready.
 
     Rule: program-lines, execute-programs.

@@ -41,9 +41,7 @@ def test_each_robot_has_its_own_configuration() -> None:
 
 
 @pytest.mark.parametrize(("arm", "flag"), [(0, 0b011), (1, 0b101)])
-def test_the_hand_system_is_that_of_the_arm_where_the_controller_shows_it(
-    arm: int, flag: int
-) -> None:
+def test_the_position_shows_the_hand_system_if_it_is_configured(arm: int, flag: int) -> None:
     """01 is right-handed, 10 left-handed; bit 0 as the example prints it.
 
     Rule: position-hand.

@@ -169,9 +169,7 @@ def test_an_arc_is_round_in_millimetres() -> None:
         ),
     ],
 )
-def test_a_movement_that_the_arms_cannot_do_ends_in_its_alarm(
-    words: tuple[int, ...], alarm: str
-) -> None:
+def test_a_movement_beyond_the_arms_ends_in_an_alarm(words: tuple[int, ...], alarm: str) -> None:
     """Rule: robot-limits, alarm-names.
 
     Source: names of the public list; 2.334: remote command guide 1.1

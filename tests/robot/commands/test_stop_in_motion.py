@@ -56,9 +56,7 @@ STOPS: dict[str, tuple[Callable[[Master], object], str]] = {
 
 @pytest.mark.parametrize("what", STOPS)
 @pytest.mark.parametrize("name", MOVEMENTS)
-def test_a_movement_that_is_stopped_ends_where_it_is_without_a_position(
-    name: str, what: str
-) -> None:
+def test_a_stopped_movement_ends_where_it_is_and_shows_no_position(name: str, what: str) -> None:
     """In the cycle of the stop, and it does not go on by itself afterwards.
 
     Rule: halt, stop-in-motion.

@@ -140,9 +140,7 @@ def test_power_on_motor_power_on_and_operating_time_are_accumulated() -> None:
 
 @pytest.mark.parametrize("item", [COUNT, TIME, DISTANCE])
 @pytest.mark.parametrize(("robot", "axis", "reset"), [(0, 1, 0), (1, 2, 1), (2, 1, 2)])
-def test_one_kind_of_data_of_one_motor_is_reset(
-    item: int, robot: int, axis: int, reset: int
-) -> None:
+def test_one_kind_of_data_of_a_motor_is_reset(item: int, robot: int, axis: int, reset: int) -> None:
     """Robot 0 is robot 1; all other data stay.
 
     Rule: accumulated-reset.

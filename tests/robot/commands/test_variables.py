@@ -124,9 +124,7 @@ def test_real_numbers_have_single_precision() -> None:
     ("value", "rounded", "truncated"),
     [(2.4, 2, 2), (2.5, 3, 2), (3.5, 4, 3), (-2.4, -2, -2), (-2.5, -3, -2), (-0.4, 0, 0)],
 )
-def test_a_real_number_is_rounded_for_an_integer_variable(
-    value: float, rounded: int, truncated: int
-) -> None:
+def test_a_real_number_is_rounded_to_an_integer(value: float, rounded: int, truncated: int) -> None:
     """Rule: real-to-integer. Source: remote command guide 4.4.1."""
     for knob, expected in (("round", rounded), ("truncate", truncated)):
         master = _with({SGR0: value}, real_to_integer=knob)
@@ -137,9 +135,7 @@ def test_a_real_number_is_rounded_for_an_integer_variable(
 @pytest.mark.parametrize(
     ("divisor", "rounded", "truncated"), [(2, 4, 3), (-2, -4, -3), (4, 2, 1), (3, 2, 2)]
 )
-def test_the_quotient_of_two_integers_is_rounded_too(
-    divisor: int, rounded: int, truncated: int
-) -> None:
+def test_the_quotient_of_integers_is_rounded(divisor: int, rounded: int, truncated: int) -> None:
     """7 / 2 = 3.5, 7 / 4 = 1.75, 7 / 3 = 2.33.
 
     Rule: real-to-integer.
@@ -183,9 +179,7 @@ def test_an_integer_and_a_real_variable_are_calculated_with_each_other() -> None
         (SGR0, 1.0, "/", 1e-44),
     ],
 )
-def test_a_result_that_the_variable_cannot_hold_changes_nothing(
-    number: int, own: float, operator: str, value: float
-) -> None:
+def test_an_overflow_changes_nothing(number: int, own: float, operator: str, value: float) -> None:
     """Rule: overflow. Source: remote command guide 4.4.1."""
     master = _with({number: own}, overflow_alarm="6.2")
     answer = master.execute(VALUE[operator], 0, number, 0, *_words(number, value))
