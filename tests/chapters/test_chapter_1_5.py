@@ -83,9 +83,7 @@ def test_with_a_connection_the_stop_signal_of_the_network_is_valid(start: Start)
     cell.wait("SO13", False)
 
 
-def test_with_a_connection_the_emergency_stop_terminal_of_the_safety_connector_is_valid(
-    start: Start,
-) -> None:
+def test_with_a_connection_the_safety_connector_is_valid(start: Start) -> None:
     """Source: manual chapter 1, 5, 1."""
     cell = start().servo_on()
     cell.cell.inject("emergency_stop")
@@ -107,9 +105,7 @@ def test_with_a_connection_the_stop_signal_of_a_parallel_board_works_unless_disa
 # 2. Transition from the normal connection to the connection error
 
 
-def test_after_the_loss_of_the_connection_communication_with_the_host_is_disabled(
-    start: Start,
-) -> None:
+def test_after_the_loss_of_the_connection_communication_is_disabled(start: Start) -> None:
     """No command gets through, and the alarm says why: 12.552.
 
     Source: manual chapter 1, 5, 2; chapter 4, 4
@@ -143,9 +139,7 @@ def test_after_the_loss_of_the_connection_si06_turns_off_in_the_controller(start
     assert not cell.robot.program.running
 
 
-def test_after_the_loss_of_the_connection_the_terminal_of_the_safety_connector_is_valid(
-    start: Start,
-) -> None:
+def test_after_the_loss_of_the_connection_the_safety_connector_is_valid(start: Start) -> None:
     """It keeps the emergency stop when the connection is back. Source: manual chapter 1, 5, 2."""
     cell = _restored(_lost(start), "emergency_stop")
     assert cell["Connected"] is True
@@ -186,9 +180,7 @@ def test_communication_is_enabled_again_when_the_lost_connection_is_recovered(st
 # 3. Connection error when the power is turned ON
 
 
-def test_a_connection_error_at_power_on_may_come_from_an_impossible_connection(
-    start: Start,
-) -> None:
+def test_a_connection_error_at_power_on_may_come_from_the_cable(start: Start) -> None:
     """The cable is out, or the address is wrong: alarm 12.551.
 
     Source: manual chapter 1, 5, 3; chapter 4, 4
@@ -215,9 +207,7 @@ def test_a_connection_error_at_power_on_may_come_from_a_faulty_master() -> None:
     assert master.on("SO00")
 
 
-def test_without_a_connection_at_power_on_communication_with_the_host_is_disabled(
-    start: Start,
-) -> None:
+def test_without_a_connection_at_power_on_communication_is_disabled(start: Start) -> None:
     """Source: manual chapter 1, 5, 3."""
     cell = _never_connected(start)
     assert _read_version(cell) == NO_LINK
@@ -238,9 +228,7 @@ def test_without_a_connection_at_power_on_si06_is_off_in_the_controller(start: S
     assert cell.robot.machine.stopped
 
 
-def test_without_a_connection_at_power_on_the_terminal_of_the_safety_connector_is_valid(
-    start: Start,
-) -> None:
+def test_without_a_connection_at_power_on_the_safety_connector_is_valid(start: Start) -> None:
     """Source: manual chapter 1, 5, 3."""
     cell = _never_connected(start)
     cell.cell.inject("emergency_stop")

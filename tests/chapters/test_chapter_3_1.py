@@ -85,9 +85,7 @@ def test_correctly_connected_the_leds_show_the_normal_state(start: Start) -> Non
     assert _leds(cell) == (Led.GREEN, Led.GREEN)
 
 
-def test_correctly_connected_both_stop_signals_are_valid_and_must_be_turned_on_by_the_host(
-    start: Start,
-) -> None:
+def test_correctly_connected_the_host_must_turn_both_stop_signals_on(start: Start) -> None:
     """As long as one of them is OFF the program does not start. Source: manual chapter 3, 1."""
     cell = start()
     cell["CellSafe"] = cell["StopReleased"] = False
@@ -103,9 +101,7 @@ def test_correctly_connected_both_stop_signals_are_valid_and_must_be_turned_on_b
     assert cell.execute("AutoStart") == 0
 
 
-def test_correctly_connected_the_terminal_of_the_safety_connector_is_always_valid(
-    start: Start,
-) -> None:
+def test_correctly_connected_the_safety_connector_is_always_valid(start: Start) -> None:
     """Source: manual chapter 3, 1."""
     cell = start().servo_on()
     cell.cell.inject("emergency_stop")
@@ -167,9 +163,7 @@ def test_the_leds_show_the_error_state_also_when_the_master_does_not_operate() -
     ]
 
 
-def test_incorrectly_connected_the_terminal_of_the_safety_connector_is_always_valid(
-    start: Start,
-) -> None:
+def test_incorrectly_connected_the_safety_connector_is_always_valid(start: Start) -> None:
     """Source: manual chapter 3, 1."""
     cell = start(size=256, plc_size=48)
     cell.run("500ms")

@@ -16,9 +16,7 @@ ABSOLUTE, INCREMENTAL = Axis(start=700), Axis(start=700, type="incremental")
 SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_method="mark")
 
 
-def test_si14_performs_the_return_to_origin_of_incremental_and_semi_absolute_axes(
-    start: Start,
-) -> None:
+def test_si14_returns_incremental_and_semi_absolute_axes(start: Start) -> None:
     """Absolute axes stay where they are. Source: manual chapter 5, 2, SI(14)."""
     cell = start(axes=(ABSOLUTE, INCREMENTAL, SEMI))
     cell.robot.origins[1:] = [False, False]
@@ -28,9 +26,7 @@ def test_si14_performs_the_return_to_origin_of_incremental_and_semi_absolute_axe
     assert cell.robot.positions[0] == 700
 
 
-def test_at_si14_off_to_on_incremental_axes_return_and_semi_absolute_axes_search(
-    start: Start,
-) -> None:
+def test_at_si14_incremental_axes_return_and_semi_absolute_axes_search(start: Start) -> None:
     """After the return-to-origin an axis stands at 0, after the search where it was.
 
     Source: manual chapter 5, 2, SI(14)
@@ -93,9 +89,7 @@ def test_with_abs_an_axis_with_the_mark_method_does_not_perform_the_return(start
     assert cell.robot.positions == [700, 0]
 
 
-def test_with_abs_nothing_is_executed_while_a_mark_axis_has_not_completed_its_return(
-    start: Start,
-) -> None:
+def test_with_abs_nothing_moves_while_a_mark_axis_is_not_complete(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(17), ABS."""
     cell = start(axes=(MARK, ABSOLUTE), di17_mode="ABS", origin_complete=False).servo_on()
     assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0x8010
@@ -139,9 +133,7 @@ def test_with_abs_org_and_mixed_axes_the_absolute_ones_go_before_the_others(star
     assert cell.robot.positions == [0, 700, 0]
 
 
-def test_si17_can_serve_as_absolute_reset_and_return_to_origin_of_older_robots(
-    start: Start,
-) -> None:
+def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
     """One input for all axes, as on a robot whose controller was replaced: ABS/ORG.
 
     Source: manual chapter 5, 2, SI(17), first note
@@ -160,9 +152,7 @@ def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(sta
     assert cell.robot.positions[0] == 0
 
 
-def test_with_mixed_axes_si17_for_absolute_and_si14_for_incremental_ones_is_recommended(
-    start: Start,
-) -> None:
+def test_with_mixed_axes_si17_and_si14_each_for_its_type_is_recommended(start: Start) -> None:
     """Then the absolute axes do not move with the others.
 
     Source: manual chapter 5, 2, SI(17), last note

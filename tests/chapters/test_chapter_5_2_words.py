@@ -80,9 +80,7 @@ def test_siw2_to_siw15_are_the_command_data_area_of_a_remote_command(start: Star
     assert images[-1][8:10] == b"\xdc\xfe"
 
 
-def test_sow0_and_sow1_are_dedicated_to_the_status_and_response_of_remote_commands(
-    start: Start,
-) -> None:
+def test_sow0_and_sow1_are_for_status_and_response_of_remote_commands(start: Start) -> None:
     """No robot program can write them. Source: manual chapter 5, 2, SOW(0) and SOW(1)."""
     cell = start().settle()
     for name in ("SOW(0)", "SOW(1)", "SOD(0)"):

@@ -17,9 +17,7 @@ Start = Callable[..., ChapterCell]
 EMERGENCY = "SO00 ON, SO02 OFF, SO03 ON"
 
 
-def test_the_controller_begins_its_operation_with_the_servos_off_after_power_on(
-    start: Start,
-) -> None:
+def test_the_controller_begins_with_the_servos_off_after_power_on(start: Start) -> None:
     """Source: manual chapter 5, 3.1."""
     cell = start(booted=False).settle()
     assert cell.is_on("SO01", "SO02", "SO04") == (True, False, True)
@@ -182,9 +180,7 @@ def test_from_the_emergency_stop_state_each_input_goes_off_after_its_output_is_c
 # 3.2 AUTO mode changeover, program reset and program execution
 
 
-def test_auto_mode_changeover_needs_the_auto_input_on_and_the_manual_lock_off(
-    start: Start,
-) -> None:
+def test_auto_mode_needs_the_auto_input_on_and_the_manual_lock_off(start: Start) -> None:
     """One of the two alone changes nothing; then SO(10) is ON.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
@@ -201,9 +197,7 @@ def test_auto_mode_changeover_needs_the_auto_input_on_and_the_manual_lock_off(
     assert cell["AutoMode.Valid"] is True
 
 
-def test_after_the_changeover_the_control_authority_of_the_programming_box_is_cancelled(
-    start: Start,
-) -> None:
+def test_after_the_changeover_the_programming_box_has_no_authority(start: Start) -> None:
     """Before that, the dedicated inputs start nothing, although SO(10) is ON.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
@@ -243,9 +237,7 @@ def test_program_execution(start: Start) -> None:
     assert cell.steps_of("AutoStart") == ["SI12 ON", "SO13 ON, SO14 OFF", "SI12 OFF"]
 
 
-def test_auto_start_input_goes_off_after_the_program_running_output_is_confirmed(
-    start: Start,
-) -> None:
+def test_auto_start_goes_off_after_the_running_output_is_confirmed(start: Start) -> None:
     """Source: manual chapter 5, 3.2 and 3.3, program execution process."""
     cell = start(program_start_delay=1000).servo_on()
     since = cell.from_now()
@@ -321,9 +313,7 @@ def test_the_program_also_stops_at_a_transition_to_emergency_stop(start: Start) 
     assert cell.steps(since) == ["SI00 OFF", f"{EMERGENCY}, SO13 OFF"]
 
 
-def test_after_an_emergency_stop_alarm_reset_and_servo_on_are_needed_to_execute_the_program_again(
-    start: Start,
-) -> None:
+def test_after_an_emergency_stop_a_program_needs_alarm_reset_and_servo_on(start: Start) -> None:
     """Source: manual chapter 5, 3.3, note."""
     cell = start().program()
     assert cell.execute("EmergencyStop") == 0

@@ -219,8 +219,7 @@ def test_a_serious_alarm_that_leaves_the_servos_on_keeps_everything_from_startin
     master.pulse("SI17")
     assert master.on("SO11")
     assert not master.robot.machine.origin_running
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
+    master.drop("SI06")
     master.pulse("SI12")
     assert not master.on("SO13")
     assert master.execute(0x0402)[:3] == (0x4000, 17, 5)

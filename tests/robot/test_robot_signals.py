@@ -49,8 +49,7 @@ def test_servo_on_from_emergency_stop_goes_over_the_alarm_reset() -> None:
     Source: manual chapter 5, 3.1, servo ON process from emergency stop status
     """
     master = servos_on()
-    master.turn_and_wait("SI00", False)
-    master.turn_and_wait("SI00", True)
+    master.drop("SI00")
     assert not master.on("SO00")
     assert master.on("SO03")
     master.pulse("SI01")
@@ -70,8 +69,7 @@ def test_an_emergency_stop_ends_a_servo_on_that_is_not_yet_answered() -> None:
     """
     master = powered_up(servo_on_delay=2000)
     master.pulse("SI01")
-    master.turn_and_wait("SI00", False)
-    master.turn_and_wait("SI00", True)
+    master.drop("SI00")
     master.pulse("SI16")
     assert not master.on("SO03")
     master.run(2000)
@@ -90,8 +88,7 @@ def test_the_alarm_reset_needs_a_released_emergency_stop(knob: bool, alarm: bool
 def test_servo_on_with_an_alarm_is_a_knob() -> None:
     """Rule: servo-needs-reset."""
     master = servos_on(servo_on_with_alarm=True)
-    master.turn_and_wait("SI00", False)
-    master.turn_and_wait("SI00", True)
+    master.drop("SI00")
     master.pulse("SI01")
     assert master.on("SO02")
 
@@ -110,8 +107,7 @@ def test_without_so04_the_servo_on_input_has_no_effect_whatever_the_knob() -> No
 
 
 def _turn_off(master: Master) -> None:
-    master.turn_and_wait("SI00", False)
-    master.turn_and_wait("SI00", True)
+    master.drop("SI00")
 
 
 def _lose_link(master: Master) -> None:

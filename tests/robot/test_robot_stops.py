@@ -252,8 +252,7 @@ def test_programs_and_the_mode(auto: bool, starts_in_manual: bool, stops_in_manu
         answer = master.execute(0x0402, 0)[:3]
         assert answer == ((0x0200, 0, 0) if starts_in_manual else (0x4000, 0, 20))
         assert master.on("SO13") is starts_in_manual
-        master.turn_and_wait("SI06", False)
-        master.turn_and_wait("SI06", True)
+        master.drop("SI06")
         master.pulse("SI12")
         assert master.on("SO13") is starts_in_manual
     master.turn_and_wait("SI06", False)
@@ -276,8 +275,7 @@ def test_started_after_a_stop_a_program_goes_on_or_begins_anew(anew: bool, line:
     master.si[34] = 1
     master.run(20)
     master.si[34] = 0
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
+    master.drop("SI06")
     master.pulse("SI12")
     assert master.on("SO13")
     assert master.robot.program.main.line == line

@@ -48,8 +48,7 @@ def test_so13_after_the_main_program(
     """Rule: tasks."""
     master = _running(**knobs)
     assert (master.on("SO13"), master.on("SO14")) == (True, False)
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert master.on("SO13") is shown
     assert _states(master) == states
 
@@ -57,11 +56,9 @@ def test_so13_after_the_main_program(
 def test_so13_goes_off_with_the_last_task() -> None:
     """Rule: tasks."""
     master = _running()
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert master.on("SO13")
-    master.si[34] |= 2
-    master.run(10)
+    master.general_on(21)
     assert not master.on("SO13")
     assert master.so[35] == 3
 
@@ -83,10 +80,8 @@ def test_a_stop_stops_all_tasks_and_a_start_lets_all_go_on() -> None:
 def test_a_start_continues_stopped_tasks_even_if_the_main_program_has_ended() -> None:
     """Rule: tasks."""
     master = _running()
-    master.si[34] |= 1
-    master.run(10)
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
+    master.general_on(20)
+    master.drop("SI06")
     master.pulse("SI12")
     assert _states(master) == ["ended", "running"]
 
@@ -114,8 +109,7 @@ def test_halt_ends_all_tasks() -> None:
     """Rule: tasks."""
     halting = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "HALT", "SO(20)=1"), loop=False)
     master = _started(halting, SECOND)
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert _states(master) == ["ended", "ended"]
     assert not master.on("SO13")
     assert master.so[34] == 0
@@ -138,8 +132,7 @@ def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> 
 def test_tasks_that_so13_does_not_show_are_stopped_and_are_not_reset_while_they_run() -> None:
     """Rule: tasks, program-stop, program-reset-running, stop-alarm."""
     master = _running(running_shows_all_tasks=False)
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert (master.on("SO13"), _states(master)) == (False, ["ended", "running"])
     master.pulse("SI15")
     assert (master.on("SO14"), _states(master)) == (False, ["ended", "running"])
@@ -160,16 +153,14 @@ HOLDER = RobotProgram(
 def test_a_suspended_task_goes_on_with_restart_only() -> None:
     """Neither a stop nor SI(12) changes it; a program reset does. Rule: tasks."""
     master = _started(HOLDER, SECOND)
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert _states(master) == ["running", "suspended"]
     master.turn_and_wait("SI06", False)
     assert _states(master) == ["stopped", "suspended"]
     master.turn_and_wait("SI06", True)
     master.pulse("SI12")
     assert _states(master) == ["running", "suspended"]
-    master.si[34] |= 2
-    master.run(10)
+    master.general_on(21)
     assert _states(master) == ["running", "ended"]
     master.turn_and_wait("SI06", False)
     master.pulse("SI15")
@@ -189,13 +180,11 @@ def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
     second = RobotProgram(steps=("WAIT SI(21)=1", "DELAY 10000"), loop=False)
     master = _started(first, second)
     task = master.robot.program.tasks[1]
-    master.si[34] |= 2
-    master.run(10)
+    master.general_on(21)
     assert task.line == 2
     if state != "running":
         task.pause(master.now_us, state)
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert master.so[34] == 1
     assert task.line == 2
     assert task.state == ("running" if state == "suspended" else state)
@@ -239,8 +228,7 @@ def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(s
     master = _running(running_shows_all_tasks=shown, program_reset_delay=500)
     master.run(500)
     master.pulse("SI12")
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert _states(master) == ["ended", "running"]
     master.pulse("SI15")
     master.si[34] |= 2
@@ -253,8 +241,7 @@ def test_halt_ends_suspended_tasks_too() -> None:
     """Rule: tasks."""
     first = RobotProgram(steps=("START 2", "WAIT SI(20)=1", "SUSPEND 2", "HALT"), loop=False)
     master = _started(first, SECOND)
-    master.si[34] |= 1
-    master.run(10)
+    master.general_on(20)
     assert _states(master) == ["ended", "ended"]
 
 

@@ -59,6 +59,16 @@ class Master:
         self.turn_and_wait(name, True, ms)
         self.turn_and_wait(name, False, ms)
 
+    def drop(self, name: str, ms: float = 150) -> None:
+        """OFF, then ON again, each for `ms`."""
+        self.turn_and_wait(name, False, ms)
+        self.turn_and_wait(name, True, ms)
+
+    def general_on(self, number: int) -> None:
+        """Turn one of SI(20) to SI(27) ON, and let two cycles pass."""
+        self.si[34] |= 1 << number - 20
+        self.run(10)
+
     def on(self, name: str) -> bool:
         """A dedicated output."""
         return bool((self.so[32] | self.so[33] << 8) & OUTPUTS[name])

@@ -175,8 +175,7 @@ def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -
     assert master.finish()[0] == 0x0200
     assert master.robot.positions[0] < 1000
     if stopped:
-        master.turn_and_wait("SI06", False)
-        master.turn_and_wait("SI06", True)
+        master.drop("SI06")
     master.send()
     master.run(5)
     here = master.robot.positions[0]

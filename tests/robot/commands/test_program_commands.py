@@ -234,12 +234,10 @@ def test_stopped_programs_go_on_and_ended_programs_stay_ended() -> None:
     master.si[34] = 1
     master.run(10)
     assert lines(master) == [1, 2, 0, 0, 0, 0, 0, 0]
-    master.turn_and_wait("SI06", False)
-    master.turn_and_wait("SI06", True)
+    master.drop("SI06")
     master.robot.write_port("SO3()", 0)
     master.execute(*telegram(EXECUTE, ALL))
-    master.si[34] |= 2
-    master.run(10)
+    master.general_on(21)
     assert master.so[35] == 0b1000
     master.si[34] = 0
     master.execute(*telegram(EXECUTE, ALL))

@@ -133,8 +133,7 @@ def test_definitions_and_validity_survive_a_power_cycle() -> None:
     master.execute(ENABLE, 0, 1)
     master.robot.inject("power_cycle")
     master.run(500)
-    master.turn_and_wait("SI00", False)
-    master.turn_and_wait("SI00", True)
+    master.drop("SI00")
     master.pulse("SI16")
     master.pulse("SI01")
     assert _word(master, 24) == 100

@@ -58,8 +58,7 @@ def _at_work(**config: Any) -> Master:
     master = _master(**config)
     for _ in range(2):
         master.pulse("SI01")
-        master.turn_and_wait("SI00", False)
-        master.turn_and_wait("SI00", True)
+        master.drop("SI00")
         master.pulse("SI16")
     master.pulse("SI01")
     master.execute(0x001, 4, 0, 100, 19)
