@@ -27,6 +27,7 @@ __all__ = [
     "info",
     "lines",
     "program_master",
+    "registered_master",
     "states",
     "telegram",
     "text_words",
@@ -46,6 +47,13 @@ def program_master(*programs: RobotProgram, **config: Any) -> Master:
     """A master, with SI(00) and SI(06) ON and these programs, else FIRST and SECOND."""
     master = Master(programs=programs or (FIRST, SECOND), **config)
     master.power_up()
+    return master
+
+
+def registered_master(task: int = 3, **config: Any) -> Master:
+    """Return a master with FIRST in task 1 and SECOND in another one."""
+    master = program_master(**config)
+    master.execute(*telegram(REGISTER, NUMBER, program=2, task=task, priority=32))
     return master
 
 
