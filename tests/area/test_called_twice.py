@@ -121,8 +121,7 @@ def test_reading_twice_is_noticed_and_the_first_reading_stands(
         assert plc["Robot.Connected"] is True
         assert plc["Robot.SO"] == before
     assert plc.words[0] == 0x0001
-    plc["ReadTwice"] = False
-    plc.scan()
+    plc.change("ReadTwice", to=False)
     assert (plc["ReadArea.Error"], plc["ReadArea.ErrorID"]) == (False, 0)
 
 
@@ -135,8 +134,7 @@ def test_of_an_illegal_area_that_is_read_again_the_illegal_offset_is_told(
     Source: docs/reference/errors.md.
     """
     plc = _bench(tmp_path, twin, m=-1)
-    plc["ReadTwice"] = True
-    plc.scan()
+    plc.change("ReadTwice", to=True)
     assert (plc["ReadArea.Error"], plc["ReadArea.ErrorID"]) == (True, 0x8031)
     assert plc["Robot.Connected"] is False
 
@@ -160,8 +158,7 @@ def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(
     Source: docs/reference/errors.md, 16#8001 and 16#8013.
     """
     plc = _bench(tmp_path, twin)
-    plc["First.Execute"] = True
-    plc.scan(2)
+    plc.change("First.Execute", to=True, scans=2)
     plc["ReadTwice"], plc["ConnectedAgain"] = True, False
     plc.scan()
     assert plc["First.ErrorID"] == 0x8001
@@ -175,8 +172,7 @@ def test_writing_twice_never_sends_data_and_code_in_one_scan(
     """Source: guide, chapter 2: the data before the command."""
     plc = _bench(tmp_path, twin, other=other)
     plc["First.Data"] = [0x1234] * 15
-    plc["WriteTwice"] = plc["First.Execute"] = True
-    plc.scan()
+    plc.change("WriteTwice", "First.Execute", to=True)
     assert plc.words == [0x0000] + [0x1234] * 15
     plc.scan()
     assert plc.words == [0x0001] + [0x1234] * 15
@@ -195,8 +191,7 @@ def test_writing_twice_keeps_the_interval_between_dedicated_inputs(
     changes: list[int] = []
     before = plc.image[32:34]
     for scan in range(200):
-        plc.outputs(SO02="SI01" in plc.inputs or bool(plc["ServoOn.Done"]))
-        plc.scan()
+        plc.outputs(SO02="SI01" in plc.inputs or bool(plc["ServoOn.Done"]), scans=1)
         if plc.image[32:34] != before:
             changes.append(scan)
         before = plc.image[32:34]
@@ -216,11 +211,9 @@ def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(
     plc = _bench(tmp_path, twin)
     assert plc.inputs == ["SI00", "SI06"]
     plc["WriteTwice"] = True
-    plc["EmergencyStopOkAgain"] = plc["StopOkAgain"] = False
-    plc.scan()
+    plc.change("EmergencyStopOkAgain", "StopOkAgain", to=False)
     assert plc.inputs == []
-    plc["WriteTwice"] = False
-    plc.scan(100)
+    plc.change("WriteTwice", to=False, scans=100)
     assert plc.inputs == []
     assert (plc["Robot.Inner.HoldEmergency"], plc["Robot.Inner.HoldStop"]) == (True, True)
 
@@ -243,8 +236,7 @@ def test_each_pin_of_a_second_writing_takes_its_own_input_away_wherever_the_area
     plc.scan_until(lambda: plc.inputs == ["SI00", "SI06"])
     plc["WriteTwice"], plc[f"{pin}Again"] = True, False
     plc["Robot.Inner.Applied"] = 0x8041
-    plc["Request"] = 0x8000
-    plc.scan()
+    plc.change("Request", to=0x8000)
     assert plc.inputs == sorted([stays, "SI17"])
     plc["WriteTwice"], plc["Request"] = False, 0
     plc.scan()
@@ -259,8 +251,7 @@ def test_a_second_area_gets_nothing_of_the_first(tmp_path: Path, twin: str) -> N
     """
     plc = _bench(tmp_path, twin, other=True, n=48)
     plc["WriteTwice"] = plc["First.Execute"] = True
-    plc["First.Data"] = [0x1234] * 15
-    plc.scan(30)
+    plc.change("First.Data", to=[0x1234] * 15, scans=30)
     assert plc.words[0] == 0x0001
     assert plc.image[48:] == bytes(512 - 48)
 
@@ -271,23 +262,19 @@ def test_without_reading_only_the_safety_inputs_can_be_taken_away(
 ) -> None:
     plc = _bench(tmp_path, twin, contract=False)
     plc["Read"] = False
-    plc["First.Execute"] = True
-    plc.scan(5)
+    plc.change("First.Execute", to=True, scans=5)
     assert plc["WriteArea.ErrorID"] == 0x8037
     assert (plc.words[0], plc.inputs) == (0, ["SI00", "SI06"])
     assert plc["First.ErrorID"] == 0x8017, "nor is it the scan of a block"
-    plc["Okay"] = False
-    plc.scan()
+    plc.change("Okay", to=False)
     assert plc.inputs == []
 
 
 @_TWINS
 def test_without_writing_the_blocks_end_and_reading_says_why(tmp_path: Path, twin: str) -> None:
     plc = _bench(tmp_path, twin)
-    plc["First.Execute"] = True
-    plc.scan()
-    plc["NoWrite"] = True
-    plc.scan(2)
+    plc.change("First.Execute", to=True)
+    plc.change("NoWrite", to=True, scans=2)
     assert plc["ReadArea.ErrorID"] == 0x8037
     assert plc["First.ErrorID"] == 0x8016
 
@@ -302,8 +289,7 @@ def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval(
     for scan in range(240):
         # every 7 scans the other instance writes, and the servos are asked for and not
         plc["NoWrite"] = plc["WriteTwice"] = (scan // 7) % 2 == 1
-        plc["ServoOn.Execute"] = scan % 40 < 20
-        plc.scan()
+        plc.change("ServoOn.Execute", to=scan % 40 < 20)
         if plc.image[32:34] != before:
             changes.append((scan, plc.image[32:34]))
         before = plc.image[32:34]
@@ -357,8 +343,7 @@ def test_no_start_goes_out_against_a_stop_that_is_asked_for(
         plc[pin] = on
         for _ in range(count):
             before = plc.inputs
-            plc["Request"] = request
-            plc.scan()
+            plc.change("Request", to=request)
             if bit in plc.inputs and bit not in before:
                 assert levels <= set(plc.inputs), plc.inputs
 

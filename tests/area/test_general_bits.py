@@ -128,8 +128,7 @@ def test_bits_of_an_illegal_area_are_refused(kind: str, offset: int, size: int, 
     plc.fill(0xA5)
     plc[f"Read{kind}.m"], plc[f"Read{kind}.Size"] = offset, size
     plc[f"Write{kind}.n"], plc[f"Write{kind}.Size"] = offset, size
-    plc["Writing"] = True
-    plc.scan()
+    plc.change("Writing", to=True)
     assert plc[f"Read{kind}.ErrorID"] == plc[f"Write{kind}.ErrorID"] == error
     assert plc[f"Read{kind}.Valid"] is False
     assert plc.image[47:] == bytes([0xA5] * 465)
@@ -138,8 +137,7 @@ def test_bits_of_an_illegal_area_are_refused(kind: str, offset: int, size: int, 
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
 def test_bits_at_an_odd_offset_are_refused_in_an_image_of_words_only(kind: str) -> None:
     plc = AreasBench(m=3, n=3, alike=False)
-    plc["Writing"] = True
-    plc.scan()
+    plc.change("Writing", to=True)
     for name in (f"Read{kind}", f"Write{kind}"):
         assert plc[f"{name}W.ErrorID"] == 0x8032
         assert plc[f"{name}.ErrorID"] == 0

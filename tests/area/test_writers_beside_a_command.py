@@ -90,8 +90,7 @@ def test_no_writing_block_changes_a_command_that_is_out(
                 assert plc.words[1:] == DATA, f"{pin} {number}, scan {scan}: data before the code"
         assert out >= 7
         assert plc["First.Done"]
-        plc["First.Execute"] = False
-        plc.scan(3)
+        plc.change("First.Execute", to=False, scans=3)
 
 
 @pytest.mark.parametrize("after", [False, True], ids=["before", "after"])
@@ -109,6 +108,5 @@ def test_between_commands_each_word_goes_out(
         plc["Writer.Number"], plc["Writer.Value"] = number, 0x1234
         plc.scan(2)
         assert plc.words[number] == 0x1234, f"SIW({number})"
-        plc["Writer.Value"] = 0
-        plc.scan(2)
+        plc.change("Writer.Value", to=0, scans=2)
         assert plc.words[number] == 0, f"SIW({number})"

@@ -233,14 +233,12 @@ def test_the_inputs_are_sampled_on_the_rising_edge(
         plc.scan_until(lambda: plc.words[0] != 0, most=3)
         _check(reading, first, plc.words)
         plc.set(reading.draw(chance))
-        plc.answer(0x0100)
-        plc.scan(2)
+        plc.answer(0x0100, scans=2)
         _check(reading, first, plc.words)
         plc.end()
         for illegal, _error in islice(reading.refused(chance), 1):
             plc.set(illegal)
-        plc.answer(0)
-        plc.scan(3)
+        plc.answer(0, scans=3)
         assert plc.shown == ["Done"]
         plc.finish()
 
@@ -255,16 +253,14 @@ def test_the_outputs_show_the_response(
         got = answered(block, chance)
         plc.send(pins)
         plc.set(reading.draw(chance))
-        plc.answer(0x0100, [0xFFFF] * 15)
-        plc.scan()
+        plc.answer(0x0100, [0xFFFF] * 15, scans=1)
         assert plc.shown == ["Busy", "Active"]
         _compare(plc, before)
         expected = shown(block, reading.fields(pins), got)
         plc.end(response=in_words(block, got, chance))
         assert plc.shown == ["Done"]
         _compare(plc, expected)
-        plc.answer(0, [0xFFFF] * 15)
-        plc.scan()
+        plc.answer(0, [0xFFFF] * 15, scans=1)
         plc.finish()
         assert plc.shown == []
         _compare(plc, expected)

@@ -71,8 +71,7 @@ def test_done_is_shown_for_one_scan_where_execute_has_fallen(name: str) -> None:
     plc = bench_of(name, "builtin")
     plc.send({})
     plc.set({"Execute": False})
-    plc.answer(0x0100)
-    plc.scan(2)
+    plc.answer(0x0100, scans=2)
     plc.end()
     assert plc.shown == ["Done"]
     plc.scan()

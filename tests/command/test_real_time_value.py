@@ -16,8 +16,7 @@ def _up(size: int = 256, m: int = 0) -> AreasBench:
 
 
 def _values(plc: AreasBench, word: int) -> tuple[object, object, object]:
-    plc["RealTimeValue.OutputWord"] = word
-    plc.scan()
+    plc.change("RealTimeValue.OutputWord", to=word)
     assert plc["RealTimeValue.Valid"]
     return tuple(plc[f"RealTimeValue.{pin}"] for pin in ("Unsigned", "Signed", "Long"))
 
@@ -73,8 +72,7 @@ def test_what_is_not_there_is_an_error_and_shows_zero(pins: dict[str, int], erro
 
 def test_without_a_connection_there_is_no_value() -> None:
     plc = _up()
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Connected", to=False)
     assert plc["RealTimeValue.ErrorID"] == 0x8001
 
 
@@ -82,6 +80,5 @@ def test_an_illegal_word_is_told_before_a_missing_connection() -> None:
     """It does not go away with the connection's return."""
     plc = _up()
     plc["Connected"] = False
-    plc["RealTimeValue.OutputWord"] = 128
-    plc.scan()
+    plc.change("RealTimeValue.OutputWord", to=128)
     assert plc["RealTimeValue.ErrorID"] == 0x8034

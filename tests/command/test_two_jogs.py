@@ -33,12 +33,9 @@ def test_a_jog_stops_at_once_whoever_is_called_before_or_after_it(jog: str) -> N
         file.write_text(_PROGRAM, encoding="utf-8")
         plc = PlcBench(program=file)
     plc.power_up()
-    plc[f"{jog}.Enable"] = True
-    plc.scan(3)
-    plc.answer(0x0100)
-    plc.scan(5)
+    plc.change(f"{jog}.Enable", to=True, scans=3)
+    plc.answer(0x0100, scans=5)
     assert plc.words[0] == 0x0020
     assert plc.inputs == ["SI00", "SI06"]
-    plc[f"{jog}.Enable"] = False
-    plc.scan()
+    plc.change(f"{jog}.Enable", to=False)
     assert plc.inputs == ["SI00"]

@@ -84,8 +84,7 @@ def test_a_jog_sends_the_words_of_the_example_and_reads_the_positions_beside_12_
     plc.set({**given_pins(name, example["given"]), **more, "Enable": True})
     plc.scan_until(lambda: plc.words[0] != 0)
     assert plc.words == _words(example["command"])
-    plc.answer(0x0100)
-    plc.scan()
+    plc.answer(0x0100, scans=1)
     plc.set({"Enable": False})
     plc.scan()
     assert plc.inputs == ["SI00"]

@@ -242,12 +242,10 @@ def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine
     assert (turn["Taken"], turn["Holder"], turn["Waiting"]) == (True, 0x1001, 2)
     assert not turn["Orphan"]
     plc.answer(0x0100)
-    plc["CallCommand"] = False
-    plc.scan(2)
+    plc.change("CallCommand", to=False, scans=2)
     assert plc["Channels.Command.Orphan"]
     assert plc["Channels.Command.Held"] == 40
-    plc.answer(0x0200)
-    plc.scan(2)
+    plc.answer(0x0200, scans=2)
     assert not plc["Channels.Command.Orphan"]
     assert plc["Channels.Command.Waiting"] == 1
     assert not plc["Channels.Sequence.Taken"]
@@ -263,12 +261,10 @@ def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_s
     """
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
     plc.power_up()
-    plc["ServoOn.Execute"] = True
-    plc.scan(14)
+    plc.change("ServoOn.Execute", to=True, scans=14)
     turn = plc["Channels.Sequence"]
     assert (turn["Taken"], turn["Holder"], turn["Waiting"]) == (True, 0x0001, 0)
-    plc.outputs(SO02=True)
-    plc.scan(16)
+    plc.outputs(SO02=True, scans=16)
     rows = [(row["Kind"], row["Number"], row["Result"]) for row in plc["Recorder.Rows"]]
     assert rows[:3] == [("LOG_INPUT", 1, 0), ("LOG_OUTPUT", 2, 1), ("LOG_INPUT", 1, 1)]
     assert not plc["Channels.Sequence.Taken"]
@@ -287,15 +283,12 @@ def test_a_command_that_ends_abnormally_is_in_the_log_with_the_error_of_its_bloc
     plc.power_up()
     plc["Command.Code"] = 0x1001
     plc["Command.Data"] = [4, 0, 50, 19, *[0] * 11]
-    plc["Command.Execute"] = True
-    plc.scan(2)
+    plc.change("Command.Execute", to=True, scans=2)
     assert plc.words[0] == 0x1001
     assert (plc["Recorder.Code"], plc["Recorder.Running"]) == (0x1001, 0)
-    plc.answer(0x0100)
-    plc.scan(5)
+    plc.answer(0x0100, scans=5)
     assert plc["Recorder.Running"] == 50
-    plc.answer(0x4000, [2, 334])
-    plc.scan()
+    plc.answer(0x4000, [2, 334], scans=1)
     command, error = plc["Recorder.Rows"][1], plc["Recorder.Rows"][0]
     assert (command["Number"], command["Result"]) == (0x1001, 0x4000)
     assert (command["Group"], command["Category"], command["Duration"]) == (2, 334, 60)

@@ -17,8 +17,7 @@ def _stepwise() -> OperatorBench:
 
 
 def _stopped_without_the_hmi(plc: OperatorBench) -> bool:
-    plc["Operator.HmiOk"] = False
-    plc.scan(2)
+    plc.change("Operator.HmiOk", to=False, scans=2)
     return "SI06" not in plc.inputs
 
 
@@ -48,13 +47,11 @@ def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
     plc.hold = _KEYS[key]
     plc.press(key, scans=20)
     plc["Other.Code"], plc["Other.Execute"] = then, then > 0
-    plc["Call"] = False
-    plc.scan(3)
+    plc.change("Call", to=False, scans=3)
     plc.hold = then
     plc.scan(20)
     assert plc.words[0] == then
-    plc["Call"] = True
-    plc.scan(2)
+    plc.change("Call", to=True, scans=2)
     assert not _stopped_without_the_hmi(plc)
 
 
@@ -66,8 +63,7 @@ def test_of_a_step_that_comes_too_late_only_that_is_told() -> None:
     told = set()
     for scans in range(95, 99):
         plc = _stepwise()
-        plc.key("JogPlus")
-        plc.scan(3)
+        plc.key("JogPlus", scans=3)
         plc.hold = plc["Other.Code"] = _READ
         plc["Third.Code"], plc["Other.Execute"] = _SPEED, True
         plc.scan(20)

@@ -25,14 +25,12 @@ def test_an_axis_moves_while_the_key_is_held(engine: str) -> None:
     Source: guide 4.2.14 (16#0038, speed in the third word), 4.2.6 (16#0020, axis bits, bit 7 = -).
     """
     plc = OperatorBench(engine)
-    plc.key("JogPlus")
-    plc.scan(10)
+    plc.key("JogPlus", scans=10)
     assert [words[:3] for words in plc.sent] == [[_SPEED, 0, 10], [0x0020, 0, 0x0001]]
     assert "Moving" in plc.lamps()
     plc.scan(50)
     assert "SI06" in plc.inputs
-    plc.key("JogPlus", False)
-    plc.scan()
+    plc.key("JogPlus", False, scans=1)
     assert "SI06" not in plc.inputs
     assert "Moving" not in plc.lamps()
     assert plc["Operator.Busy"]
@@ -57,8 +55,7 @@ def test_axis_frame_robot_and_speed_are_selected(
     """Source: guide 4.2.6: 16#0020 pulses, 16#0021 Cartesian, 16#0022 tool; robot in bits 12 up."""
     plc = OperatorBench()
     plc.set(**selections)
-    plc.key("JogMinus")
-    plc.scan(10)
+    plc.key("JogMinus", scans=10)
     speed, jog = plc.sent
     assert speed[:3] == [_SPEED | code & 0xF000, 0, selections["Percent"]]
     assert (jog[0], jog[2]) == (code, data)
@@ -72,18 +69,15 @@ def test_stepwise_one_press_is_one_step_however_long_it_is_held(
     """Source: guide 4.2.8 (16#0027, amount in the third word), 4.2.7 (16#0024)."""
     plc = OperatorBench(engine)
     plc.set(Stepwise=True, Axis=2, Amount=amount)
-    plc.key("JogMinus")
-    plc.scan(60)
+    plc.key("JogMinus", scans=60)
     assert [words[:3] for words in plc.sent[:3]] == [
         [_SPEED, 0, 10],
         [_AMOUNT, 0, sent],
         [_STEP, 0, 0x0082],
     ]
     assert plc.codes[3:] == [_POSITION]
-    plc.key("JogMinus", False)
-    plc.scan()
-    plc.press("JogMinus")
-    plc.scan(60)
+    plc.key("JogMinus", False, scans=1)
+    plc.press("JogMinus", then=60)
     assert plc.codes[4:] == [_SPEED, _AMOUNT, _STEP, _POSITION], "a short press, too"
     plc.scan(150)
     assert not plc["Operator.Error"], "nothing is late once the step is done"
@@ -93,10 +87,8 @@ def test_the_selections_count_as_they_stood_at_the_press() -> None:
     """Source: FB_RcxPanelJog."""
     plc = OperatorBench()
     plc.set(Axis=2)
-    plc.key("JogPlus")
-    plc.scan()
-    plc.set(Axis=3, Percent=90, Stepwise=True, Frame="JOG_TOOL", RobotNumber=2)
-    plc.scan(10)
+    plc.key("JogPlus", scans=1)
+    plc.set(Axis=3, Percent=90, Stepwise=True, Frame="JOG_TOOL", RobotNumber=2, scans=10)
     assert [words[:3] for words in plc.sent] == [[_SPEED, 0, 10], [0x0020, 0, 0x0002]]
 
 
@@ -107,8 +99,7 @@ def test_a_key_that_is_released_before_the_axis_moves_moves_nothing_any_more(sca
     Source: FB_Jog; hold to run.
     """
     plc = OperatorBench()
-    plc.press("JogPlus", scans=scans)
-    plc.scan()
+    plc.press("JogPlus", scans=scans, then=1)
     assert 0x0020 not in plc.codes or "SI06" not in plc.inputs
     plc.scan(60)
     assert not plc["Operator.Busy"]
@@ -120,19 +111,15 @@ def test_the_other_key_stops_the_axis_and_moves_nothing() -> None:
     """Source: FB_RcxPanelKeys: both jog keys are none."""
     plc = OperatorBench()
     _jogging(plc)
-    plc.key("JogMinus")
-    plc.scan()
+    plc.key("JogMinus", scans=1)
     assert "SI06" not in plc.inputs
     assert plc.message == 0x8073
-    plc.key("JogPlus", False)
-    plc.scan(80)
+    plc.key("JogPlus", False, scans=80)
     assert plc.codes == [_SPEED, 0x0020, _POSITION], "the key that is left was pressed too early"
-    plc.key("JogPlus")
-    plc.scan(2)
+    plc.key("JogPlus", scans=2)
     assert plc.message == 0x8073
     plc.scan(40)
-    plc.key("JogMinus", False)
-    plc.scan(80)
+    plc.key("JogMinus", False, scans=80)
     assert plc.codes == [_SPEED, 0x0020, _POSITION]
 
 
@@ -141,8 +128,7 @@ def test_one_key_after_the_other_within_a_scan_turns_the_axis_round_after_its_st
     plc = OperatorBench()
     _jogging(plc)
     plc.key("JogPlus", False)
-    plc.key("JogMinus")
-    plc.scan()
+    plc.key("JogMinus", scans=1)
     assert "SI06" not in plc.inputs
     assert "Moving" not in plc.lamps()
     plc.scan(60)
@@ -155,15 +141,11 @@ def test_a_key_pressed_while_the_axis_comes_to_rest_moves_it_afterwards_if_still
     """Source: FB_RcxPanelJog."""
     plc = OperatorBench()
     _jogging(plc)
-    plc.key("JogPlus", False)
-    plc.scan(3)
-    plc.key("JogMinus")
-    plc.scan(60)
+    plc.key("JogPlus", False, scans=3)
+    plc.key("JogMinus", scans=60)
     assert [words[2] for words in plc.sent if words[0] == 0x0020] == [0x0001, 0x0081]
-    plc.key("JogMinus", False)
-    plc.scan(3)
-    plc.press("JogPlus", scans=3)
-    plc.scan(60)
+    plc.key("JogMinus", False, scans=3)
+    plc.press("JogPlus", scans=3, then=60)
     assert plc.codes.count(0x0020) == 2
     assert not plc["Operator.Busy"]
 
@@ -195,11 +177,9 @@ def test_what_stops_a_jog_needs_a_new_press_afterwards(hindrance: str) -> None:
     happen(False)
     plc.scan(80)
     assert plc.codes.count(0x0020) == 1
-    plc.press("Reset")
-    plc.scan(5)
+    plc.press("Reset", then=5)
     assert plc.message == 0
-    plc.key("JogPlus", False)
-    plc.scan(2)
+    plc.key("JogPlus", False, scans=2)
     _jogging(plc)
     assert plc.codes.count(0x0020) == 2
 
@@ -208,12 +188,10 @@ def test_the_mode_selector_waits_for_the_end_of_a_jog() -> None:
     """Source: RCX_PANEL.Automatic: it counts while nothing is at work."""
     plc = OperatorBench()
     _jogging(plc)
-    plc.set(Automatic=True)
-    plc.scan(10)
+    plc.set(Automatic=True, scans=10)
     assert "Moving" in plc.lamps()
     assert plc["Panel.Mode"] == "PANEL_MANUAL"
-    plc.key("JogPlus", False)
-    plc.scan(60)
+    plc.key("JogPlus", False, scans=60)
     assert plc["Panel.Mode"] == "PANEL_AUTOMATIC"
 
 
@@ -221,15 +199,12 @@ def test_stop_stops_a_jog() -> None:
     """Source: manual chapter 5, 2, SI(06)."""
     plc = OperatorBench()
     _jogging(plc)
-    plc.key("Stop")
-    plc.scan()
+    plc.key("Stop", scans=1)
     assert "SI06" not in plc.inputs
     plc.scan(10)
-    plc.key("Stop", False)
-    plc.scan(40)
+    plc.key("Stop", False, scans=40)
     assert "Moving" not in plc.lamps()
-    plc.press("Reset")
-    plc.scan(60)
+    plc.press("Reset", then=60)
     assert plc.codes.count(0x0020) == 1, "the key is still held"
 
 
@@ -267,8 +242,7 @@ def test_a_selection_that_is_not_legal_is_told(selection: dict[str, int], error:
     """Source: guide 4.2.6, 4.2.14."""
     plc = OperatorBench()
     plc.set(**selection)
-    plc.key("JogPlus")
-    plc.scan(20)
+    plc.key("JogPlus", scans=20)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (error, True)
     assert not {0x0020, 0x0038} & {*plc.codes}, "nothing is set in the controller either"
 
@@ -283,16 +257,13 @@ def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
     """Without Stepwise the amount does not count. Source: guide 4.2.8 and 4.2.14."""
     plc = OperatorBench()
     plc.set(Stepwise=True, **selection)
-    plc.key("JogMinus")
-    plc.scan(20)
+    plc.key("JogMinus", scans=20)
     assert plc.message == error
     assert not {0x0024, 0x0027, 0x0038} & {*plc.codes}
-    plc.key("JogMinus", False)
-    plc.scan(5)
+    plc.key("JogMinus", False, scans=5)
     before = len(plc.codes)
     plc.set(Stepwise="Amount" not in selection, Axis=6)
-    plc.key("JogMinus")
-    plc.scan(20)
+    plc.key("JogMinus", scans=20)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0, False)
     assert {0x0020, 0x0024} & {*plc.codes[before:]}
 
@@ -323,8 +294,7 @@ def test_a_step_that_takes_long_is_not_too_late() -> None:
     plc = OperatorBench()
     plc.set(Stepwise=True)
     plc.hold = _STEP
-    plc.press("JogPlus")
-    plc.scan(300)
+    plc.press("JogPlus", then=300)
     assert "Moving" in plc.lamps()
     assert plc.message == 0
     plc.hold = 0
@@ -343,8 +313,7 @@ def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis()
         _jogging(plc, first)
         plc.key(first, False)
         plc.key(second)
-        plc.key("Teach")
-        plc.scan()
+        plc.key("Teach", scans=1)
         assert "SI06" not in plc.inputs
         plc.scan(60)
         assert plc.codes == [_SPEED, 0x0020, _POSITION]
@@ -363,19 +332,16 @@ def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bo
     plc.press("JogPlus")
     plc.scan_until(lambda: hold in plc.codes)
     plc.scan(5)
-    plc.outputs(SO13=True)
-    plc.scan(2)
+    plc.outputs(SO13=True, scans=2)
     assert plc["Operator.Busy"]
-    plc.outputs(SO13=False)
-    plc.scan(2)
+    plc.outputs(SO13=False, scans=2)
     if not again:
         plc.hold = 0
         plc.scan(40)
         assert plc.codes[plc.codes.index(hold) + 1 :] == [_POSITION]
         return
     plc.set(Stepwise=False, Axis=2, Percent=55)
-    plc.key("JogMinus")
-    plc.scan(20)
+    plc.key("JogMinus", scans=20)
     assert plc.codes[-1] == hold
     plc.hold = 0
     plc.scan(20)
@@ -392,19 +358,16 @@ def test_a_jog_ends_with_the_hmis_connection_and_needs_a_new_press(engine: str, 
     """
     plc = OperatorBench(engine)
     _jogging(plc, key)
-    plc["Operator.HmiOk"] = False
-    plc.scan()
+    plc.change("Operator.HmiOk", to=False)
     assert "SI06" not in plc.inputs
     assert "Moving" not in plc.lamps()
     plc.scan(80)
     assert plc.message == 0x8001
-    plc["Operator.HmiOk"] = True
-    plc.scan()
+    plc.change("Operator.HmiOk", to=True)
     assert plc.message == 0x8074
     plc.scan(80)
     assert plc.codes.count(0x0020) == 1
-    plc.key(key, False)
-    plc.scan()
+    plc.key(key, False, scans=1)
     _jogging(plc, key)
     assert plc.codes.count(0x0020) == 2
 
@@ -414,11 +377,9 @@ def test_a_step_that_has_not_begun_is_withdrawn_with_the_hmis_connection(scans: 
     """Source: FB_Operator, HmiOk."""
     plc = OperatorBench()
     plc.set(Stepwise=True)
-    plc.key("JogPlus")
-    plc.scan(scans)
+    plc.key("JogPlus", scans=scans)
     assert _STEP not in plc.codes
-    plc["Operator.HmiOk"] = False
-    plc.scan(80)
+    plc.change("Operator.HmiOk", to=False, scans=80)
     assert _STEP not in plc.codes
     assert not plc["Operator.Busy"]
 
@@ -434,10 +395,8 @@ def test_a_key_that_is_pressed_and_released_while_a_command_is_out_sends_nothing
     plc.hold = hold
     plc.press("JogPlus")
     plc.scan_until(lambda: hold in plc.codes)
-    plc.outputs(SO13=True)
-    plc.scan(2)
-    plc.outputs(SO13=False)
-    plc.scan(2)
+    plc.outputs(SO13=True, scans=2)
+    plc.outputs(SO13=False, scans=2)
     plc.set(Stepwise=False)
     plc.press("JogMinus", scans=3)
     plc.hold = 0
@@ -450,8 +409,7 @@ def test_a_key_that_is_released_while_the_speed_is_set_moves_nothing() -> None:
     """Source: FB_RcxPanelJog; hold to run."""
     plc = OperatorBench()
     plc.hold = _SPEED
-    plc.press("JogPlus", scans=5)
-    plc.scan(5)
+    plc.press("JogPlus", scans=5, then=5)
     plc.hold = 0
     plc.scan(40)
     assert plc.codes == [_SPEED, _POSITION]
@@ -507,8 +465,7 @@ def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
     plc = OperatorBench()
     plc.set(Stepwise=stepwise)
     for key in ("JogMinus", "JogPlus", "JogMinus"):
-        plc.press(key, scans=20)
-        plc.scan(60)
+        plc.press(key, scans=20, then=60)
     code = _STEP if stepwise else 0x0020
     sent = [words[2] for words in plc.sent if words[0] == code]
     assert sent == [0x0081, 0x0001, 0x0081]
@@ -547,8 +504,7 @@ def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
     """
     plc = OperatorBench()
     plc.set(Stepwise=stepwise)
-    plc.key("JogPlus")
-    plc.scan()
+    plc.key("JogPlus", scans=1)
     plc["Other.Code"], plc["Other.Execute"] = code, True
     plc.scan(20)
     assert plc.codes[:2] == [0x038, code]
@@ -556,10 +512,8 @@ def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
     assert moved is not harm
     assert (plc.message == 0x805D) is harm
     plc["Other.Execute"] = False
-    plc.key("JogPlus", False)
-    plc.scan(40)
-    plc.key("JogPlus")
-    plc.scan(20)
+    plc.key("JogPlus", False, scans=40)
+    plc.key("JogPlus", scans=20)
     assert {0x020, 0x024} & set(plc.codes), "the next press counts"
 
 
@@ -575,11 +529,8 @@ def test_without_the_hmi_a_step_is_stopped_that_a_missed_call_has_left_alone(
     plc.key(key)
     plc.scan_until(lambda: plc.codes[-1:] == [code])
     plc.scan(3)
-    plc["Call"] = not missed
-    plc.scan()
-    plc["Call"] = True
-    plc.scan(3)
+    plc.change("Call", to=not missed)
+    plc.change("Call", to=True, scans=3)
     assert "SI06" in plc.inputs
-    plc["Operator.HmiOk"] = False
-    plc.scan(2)
+    plc.change("Operator.HmiOk", to=False, scans=2)
     assert "SI06" not in plc.inputs

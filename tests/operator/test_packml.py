@@ -123,8 +123,7 @@ def test_a_state_that_is_done_leads_on_and_a_waiting_state_waits(engine: str) ->
         plc.put(state)
         assert plc["PackMl.StateCurrent"] == number
         assert plc["PackMl.Acting"] is (state in _DONE)
-        plc["PackMl.StateComplete"] = True
-        plc.scan()
+        plc.change("PackMl.StateComplete", to=True)
         assert plc.state == _DONE.get(state, state)
         assert plc["PackMl.StateCurrent"] == _NUMBERS[plc.state]
 
@@ -146,11 +145,9 @@ def test_a_request_counts_at_its_rising_edge_and_clears_the_last_refusal() -> No
     plc.put("STOPPED")
     plc.command("START")
     assert plc["PackMl.ErrorID"] == 0x8077
-    plc["PackMl.CntrlCmd"] = "PACKML_CMD_RESET"
-    plc.scan(3)
+    plc.change("PackMl.CntrlCmd", to="PACKML_CMD_RESET", scans=3)
     assert (plc.state, plc["PackMl.ErrorID"]) == ("STOPPED", 0x8077), "no edge"
-    plc["PackMl.CmdChangeRequest"] = False
-    plc.scan()
+    plc.change("PackMl.CmdChangeRequest", to=False)
     plc.command("RESET")
     assert (plc.state, plc["PackMl.ErrorID"]) == ("RESETTING", 0)
 
@@ -213,28 +210,23 @@ def test_clearing_ends_stopped_only_once_the_fault_has_gone() -> None:
     """Source: PackML: the faults are cleared in Clearing."""
     plc = _Bench()
     plc.put("EXECUTE")
-    plc.outputs(SO03=True)
-    plc.scan()
+    plc.outputs(SO03=True, scans=1)
     assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8004)
     plc.outputs(SO00=True)
-    plc["PackMl.StateComplete"] = True
-    plc.scan()
+    plc.change("PackMl.StateComplete", to=True)
     assert plc.state == "ABORTED"
     plc["PackMl.StateComplete"] = False
     plc.command("CLEAR")
     plc.scan(5)
     assert (plc.state, plc["PackMl.AbortID"]) == ("CLEARING", 0x8004)
-    plc["PackMl.StateComplete"] = True
-    plc.scan()
+    plc.change("PackMl.StateComplete", to=True)
     assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8003), "still there"
     plc.scan()
     assert plc.state == "ABORTED"
     plc["PackMl.CmdChangeRequest"] = plc["PackMl.StateComplete"] = False
-    plc.outputs(SO00=False, SO03=False)
-    plc.scan()
+    plc.outputs(SO00=False, SO03=False, scans=1)
     plc.command("CLEAR")
-    plc["PackMl.StateComplete"] = True
-    plc.scan()
+    plc.change("PackMl.StateComplete", to=True)
     assert (plc.state, plc["PackMl.AbortID"]) == ("STOPPED", 0)
 
 
@@ -252,11 +244,9 @@ def test_the_unit_mode_changes_at_rest_only(state: str) -> None:
     for mode, number in (("MAINTENANCE", 2), ("MANUAL", 3), ("PRODUCTION", 1)):
         before = plc["PackMl.Mode"]
         plc.put(state)
-        plc["PackMl.UnitMode"] = f"PACKML_MODE_{mode}"
-        plc.scan()
+        plc.change("PackMl.UnitMode", to=f"PACKML_MODE_{mode}")
         assert plc["PackMl.Mode"] == before, "not asked for"
-        plc["PackMl.UnitModeChangeRequest"] = True
-        plc.scan()
+        plc.change("PackMl.UnitModeChangeRequest", to=True)
         if state in ("STOPPED", "IDLE", "ABORTED"):
             assert plc["PackMl.Mode"] == f"PACKML_MODE_{mode}"
             assert (plc["PackMl.UnitModeCurrent"], plc["PackMl.ErrorID"]) == (number, 0)
@@ -267,8 +257,7 @@ def test_the_unit_mode_changes_at_rest_only(state: str) -> None:
 def test_an_invalid_unit_mode_is_refused() -> None:
     plc = _Bench()
     plc.put("IDLE")
-    plc["PackMl.UnitModeChangeRequest"] = True
-    plc.scan()
+    plc.change("PackMl.UnitModeChangeRequest", to=True)
     assert (plc["PackMl.Mode"], plc["PackMl.ErrorID"]) == ("PACKML_MODE_PRODUCTION", 0x8077)
 
 
@@ -288,11 +277,9 @@ def test_a_mode_that_is_taken_clears_the_refusal_of_a_command() -> None:
     plc.command("HOLD")
     assert plc["PackMl.ErrorID"] == 0x8077
     plc["PackMl.CmdChangeRequest"] = False
-    plc["PackMl.UnitMode"] = "PACKML_MODE_MANUAL"
-    plc.scan()
+    plc.change("PackMl.UnitMode", to="PACKML_MODE_MANUAL")
     assert plc["PackMl.ErrorID"] == 0x8077, "nothing was asked for"
-    plc["PackMl.UnitModeChangeRequest"] = True
-    plc.scan()
+    plc.change("PackMl.UnitModeChangeRequest", to=True)
     assert (plc["PackMl.ErrorID"], plc["PackMl.Error"]) == (0, False)
     assert (plc["PackMl.Mode"], plc["PackMl.UnitModeCurrent"]) == ("PACKML_MODE_MANUAL", 3)
 

@@ -187,8 +187,7 @@ def test_the_alarm_is_shown_as_long_as_the_error(plc: PointsBench) -> None:
     for _ in range(3):
         assert (plc["Backup.AlarmGroup"], plc["Backup.AlarmCategory"]) == (6, 255)
         plc.scan()
-    plc["Backup.Execute"] = False
-    plc.scan()
+    plc.change("Backup.Execute", to=False)
     assert (plc["Backup.Error"], plc["Backup.AlarmGroup"], plc["Backup.AlarmCategory"]) == (
         *(False, 0, 0),
     )
@@ -311,8 +310,7 @@ def test_a_refused_start_leaves_the_record_that_was_begun(plc: PointsBench) -> N
 def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     """Source: PLCopen, edge-triggered blocks."""
     plc["Backup.First"], plc["Backup.Count"] = 20, 2
-    plc["Backup.Execute"] = True
-    plc.scan()
+    plc.change("Backup.Execute", to=True)
     others: dict[str, Any] = {
         "First": 0,
         "Count": 9,
@@ -322,8 +320,7 @@ def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     }
     for name, value in others.items():
         plc[f"Backup.{name}"] = value
-    plc["Backup.Execute"] = False
-    plc.scan()
+    plc.change("Backup.Execute", to=False)
     plc["Backup.Execute"] = True  # an edge while it is Busy
     plc.scan_until(lambda: not plc["Backup.Busy"])
     assert plc["Backup.Done"] is True
@@ -338,10 +335,8 @@ def test_a_pulse_of_execute_is_enough_and_the_first_command_goes_out_at_once(
     Source: PLCopen, edge-triggered blocks; guide chapter 2
     """
     plc["Backup.Count"] = 3
-    plc["Backup.Execute"] = True
-    plc.scan()
-    plc["Backup.Execute"] = False
-    plc.scan()
+    plc.change("Backup.Execute", to=True)
+    plc.change("Backup.Execute", to=False)
     assert plc.sent == [[0x101, *[0] * 15]]
     assert plc["Backup.Active"] is True
     taken = 0
@@ -371,16 +366,14 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
     """Source: manual chapter 1, 5.2."""
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Row"] == 3)
-    plc["Connected"] = False
-    plc.scan(3)
+    plc.change("Connected", to=False, scans=3)
     assert plc["Backup.ErrorID"] == 0x8001
     plc["Connected"] = True
     asked = len(plc.sent)
     plc.scan(60)
     assert plc["Backup.ErrorID"] == 0x8001
     assert len(plc.sent) == asked
-    plc["Backup.Execute"] = False
-    plc.scan(2)
+    plc.change("Backup.Execute", to=False, scans=2)
     assert plc.run("Backup", Resume=True) == 0
     assert [words[2] for words in plc.sent[asked:]] == list(range(3, 100))
 
@@ -408,10 +401,8 @@ def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBe
     """The next row is not asked for, though the link is there again."""
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: bool(plc["Backup.Taken"]))
-    plc["Connected"] = False
-    plc.scan()
-    plc["Connected"] = True
-    plc.scan(20)
+    plc.change("Connected", to=False)
+    plc.change("Connected", to=True, scans=20)
     assert plc["Backup.ErrorID"] == 0x8001
     assert [words[2] for words in plc.sent] == [0]
 
@@ -447,14 +438,11 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, between: bool) -> None:
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
     asked = len(plc.sent)
-    plc["CallBackup"] = False
-    plc.scan()
-    plc["CallBackup"] = True
-    plc.scan(10)
+    plc.change("CallBackup", to=False)
+    plc.change("CallBackup", to=True, scans=10)
     assert plc["Backup.ErrorID"] == 0x8013
     assert len(plc.sent) <= asked + (not between)
-    plc["Backup.Execute"] = False
-    plc.scan(10)
+    plc.change("Backup.Execute", to=False, scans=10)
     assert plc.run("Backup", Count=2) == 0
 
 
@@ -463,16 +451,14 @@ def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, between: bool) -> Non
     """Source: docs/explanation/scan-model.md, one scan."""
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
-    plc["CallTwice"] = True
-    plc.scan()
+    plc.change("CallTwice", to=True)
     assert plc["Backup.ErrorID"] == 0x8016
     plc["CallTwice"] = False
     asked = len(plc.sent)
     plc.scan(10)
     assert len(plc.sent) <= asked + 1
     assert plc["Backup.ErrorID"] == 0x8016
-    plc["Backup.Execute"] = False
-    plc.scan(10)
+    plc.change("Backup.Execute", to=False, scans=10)
     assert plc.run("Backup", Count=2) == 0
 
 

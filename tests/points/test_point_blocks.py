@@ -25,8 +25,7 @@ def test_a_link_that_is_there_in_the_scan_after_the_edge_was_in_time(
 ) -> None:
     """Source: the head of FB_RcxJob: it ends at the earliest in the call after the first one."""
     plc["Connected"] = False
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     plc["Connected"] = True
     plc.scan_until(lambda: not plc[f"{block}.Busy"])
     assert plc[f"{block}.ErrorID"] == 0
@@ -63,8 +62,7 @@ def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(
 ) -> None:
     """Source: PLCopen, edge-triggered blocks."""
     plc.refuses[11] = (12, 76)
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     plc[f"{block}.Execute"] = False
     plc.scan_until(lambda: bool(plc[f"{block}.Error"]))
     assert (plc[f"{block}.ErrorID"], plc[f"{block}.AlarmGroup"]) == (0x8020, 12)
@@ -85,8 +83,7 @@ def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
     plc.refuses[11] = (12, 76)
     plc.silent = not answered
     plc[f"{block}.Timeout"] = "T#200ms"
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     plc[f"{block}.Execute"] = False
     plc.scan_until(lambda: bool(plc[f"{block}.Error"]))
     assert plc[f"{block}.ErrorID"] == (0x8020 if answered else 0x8011)

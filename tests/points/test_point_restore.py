@@ -141,8 +141,7 @@ def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: Po
     plc["Restore.FirstRow"] = 2
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: plc["Restore.Row"] == 7)
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Connected", to=False)
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
     assert plc["Restore.Number"] == 11, "row 1 is point 10"
 
@@ -155,8 +154,7 @@ def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
     record(plc, count=9)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: plc["Restore.Row"] == row)
-    plc.outputs(SO01=False)
-    plc.scan()
+    plc.outputs(SO01=False, scans=1)
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8002, 1)
     assert plc["Restore.Number"] == 10
 
@@ -240,8 +238,7 @@ def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: bool(plc["Restore.Done"]))
     assert (plc["Restore.Row"], plc["Restore.Number"]) == (1, 10)
-    plc["Restore.Execute"] = False
-    plc.scan(3)
+    plc.change("Restore.Execute", to=False, scans=3)
     assert plc["Restore.Row"] == 1
     plc.stored.clear()
     plc.sent.clear()
@@ -265,8 +262,7 @@ def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
             named.append((plc["Restore.LastDifferent"], plc["Restore.Differences"]))
     assert named == [(11, 1), (12, 2), (13, 3)]
     assert plc["Restore.Done"] is True
-    plc["Restore.Execute"] = False
-    plc.scan(3)
+    plc.change("Restore.Execute", to=False, scans=3)
     # and a comparison of what is equal again begins from nothing
     assert plc.run("Restore", CompareOnly=False) == 0
     assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (0, -1)
@@ -314,14 +310,11 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
     record(plc)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: len(plc.sent) == 2)
-    plc["Connected"] = False
-    plc.scan(3)
+    plc.change("Connected", to=False, scans=3)
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
-    plc["Connected"] = True
-    plc.scan(60)
+    plc.change("Connected", to=True, scans=60)
     assert len(plc.sent) == 2
-    plc["Restore.Execute"] = False
-    plc.scan(2)
+    plc.change("Restore.Execute", to=False, scans=2)
     assert plc.run("Restore", FirstRow=2) == 0
     assert [words[2] for words in plc.sent] == [10, 11, 11, 12, 13]
 
@@ -332,11 +325,9 @@ def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBe
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: len(plc.sent) == 1)
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
-    plc["Connected"] = False
-    plc.scan()
+    plc.change("Connected", to=False)
     assert plc["Restore.ErrorID"] == 0x8001
-    plc["Connected"] = True
-    plc.scan(20)
+    plc.change("Connected", to=True, scans=20)
     assert [words[2] for words in plc.sent] == [10]
 
 
@@ -344,12 +335,10 @@ def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> Non
     """Source: PLCopen, edge-triggered blocks."""
     record(plc)
     plc["Restore.FirstRow"] = 3
-    plc["Restore.Execute"] = True
-    plc.scan()
+    plc.change("Restore.Execute", to=True)
     plc["Restore.FirstRow"], plc["Restore.CompareOnly"] = 1, True
     plc["Head.Count"], plc["Head.First"], plc["Head.Checksum"] = 1, 90, 0
-    plc["Restore.Execute"] = False
-    plc.scan()
+    plc.change("Restore.Execute", to=False)
     plc["Restore.Execute"] = True
     plc.scan_until(lambda: not plc["Restore.Busy"])
     assert plc["Restore.Done"] is True
@@ -359,8 +348,7 @@ def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> Non
 def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
     """Source: PLCopen, edge-triggered blocks."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan()
+    plc.change("Restore.Execute", to=True)
     plc["Restore.Execute"] = False
     plc.scan_until(lambda: bool(plc["Restore.Done"]))
     plc.scan(10)
@@ -405,8 +393,7 @@ def test_a_row_that_changes_while_it_waits_for_its_turn_is_written_as_it_was(
     record(plc)
     plc.silent = True
     plc.refuses[500] = (12, 76)
-    plc["Restore.Execute"] = True
-    plc.scan()
+    plc.change("Restore.Execute", to=True)
     plc["Backup.First"], plc["Backup.Count"], plc["Backup.Execute"] = 500, 1, True
     plc.scan(10)
     assert (plc["Restore.Busy"], plc["Restore.Active"]) == (True, False)
@@ -456,8 +443,7 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
     if when == "Number":
         plc.scan_until(lambda: len(plc.sent) == 1)
     plc.scan_until(lambda: plc[f"Restore.{when}"] == wanted)
-    plc["CallBackup"] = False
-    plc.scan()
+    plc.change("CallBackup", to=False)
     plc["CallBackup"] = True
     asked = len(plc.sent)
     for _ in range(10):
@@ -465,8 +451,7 @@ def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
         assert plc["Restore.Row"] == {"Row": 1, "Active": 1, "Number": 2}[when]
     assert plc["Restore.ErrorID"] == 0x8013
     assert len(plc.sent) <= asked + (when == "Active")
-    plc["Restore.Execute"] = False
-    plc.scan(10)
+    plc.change("Restore.Execute", to=False, scans=10)
     assert plc.run("Restore") == 0
 
 
@@ -479,13 +464,11 @@ def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, when: str) -> None:
     if when == "Number":
         plc.scan_until(lambda: len(plc.sent) == 1)
     plc.scan_until(lambda: plc[f"Restore.{when}"] == wanted)
-    plc["CallTwice"] = True
-    plc.scan()
+    plc.change("CallTwice", to=True)
     plc["CallTwice"] = False
     asked = len(plc.sent)
     plc.scan(10)
     assert plc["Restore.ErrorID"] == 0x8016
     assert len(plc.sent) <= asked + 1
-    plc["Restore.Execute"] = False
-    plc.scan(10)
+    plc.change("Restore.Execute", to=False, scans=10)
     assert plc.run("Restore") == 0

@@ -92,8 +92,7 @@ def test_refused_without_its_conditions_and_nothing_goes_out(block: str, cause: 
     _cause(plc, cause)
     plc.scan(20)
     allowed = [plc.inputs, ["SI00", "SI06"]] if block == "Resume" else [plc.inputs]
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     assert plc[f"{block}.Busy"]
     assert plc.inputs in allowed
     plc.scan(19 if block == "Resume" else 1)
@@ -117,8 +116,7 @@ def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> 
     """The input is taken back."""
     ready, signal = _BLOCKS[block]
     plc = ready()
-    plc[f"{block}.Execute"] = True
-    plc.scan(5)
+    plc.change(f"{block}.Execute", to=True, scans=5)
     assert plc.inputs == sorted(["SI00", "SI06", signal])
     _cause(plc, cause)
     plc.scan()
@@ -134,8 +132,7 @@ def test_a_missing_answer_ends_it_at_the_time_limit_and_the_input_is_taken_back(
     """An alarm that stays, for one, needs a power restart: chapter 5, 2, SI(16)."""
     plc = _BLOCKS[block].ready()
     plc[f"{block}.Timeout"] = "T#300ms"
-    plc[f"{block}.Execute"] = True
-    plc.scan(30)
+    plc.change(f"{block}.Execute", to=True, scans=30)
     assert pins(plc, block) == "Busy Active"
     plc.scan()
     assert plc[f"{block}.ErrorID"] == 0x8010

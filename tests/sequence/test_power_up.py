@@ -25,11 +25,9 @@ _STAGES = (
 def _off() -> PlcBench:
     """Everything is missing: power, link, the cell's consent."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
-    plc["Connected"] = plc["EmergencyStopOk"] = plc["StopOk"] = False
-    plc.scan(30)
+    plc.change("Connected", "EmergencyStopOk", "StopOk", to=False, scans=30)
     plc["PowerUp.Timeout"] = "T#300ms"
-    plc["PowerUp.Execute"] = True
-    plc.scan()
+    plc.change("PowerUp.Execute", to=True)
     return plc
 
 
@@ -90,8 +88,7 @@ def test_from_power_on_to_a_running_program_with_one_execute() -> None:
     assert seen == ["SI00", "SI16", "SI01", "SI06", "SI15", "SI12"]
     plc.scan(12)
     assert plc.inputs == ["SI00", "SI06"]
-    plc["PowerUp.Execute"] = False
-    plc.scan()
+    plc.change("PowerUp.Execute", to=False)
     assert pins(plc, "PowerUp") == ""
     assert (plc["PowerUp.Stage"], plc["PowerUp.Text"]) == ("POWER_UP_IDLE", "")
 
@@ -135,11 +132,9 @@ def test_a_lost_link_ends_it_in_every_stage_and_nothing_starts_again(stage: str)
     """Source: manual chapter 1, 5.2."""
     plc = _off()
     _until(plc, stage)
-    plc["Connected"] = False
-    plc.scan(2)
+    plc.change("Connected", to=False, scans=2)
     assert plc["PowerUp.ErrorID"] == 0x8001
-    plc["Connected"] = True
-    plc.scan(60)
+    plc.change("Connected", to=True, scans=60)
     assert set(plc.inputs) <= {"SI00", "SI06"}
     assert plc["PowerUp.ErrorID"] == 0x8001
 
@@ -149,11 +144,9 @@ def test_an_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
     """Source: manual chapter 5, 3.1, shift to emergency stop."""
     plc = _off()
     _until(plc, stage)
-    plc["EmergencyStop.Execute"] = True
-    plc.scan()
+    plc.change("EmergencyStop.Execute", to=True)
     assert "SI00" not in plc.inputs
-    plc.outputs(SO14=True)
-    plc.scan(31)
+    plc.outputs(SO14=True, scans=31)
     assert plc["PowerUp.ErrorID"] == 0x8003
     plc.scan(30)
     assert set(plc.inputs) <= {"SI06"}
@@ -185,8 +178,7 @@ def test_a_condition_that_is_lost_again_ends_it_at_once(
     plc = _off()
     _until(plc, stage)
     plc.scan(14)
-    plc.outputs(**output)
-    plc.scan()
+    plc.outputs(scans=1, **output)
     assert plc["PowerUp.ErrorID"] == error
 
 
@@ -194,14 +186,12 @@ def test_without_a_program_it_is_done_with_the_servos() -> None:
     """Source: manual chapter 5, 3.1, initial servo ON process after power ON."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc["PowerUp.StartProgram"] = False
-    plc["PowerUp.Execute"] = True
-    plc.scan()
+    plc.change("PowerUp.Execute", to=True)
     plc["PowerUp.StartProgram"] = True
     plc.outputs(SO01=True, SO04=True, SO10=True)
     plc.scan_until(lambda: "SI01" in plc.inputs)
     assert pins(plc, "PowerUp") == "Busy Active"
-    plc.outputs(SO02=True)
-    plc.scan()
+    plc.outputs(SO02=True, scans=1)
     assert pins(plc, "PowerUp") == "Done"
     plc.scan(40)
     assert "SI15" not in plc.inputs
@@ -211,13 +201,11 @@ def test_without_a_program_it_is_done_with_the_servos() -> None:
 def test_it_does_not_end_the_hold_of_another_block(block: str, error: int) -> None:
     plc = servo_on()
     plc["PowerUp.Timeout"] = "T#300ms"
-    plc[f"{block}.Execute"] = True
-    plc.scan()
+    plc.change(f"{block}.Execute", to=True)
     if block == "EmergencyStop":
         plc.outputs(SO00=True, SO03=True, SO02=False)
     plc.scan(20)
-    plc[f"{block}.Execute"] = False
-    plc.scan(20)
+    plc.change(f"{block}.Execute", to=False, scans=20)
     plc["PowerUp.Execute"] = True
     plc.scan_until(lambda: plc["PowerUp.Error"] is True)
     assert plc["PowerUp.ErrorID"] == error
@@ -229,10 +217,8 @@ def test_it_can_be_tried_again_after_an_error() -> None:
     plc = _off()
     plc.scan(40)
     assert plc["PowerUp.ErrorID"] == 0x8001
-    plc["PowerUp.Execute"] = False
-    plc.scan()
-    plc["PowerUp.Execute"] = True
-    plc.scan()
+    plc.change("PowerUp.Execute", to=False)
+    plc.change("PowerUp.Execute", to=True)
     assert pins(plc, "PowerUp") == "Busy"
     assert plc["PowerUp.Stage"] == "POWER_UP_CONNECTION"
     _until(plc, "PROGRAM_START")
@@ -246,8 +232,7 @@ def test_an_emergency_stop_in_the_scan_in_which_the_cell_is_found_safe_wins() ->
     plc = servo_on()
     plc["PowerUp.Execute"] = True
     plc.scan_until(lambda: plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE")
-    plc["EarlyStop.Execute"] = True
-    plc.scan()
+    plc.change("EarlyStop.Execute", to=True)
     assert plc["Robot.Inner.HoldEmergency"]
     assert plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE"
     assert plc.inputs == ["SI06"]
@@ -268,8 +253,7 @@ def test_an_edge_in_the_scan_after_an_error_has_the_whole_time_again() -> None:
     plc = _off()
     plc["PowerUp.Execute"] = False
     plc.scan_until(lambda: plc["PowerUp.Error"] is True, most=40)
-    plc["PowerUp.Execute"] = True
-    plc.scan()
+    plc.change("PowerUp.Execute", to=True)
     assert pins(plc, "PowerUp") == "Busy"
     assert 29 <= plc.scan_until(lambda: plc["PowerUp.Error"] is True, most=40) <= 32
 
@@ -278,7 +262,6 @@ def test_a_running_program_does_not_matter_before_the_servos_are_on() -> None:
     """A PLC that restarts finds the robot at work; FB_ServoOn has its own conditions."""
     plc = _off()
     _until(plc, "CELL_SAFE")
-    plc.outputs(SO13=True)
-    plc.scan(10)
+    plc.outputs(SO13=True, scans=10)
     assert pins(plc, "PowerUp") == "Busy"
     assert plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE"

@@ -15,10 +15,8 @@ def _level(plc: PlcBench) -> str:
 
 def _running() -> PlcBench:
     plc = sequences()
-    plc["SequenceControl.Enable"] = True
-    plc.scan()
-    plc.outputs(SO12=True)
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=True)
+    plc.outputs(SO12=True, scans=1)
     assert _level(plc) == "Valid"
     return plc
 
@@ -27,17 +25,14 @@ def test_the_sequence_program_is_executed_while_the_signal_is_on() -> None:
     """Source: manual chapter 5, 2, SI(10) and SO(12)."""
     plc = sequences()
     assert _level(plc) == ""
-    plc["SequenceControl.Enable"] = True
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=True)
     assert _level(plc) == "Busy"
     assert plc.inputs == ["SI00", "SI06", "SI10"]
     plc.scan(30)
     assert _level(plc) == "Busy"
-    plc.outputs(SO12=True)
-    plc.scan()
+    plc.outputs(SO12=True, scans=1)
     assert _level(plc) == "Valid"
-    plc["SequenceControl.Enable"] = False
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=False)
     assert _level(plc) == ""
     assert plc.inputs == ["SI00", "SI06"]
 
@@ -45,8 +40,7 @@ def test_the_sequence_program_is_executed_while_the_signal_is_on() -> None:
 def test_it_needs_no_turn_but_keeps_the_interval() -> None:
     """Source: manual chapter 5, 3, caution."""
     plc = servo_on()
-    plc["AutoStart.Execute"] = plc["SequenceControl.Enable"] = True
-    plc.scan()
+    plc.change("AutoStart.Execute", "SequenceControl.Enable", to=True)
     assert plc.inputs == ["SI00", "SI06", "SI10"]
     assert plc.scan_until(lambda: "SI12" in plc.inputs) == 12
     plc["SequenceControl.Enable"] = False
@@ -56,29 +50,24 @@ def test_it_needs_no_turn_but_keeps_the_interval() -> None:
 
 def test_an_output_that_goes_off_is_waited_for_again() -> None:
     plc = _running()
-    plc.outputs(SO12=False)
-    plc.scan()
+    plc.outputs(SO12=False, scans=1)
     assert _level(plc) == "Busy"
-    plc.outputs(SO12=True)
-    plc.scan()
+    plc.outputs(SO12=True, scans=1)
     assert _level(plc) == "Valid"
 
 
 def test_a_missing_answer_is_an_error_until_enable_falls() -> None:
     plc = sequences()
     plc["SequenceControl.Timeout"] = "T#300ms"
-    plc["SequenceControl.Enable"] = True
-    plc.scan(30)
+    plc.change("SequenceControl.Enable", to=True, scans=30)
     assert _level(plc) == "Busy"
     plc.scan()
     assert _level(plc) == "Error"
     assert plc["SequenceControl.ErrorID"] == 0x8010
     assert plc.inputs == ["SI00", "SI06"]
-    plc.outputs(SO12=True)
-    plc.scan(20)
+    plc.outputs(SO12=True, scans=20)
     assert _level(plc) == "Error"
-    plc["SequenceControl.Enable"] = False
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=False)
     assert _level(plc) == ""
     assert plc["SequenceControl.ErrorID"] == 0
 
@@ -86,8 +75,7 @@ def test_a_missing_answer_is_an_error_until_enable_falls() -> None:
 def test_timeout_zero_is_no_limit() -> None:
     plc = sequences()
     plc["SequenceControl.Timeout"] = "T#0s"
-    plc["SequenceControl.Enable"] = True
-    plc.scan(2000)
+    plc.change("SequenceControl.Enable", to=True, scans=2000)
     assert _level(plc) == "Busy"
 
 
@@ -103,22 +91,18 @@ def test_after_a_lost_controller_it_does_not_start_again_by_itself(cause: str) -
     assert _level(plc) == "Error"
     assert plc["SequenceControl.ErrorID"] == (0x8001 if cause == "link" else 0x8002)
     plc["Connected"] = True
-    plc.outputs(SO01=True)
-    plc.scan(60)
+    plc.outputs(SO01=True, scans=60)
     assert _level(plc) == "Error"
     assert plc.inputs == ["SI00", "SI06"]
-    plc["SequenceControl.Enable"] = False
-    plc.scan()
-    plc["SequenceControl.Enable"] = True
-    plc.scan(2)
+    plc.change("SequenceControl.Enable", to=False)
+    plc.change("SequenceControl.Enable", to=True, scans=2)
     assert _level(plc) == "Valid"
 
 
 def test_an_output_that_is_on_before_the_signal_is_no_answer() -> None:
     plc = sequences()
     plc.outputs(SO12=True)
-    plc["SequenceControl.Enable"] = True
-    plc.scan()
+    plc.change("SequenceControl.Enable", to=True)
     assert _level(plc) == "Busy"
     plc.scan()
     assert _level(plc) == "Valid"

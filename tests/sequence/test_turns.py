@@ -73,13 +73,10 @@ def test_after_a_lost_link_the_first_command_goes_out_at_once(
     Source: design of the library, 2: waiting is bounded by what still lives.
     """
     plc = polling
-    plc["Good"] = True
-    plc.scan(4)
+    plc.change("Good", to=True, scans=4)
     assert plc.words[0] == 0x0001
-    plc["Retry"] = True
-    plc.scan(2)
-    plc["Connected"] = False
-    plc.scan(lost_scans)
+    plc.change("Retry", to=True, scans=2)
+    plc.change("Connected", to=False, scans=lost_scans)
     assert plc["Go.ErrorID"] == 0x8001
     before = plc["Robot.Inner.Command.NextTicket"]
     plc["Connected"] = True
@@ -142,8 +139,7 @@ def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBe
     for _ in range(200):
         taken = plc.scan_until(lambda: plc.words[0] != 0, most=4)
         assert taken <= _SENT
-        plc.answer(0x0200)
-        plc.scan()
+        plc.answer(0x0200, scans=1)
         assert plc.words[0] == 0
         assert plc["Best.Done"] is True
         plc.answer(0x0000)
@@ -178,8 +174,7 @@ def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     Source: design of the library, 2: a turn goes to the next job that is still there, at once.
     """
     plc = queue
-    plc["Good"] = True
-    plc.scan(10)
+    plc.change("Good", to=True, scans=10)
     assert plc["Go.ErrorID"] == 0x8011
     plc["Robot.Inner.Command.NextTicket"] = plc["Robot.Inner.Command.NextTicket"] + before
     plc["Robot.Inner.Command.Lowest"] = plc["Robot.Inner.Command.NextTicket"]
@@ -189,10 +184,8 @@ def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     plc.scan(scans // 2)
     assert plc["Patient.Busy"] is True
     assert plc["Patient.ErrorID"] == 0
-    plc["Retry"] = False
-    plc.scan(5)
-    plc.answer(0x0200)
-    plc.scan()
+    plc.change("Retry", to=False, scans=5)
+    plc.answer(0x0200, scans=1)
     plc.answer(0x0000)
     assert plc.scan_until(lambda: plc.words[0] != 0, most=4) <= _SENT
     assert plc.words[0] == 0x0502
@@ -203,24 +196,18 @@ def test_whoever_waits_longest_is_next_also_among_those_who_give_up(
     queue: PlcBench, patient_first: bool
 ) -> None:
     plc = queue
-    plc["Good"] = True
-    plc.scan(10)
+    plc.change("Good", to=True, scans=10)
     if patient_first:
-        plc["Wait"] = True
-        plc.scan()
-    plc["Retry"] = True
-    plc.scan(40)
-    plc["Wait"] = True
-    plc.scan()
-    plc.answer(0x0200)
-    plc.scan()
+        plc.change("Wait", to=True)
+    plc.change("Retry", to=True, scans=40)
+    plc.change("Wait", to=True)
+    plc.answer(0x0200, scans=1)
     plc.answer(0x0000)
     order: list[int] = []
     for _ in range(5):
         plc.scan_until(lambda: plc.words[0] != 0, most=5)
         order.append(plc.words[0])
-        plc.answer(0x0200)
-        plc.scan()
+        plc.answer(0x0200, scans=1)
         plc.answer(0x0000)
     assert 0x0502 in order
     assert not patient_first or order[0] == 0x0502
@@ -249,10 +236,8 @@ def test_the_channel_of_the_dedicated_inputs_is_free_at_once_too(
     """Source: manual chapter 1, 5.2; design of the library, 2."""
     plc = sequences
     plc["Retry"] = True
-    plc["Connected"] = False
-    plc.scan(lost_scans)
-    plc["Retry"] = False
-    plc.scan(2)
+    plc.change("Connected", to=False, scans=lost_scans)
+    plc.change("Retry", to=False, scans=2)
     plc["Connected"] = plc["Good"] = True
     plc.outputs(SO03=True)
     plc.scan_until(lambda: "SI16" in plc.inputs, most=4 * 26)
@@ -275,20 +260,16 @@ def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
         "    Day : FB_ReadDate;\n    Go : FB_MovePtp;\n    Twice : BOOL;\n",
         f"{call[block]}  IF Twice THEN\n  {call[block]}  END_IF;\n",
     )
-    plc["Good"] = True
-    plc.scan(3)
+    plc.change("Good", to=True, scans=3)
     code = plc.words[0]
     assert code != 0
-    plc["Twice"] = True
-    plc.scan()
+    plc.change("Twice", to=True)
     assert plc[f"{block}.ErrorID"] == 0x8016
     plc.scan(50)
     assert plc.words[0] == code, "held to its end"
     plc["Good"] = plc["Twice"] = False
-    plc.answer(0x0200)
-    plc.scan()
-    plc.answer(0x0000)
-    plc.scan(2)
+    plc.answer(0x0200, scans=1)
+    plc.answer(0x0000, scans=2)
     plc["Good"] = True
     assert plc.scan_until(lambda: plc.words[0] == code, most=5) <= _SENT
 
@@ -347,8 +328,7 @@ def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
     plc["GoOther"] = True
     for scan in range(40):
         plc["Go"] = scan >= ahead
-        plc["GoShared"] = scan >= 2
-        plc.scan()
+        plc.change("GoShared", to=scan >= 2)
         image = plc.image
         assert image[0:2] in (b"\x00\x00", b"\x01\x05"), f"scan {scan}: {image[:4].hex()}"
         if image[0:2] == b"\x01\x05":

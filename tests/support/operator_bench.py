@@ -67,23 +67,25 @@ class OperatorBench(PlcBench):
         """The codes of `sent`."""
         return [words[0] for words in self.sent]
 
-    def set(self, **members: object) -> None:
-        """Write members of the panel."""
+    def set(self, *, scans: int = 0, **members: object) -> None:
+        """Write members of the panel, then run scans."""
         for name, value in members.items():
             self[f"Panel.{name}"] = value
+        self.scan(scans)
 
-    def key(self, name: str, down: bool = True) -> None:
-        """Press or release a key; it is seen in the next scan."""
+    def key(self, name: str, down: bool = True, *, scans: int = 0) -> None:
+        """Press or release a key, which the next scan sees, then run scans."""
         self[f"Panel.Key.{name}"] = down
+        self.scan(scans)
 
-    def press(self, *names: str, scans: int = 1) -> None:
-        """Press keys at once, for so many scans; the last of them has seen them released."""
+    def press(self, *names: str, scans: int = 1, then: int = 0) -> None:
+        """Press keys for so many scans and release them for one scan; `then` run more scans."""
         for name in names:
             self.key(name)
         self.scan(scans)
         for name in names:
             self.key(name, False)
-        self.scan()
+        self.scan(1 + then)
 
     def can(self, *names: str) -> list[bool]:
         """What the panel shows as possible."""

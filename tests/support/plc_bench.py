@@ -76,17 +76,25 @@ class PlcBench:
                 return count
         raise AssertionError(f"not within {most} scans, at {self.now_us} us")
 
-    def outputs(self, **bits: bool) -> None:
-        """Set dedicated outputs of the controller: `outputs(SO02=True)`."""
+    def change(self, *paths: str, to: Value, scans: int = 1) -> None:
+        """Write a value to variables, then run scans."""
+        for path in paths:
+            self[path] = to
+        self.scan(scans)
+
+    def outputs(self, *, scans: int = 0, **bits: bool) -> None:
+        """Set dedicated outputs of the controller, `outputs(SO02=True)`, then run scans."""
         for name, on in bits.items():
             byte, bit = 32 + int(name[2]), int(name[3])
             self.so[byte] = self.so[byte] & ~(1 << bit) | (on << bit)
+        self.scan(scans)
 
-    def answer(self, status: int, response: Sequence[int] = ()) -> None:
-        """Set the remote status and the response words from SOW(1) on; the rest is 0."""
+    def answer(self, status: int, response: Sequence[int] = (), *, scans: int = 0) -> None:
+        """Set the remote status and the words from SOW(1) on, the rest 0, then run scans."""
         words = [status, *response, *[0] * (15 - len(response))]
         for k, word in enumerate(words):
             self.so[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
+        self.scan(scans)
 
     @property
     def image(self) -> bytes:
