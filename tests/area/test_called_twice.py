@@ -17,13 +17,7 @@ _INTERVAL_SCANS = 12
 
 
 def _bench(
-    tmp_path: Path,
-    twin: str,
-    *,
-    other: bool = False,
-    m: int = 0,
-    n: int = 0,
-    contract: bool = True,
+    tmp_path: Path, twin: str, *, other: bool = False, m: int = 0, n: int = 0, contract: bool = True
 ) -> PlcBench:
     """Each area block is called again while ReadTwice, WriteTwice; also by another instance."""
     image = "RCX_IMAGE_WORDS" if twin else "RCX_IMAGE"

@@ -7,20 +7,7 @@ import pytest
 from areas_bench import AreasBench
 
 #: Ports as chapter 1, 4.1 prints them, and their bytes from m or n.
-PRINTED = {
-    2: 34,
-    3: 35,
-    4: 36,
-    5: 37,
-    6: 38,
-    7: 39,
-    10: 40,
-    11: 41,
-    12: 42,
-    13: 43,
-    14: 44,
-    15: 45,
-}
+PRINTED = {2: 34, 3: 35, 4: 36, 5: 37, 6: 38, 7: 39, 10: 40, 11: 41, 12: 42, 13: 43, 14: 44, 15: 45}
 
 #: Neither of these is a port: dedicated, not octal, reserved, or nowhere.
 NO_PORTS = [-1, 0, 1, 8, 9, 16, 17, 20, 27, 32767, -32768]

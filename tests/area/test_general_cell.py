@@ -20,10 +20,7 @@ EXAMPLE = ROOT / "plc/examples/03_general_io"
 def example(build_cell: Build) -> Cell:
     """Example 03, its cell closed, its button not yet pressed."""
     cell = build_cell(
-        [EXAMPLE / "Config.st", EXAMPLE / "GeneralIo.st"],
-        robot=EXAMPLE / "robot.toml",
-        m=20,
-        n=40,
+        [EXAMPLE / "Config.st", EXAMPLE / "GeneralIo.st"], robot=EXAMPLE / "robot.toml", m=20, n=40
     )
     cell["Main.CellSafe"] = True
     return cell

@@ -223,11 +223,7 @@ def test_an_output_without_end_whose_block_has_gone_is_ended(
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     alone["Robot.Inner.Code"], alone["Robot.Inner.Data[1]"] = 0x0505, 0x0001
     for now in (0, 50, 60):
-        alone["Robot.Inner.Command"] = {
-            "NextTicket": lowest,
-            "Serving": serving,
-            "Lowest": serving,
-        }
+        alone["Robot.Inner.Command"] = {"NextTicket": lowest, "Serving": serving, "Lowest": serving}
         alone["Robot.Inner.CodeRequest"] = alone["Block.SameData"] = True
         alone.scan(now)
     assert alone["Robot.Inner.Phase"] == "PHASE_COMMAND_RUN"

@@ -11,10 +11,7 @@ from alone import Alone
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
 @pytest.mark.parametrize("verb", ["Read", "Write"])
 def test_an_illegal_area_is_told_before_an_illegal_port(verb: str, kind: str, twin: str) -> None:
-    """As the blocks of words do.
-
-    Source: docs/reference/errors.md, 16#8030 and 16#8033.
-    """
+    """As the blocks of words do. Source: docs/reference/errors.md, 16#8030 and 16#8033."""
     robot = {"Robot": "RCX_REF"} if verb == "Read" else {}
     image = {"Image": f"RCX_IMAGE{'_WORDS' if twin else ''}"}
     block = Alone(f"FB_{verb}{kind}{twin}", {**robot, **image})

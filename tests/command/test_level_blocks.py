@@ -6,10 +6,7 @@ import pytest
 
 from plc_bench import ROOT, PlcBench
 
-BLOCKS = (
-    pytest.param("Jog", id="FB_Jog"),
-    pytest.param("Position", id="FB_ContinuousPosition"),
-)
+BLOCKS = (pytest.param("Jog", id="FB_Jog"), pytest.param("Position", id="FB_ContinuousPosition"))
 
 
 @pytest.fixture
@@ -22,10 +19,7 @@ def plc() -> PlcBench:
 
 @pytest.mark.parametrize("block", BLOCKS)
 def test_a_timeout_of_one_millisecond_is_a_limit(plc: PlcBench, block: str) -> None:
-    """T#0s alone is no limit.
-
-    Source: docs/reference/errors.md, 16#8015.
-    """
+    """T#0s alone is no limit. Source: docs/reference/errors.md, 16#8015."""
     plc.answer(0x0200)
     plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#1ms", True
     plc.scan_until(lambda: bool(plc[f"{block}.Error"]), most=4)

@@ -24,10 +24,7 @@ def _values(plc: AreasBench, word: int) -> tuple[object, object, object]:
 @pytest.mark.parametrize("m", [0, 100])
 @pytest.mark.parametrize("word", [24, 25, 126])
 def test_word_k_stands_at_m_plus_2k(m: int, word: int) -> None:
-    """SOW(24) is at m+48, SOW(127) at m+254.
-
-    Source: manual chapter 1, 4.2
-    """
+    """SOW(24) is at m+48, SOW(127) at m+254. Source: manual chapter 1, 4.2."""
     plc = _up(m=m)
     plc.so[2 * word : 2 * word + 4] = bytes([0x39, 0x30, 0x01, 0x00])
     assert _values(plc, word) == (0x3039, 0x3039, 0x00013039)

@@ -165,10 +165,7 @@ def test_each_remote_command_has_its_name_whatever_the_robot(plc: Program) -> No
 
 
 def test_a_code_that_is_no_command_has_no_name(plc: Program) -> None:
-    """16#0000 is the status reset, which no block sends as a command.
-
-    Source: guide 4.1
-    """
+    """16#0000 is the status reset, which no block sends as a command. Source: guide 4.1."""
     for code in (0x0000, 0x1000, 0x0005, 0x0FFF, 0x0700 + 0x50):
         plc.write("Main.Code", 0x0001)
         plc.scan(0)

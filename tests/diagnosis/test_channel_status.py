@@ -129,10 +129,7 @@ def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
 def test_those_behind_the_holder_wait(
     channel: str, serving: int, following: int, waiting: int
 ) -> None:
-    """Tickets go on from 65535 to 0.
-
-    Source: RCX_CHANNEL
-    """
+    """Tickets go on from 65535 to 0. Source: RCX_CHANNEL."""
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = serving
     block[f"Robot.Inner.{channel}.NextTicket"] = following
@@ -156,10 +153,7 @@ def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None
 
 @_BOTH
 def test_the_turn_after_the_last_number_is_a_new_one(channel: str) -> None:
-    """Tickets go on from 65535 to 0.
-
-    Source: RCX_CHANNEL
-    """
+    """Tickets go on from 65535 to 0. Source: RCX_CHANNEL."""
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = 65535
     block[f"Robot.Inner.{channel}.NextTicket"] = 1
@@ -255,10 +249,7 @@ def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine
 def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_story(
     engine: str,
 ) -> None:
-    """Servo on: SI(01) ON, SO(02) ON, SI(01) OFF.
-
-    Source: manual chapter 5, 3.1
-    """
+    """Servo on: SI(01) ON, SO(02) ON, SI(01) OFF. Source: manual chapter 5, 3.1."""
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
     plc.power_up()
     plc.change("ServoOn.Execute", to=True, scans=14)

@@ -73,10 +73,7 @@ def test_an_abnormal_end_brings_its_alarm_and_is_a_fault_with_the_words_of_the_c
 
 
 def test_only_an_abnormal_end_has_an_alarm(recorder: Recorder) -> None:
-    """The words of a normal end are its response.
-
-    Source: guide chapter 1, 1.2
-    """
+    """The words of a normal end are its response. Source: guide chapter 1, 1.2."""
     recorder.command(0x0200, Response=[2, 334, *[0] * 13])
     assert (recorder["Rows"][0]["Group"], recorder["Rows"][0]["Category"]) == (0, 0)
 

@@ -83,9 +83,7 @@ def test_a_log_that_becomes_smaller_stays_within_its_bounds(
 # ---- freezing
 
 
-def test_while_it_is_frozen_nothing_is_kept_and_nothing_is_made_up_for(
-    recorder: Recorder,
-) -> None:
+def test_while_it_is_frozen_nothing_is_kept_and_nothing_is_made_up_for(recorder: Recorder) -> None:
     recorder["Freeze"] = True
     recorder.edges(1)
     recorder.command(0x0200)

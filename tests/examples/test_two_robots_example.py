@@ -245,10 +245,7 @@ def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
 def test_it_recovers_from_every_kind_of_fault_at_some_scans(
     example: str, tmp_path: object, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`rcx sweep` without --every takes all scans.
-
-    Source: tests/data/sweeps.
-    """
+    """`rcx sweep` without --every takes all scans. Source: tests/data/sweeps."""
     folder, sweeps = ROOT / "plc/examples" / example, ROOT / "tests/data/sweeps"
     robots = [f"--robot={folder / f'robot{k}.toml'}" for k in (1, 2)]
     faults = "emergency_stop,link_down,power_cycle,alarm,plc_stop,plc_power_off"

@@ -25,10 +25,7 @@ def _lines(block: Alone, key: str) -> str:
 
 @pytest.mark.parametrize("language", _LANGUAGES)
 def test_each_message_has_the_words_for_an_operator_where_there_are_some(language: str) -> None:
-    """A shorter one leaves nothing of the one before.
-
-    Source: spec/errors.toml.
-    """
+    """A shorter one leaves nothing of the one before. Source: spec/errors.toml."""
     block = Alone("FB_RcxPanelMessage", {})
     block["Block.Language"] = language
     for row in (*_ROWS, *reversed(_ROWS)):

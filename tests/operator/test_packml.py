@@ -99,9 +99,7 @@ class _Bench(PlcBench):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_every_command_in_every_state_leads_where_the_model_says_or_is_refused(
-    engine: str,
-) -> None:
+def test_every_command_in_every_state_leads_where_the_model_says_or_is_refused(engine: str) -> None:
     """Source: the tables above."""
     plc = _Bench(engine)
     for state in _NUMBERS:

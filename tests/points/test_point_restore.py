@@ -270,10 +270,7 @@ def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
 
 
 def test_pallets_and_comments_are_compared_as_they_are_stored(plc: PointsBench) -> None:
-    """Zeros or spaces behind a comment are the same comment.
-
-    Source: guide 4.3.2
-    """
+    """Zeros or spaces behind a comment are the same comment. Source: guide 4.3.2."""
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0x2020] * 7, 0, 0, 0, 0]
     assert plc.run("Backup", Kind="DATA_COMMENTS", First=3, Count=1) == 0
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0] * 11]

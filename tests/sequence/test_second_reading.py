@@ -116,10 +116,7 @@ class _Beside:
         self.view, self.inputs = View(), InputRules()
         self.pins = {"EmergencyStopOk": True, "StopOk": True, "Connected": True}
         self.calls = {"Block": True, "Rival": True}
-        self.rules = {
-            "Block": RULES[block](),
-            "Rival": RULES[_rival(block, seed)](),
-        }
+        self.rules = {"Block": RULES[block](), "Rival": RULES[_rival(block, seed)]()}
         self.so = {"SO01", "SO04", "SO10"}
         self._spell(0)
         self.names = {"Block": block, "Rival": _rival(block, seed)}

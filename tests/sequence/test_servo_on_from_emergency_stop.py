@@ -273,10 +273,7 @@ def test_the_wait_for_mp_ready_has_a_time_limit_of_its_own() -> None:
 
 
 def test_the_applications_emergency_stop_ends_the_wait_for_mp_ready() -> None:
-    """Without waiting for SO(00).
-
-    Source: manual chapter 5, 2, SI(00).
-    """
+    """Without waiting for SO(00). Source: manual chapter 5, 2, SI(00)."""
     plc = in_emergency_stop()
     plc.change("Restart.Execute", to=True)
     _play(plc, "MP_READY")

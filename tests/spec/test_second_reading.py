@@ -183,21 +183,13 @@ def test_answers_have_the_values_that_the_commands_section_lists(reading: Readin
             {"ranges": {1: (1, 10000), 2: (1, 101)}},
             r"0xR001 .*\n  n\+6 u16 \(speed\) = 101: not legal",
         ),
-        (
-            "point",
-            {"range": (0, 30000)},
-            r"0xR001 .*\n  n\+8 u16 \(point\) = 30000: not legal",
-        ),
+        ("point", {"range": (0, 30000)}, r"0xR001 .*\n  n\+8 u16 \(point\) = 30000: not legal"),
         (
             "axes",
             {"bits": (0, 6)},
             r"0xR001 .*\n  n\+4.6 \(axes\) = 1: not legal by the section, but",
         ),
-        (
-            "speed_mode",
-            {"values": {}},
-            r"0xR001 .*\n  n\+2.1-2 \(speed_mode\) = 3: not legal",
-        ),
+        ("speed_mode", {"values": {}}, r"0xR001 .*\n  n\+2.1-2 \(speed_mode\) = 3: not legal"),
     ],
 )
 def test_a_wrong_field_is_found_and_named(

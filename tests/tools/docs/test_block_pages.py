@@ -235,10 +235,7 @@ def test_the_snippet_of_a_page_stands_in_the_program_that_was_run() -> None:
 
 
 def test_an_example_that_ends_in_an_error_is_told_with_its_number() -> None:
-    """The last point is 29999.
-
-    Source: remote command guide 4.3.1
-    """
+    """The last point is 29999. Source: remote command guide 4.3.1."""
     snippet = examples.snippets()["FB_ReadPoint"]
     assert snippet.call
     wrong = replace(snippet, call=replace(snippet.call, inputs={"Point": 30000}))

@@ -39,11 +39,7 @@ def test_connection_points_and_numbers_are_the_adapters(page: str) -> None:
     options = AdapterOptions()
     points = [f"{options.input_only} (heartbeat)", f"{options.listen_only} (heartbeat)"]
     assert row(page, "O→T connection point") == ["150", *points]
-    kinds = (
-        ConnectionKind.EXCLUSIVE_OWNER,
-        ConnectionKind.INPUT_ONLY,
-        ConnectionKind.LISTEN_ONLY,
-    )
+    kinds = (ConnectionKind.EXCLUSIVE_OWNER, ConnectionKind.INPUT_ONLY, ConnectionKind.LISTEN_ONLY)
     assert row(page, "At once") == [str(MAX_CYCLIC[kind]) for kind in kinds]
     numbers = list(map(str, options.configurations))
     named = f"none, {', '.join(numbers[:-1])} or {numbers[-1]}, without data"
