@@ -221,10 +221,7 @@ def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(
 def test_each_pin_of_a_second_writing_takes_its_own_input_away_wherever_the_area_is(
     tmp_path: Path, twin: str, other: bool, pin: str, stays: str, held: str
 ) -> None:
-    """SI(17), which is ON, too, is none of theirs.
-
-    Source: manual chapter 5, 2, SI(00), SI(06) and SI(17).
-    """
+    """Source: manual chapter 5, 2, SI(00), SI(06) and SI(17)."""
     plc = _bench(tmp_path, twin, other=other, n=48)
     plc["WriteArea.n"] = plc.n = 48
     plc.scan_until(lambda: plc.inputs == ["SI00", "SI06"])

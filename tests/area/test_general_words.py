@@ -125,10 +125,7 @@ def test_words_of_commands_bits_and_the_reserved_area_are_refused(number: int, k
 
 @pytest.mark.parametrize("number", [3, 13, 15, 25, 125, 127])
 def test_a_double_word_begins_at_an_even_number(number: int) -> None:
-    """So none reaches from SIW(15) into the bits, or from SIW(127) out of the area.
-
-    Source: manual chapter 1, 4.1 and 4.2, lists of SOD and SID.
-    """
+    """Source: manual chapter 1, 4.1 and 4.2, lists of SOD and SID."""
     plc = _up(size=256)
     plc.fill(0xA5)
     plc.scan()
@@ -256,10 +253,7 @@ def test_extended_words_and_bits_are_valid_while_a_command_runs() -> None:
 
 
 def test_a_running_command_is_never_disturbed_by_a_general_purpose_write() -> None:
-    """All words change in every scan; the command's data stand from the data to the reset.
-
-    Source: guide chapter 1, 1.1, note: code and data are held until the end.
-    """
+    """Source: guide chapter 1, 1.1, note: code and data are held until the end."""
     plc = _up()
     plc["Writing"] = plc["First.Execute"] = True
     plc["WriteDoubleWord.Number"] = 14
@@ -317,10 +311,7 @@ def test_writes_go_on_without_connection_and_the_values_are_there_after_it() -> 
 
 
 def test_the_reserved_bytes_are_never_written_by_anything() -> None:
-    """Every block writes everything it may, at 48 and at 256 bytes.
-
-    Source: manual chapter 5, 1, reserved area; chapter 1, 4.1, note 3.
-    """
+    """Source: manual chapter 5, 1, reserved area; chapter 1, 4.1, note 3."""
     for size in (48, 256):
         plc = _up(size=size, n=64)
         plc.fill(0x5A)

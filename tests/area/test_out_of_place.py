@@ -203,10 +203,7 @@ def test_a_block_that_is_called_before_the_first_reading_of_all_is_refused() -> 
 
 @pytest.mark.parametrize("place", PLACES)
 def test_an_output_of_positions_whose_block_moves_is_ended_by_the_status_reset(place: str) -> None:
-    """Else nobody would end it: it has no end of its own.
-
-    Source: remote command guide 4.7.4, status reset.
-    """
+    """Source: remote command guide 4.7.4, status reset."""
     plc = _up()
     plc["Watch.Enable"] = True
     plc.scan_until(lambda: plc.words[0] == 0x0505)

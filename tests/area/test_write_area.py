@@ -51,10 +51,7 @@ def test_each_dedicated_input_goes_to_its_bit_and_no_other(byte: int, bit: int, 
 
 @pytest.mark.parametrize(("size", "n"), [(48, 0), (48, 3), (48, 464), (256, 0), (256, 256)])
 def test_only_bytes_n_to_n_plus_33_are_written(size: int, n: int) -> None:
-    """General-purpose bytes belong to the user, the reserved ones to nobody.
-
-    Source: manual chapter 1, 4.1 and 4.2; chapter 5, 1, reserved area.
-    """
+    """Source: manual chapter 1, 4.1 and 4.2; chapter 5, 1, reserved area."""
     plc = PlcBench(size=size, n=n)
     plc.program.write_bytes("Main.OutputArea", bytes([0xA5] * 512))
     plc.outputs(SO01=True)

@@ -99,10 +99,7 @@ def test_no_writing_block_changes_a_command_that_is_out(
 def test_between_commands_each_word_goes_out(
     tmp_path: Path, block: str, words: str, after: bool
 ) -> None:
-    """With the value of the scan before where the block is called after FB_WriteArea.
-
-    Source: manual chapter 1, 4.1: SIW(2) to SIW(15) at n + 4 to n + 30.
-    """
+    """Source: manual chapter 1, 4.1: SIW(2) to SIW(15) at n + 4 to n + 30."""
     plc = _bench(tmp_path, block, words, after=after)
     for number in _WRITERS[block]:
         plc["Writer.Number"], plc["Writer.Value"] = number, 0x1234

@@ -194,10 +194,7 @@ def test_every_value_of_every_field_can_be_sent(
 def test_illegal_pins_end_in_an_error_and_send_nothing(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Just beyond each limit and far beyond it; the next legal edge works.
-
-    Source: docs/reference/errors.md, 16#8040 to 16#8047.
-    """
+    """Source: docs/reference/errors.md, 16#8040 to 16#8047."""
     for pins, error in reading.refused(chance):
         plc.set({**pins, "Execute": True})
         plc.scan()
@@ -296,10 +293,7 @@ def _compare(plc: CommandBench, expected: Pins) -> None:
 def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """An edge while the block is busy, and pins that change while Execute stays, are nothing.
-
-    Source: design of the library, 3: inputs are sampled on the rising edge.
-    """
+    """Source: design of the library, 3: inputs are sampled on the rising edge."""
     limits = [timedelta(seconds=number) for number in (11, 12, 13)]
     for first in _draws(reading, chance, 3):
         other = _another(reading, chance, first)

@@ -162,10 +162,7 @@ def test_a_status_that_falls_back_to_ready_is_a_lost_command() -> None:
 
 
 def test_without_a_first_position_it_ends_at_timeout() -> None:
-    """The command is held until there is a status, as any other.
-
-    Source: remote command guide 1.1, note
-    """
+    """Source: remote command guide 1.1, note."""
     plc = jog_plc()
     _reading(plc, Timeout="T#100ms")
     plc.scan_until(lambda: bool(plc["Position.Error"]), most=15)

@@ -30,10 +30,7 @@ def test_robot_axis_and_millimetres() -> None:
 
 
 def test_the_jog_is_stopped_by_the_stop_input_si06() -> None:
-    """SI(06) goes OFF in the scan in which Enable falls; the command is held to its end.
-
-    Source: remote command guide 4.2.6
-    """
+    """Source: remote command guide 4.2.6."""
     plc = jog_plc()
     jogging(plc)
     plc.change("Jog.Enable", to=False)
@@ -252,10 +249,7 @@ def test_a_lost_link_ends_the_jog_and_nothing_restarts() -> None:
 def test_a_loss_also_ends_an_enable_that_waits_for_the_last_stop(
     moment: str, lost: str, error_id: int
 ) -> None:
-    """Nothing restarts by itself: Enable was TRUE while nobody was there.
-
-    Source: design of every block; manual chapter 1, 5.
-    """
+    """Source: design of every block; manual chapter 1, 5."""
     plc = jog_plc()
     jogging(plc)
     plc.change("Jog.Enable", to=False)

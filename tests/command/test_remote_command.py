@@ -30,10 +30,7 @@ def test_inputs_are_sampled_on_the_rising_edge() -> None:
 
 
 def test_what_is_held_changes_by_the_rising_edge_alone() -> None:
-    """Not by an edge while the block is busy, nor after its end while Execute stays.
-
-    Source: design of the library, 3: inputs are sampled on the rising edge.
-    """
+    """Source: design of the library, 3: inputs are sampled on the rising edge."""
     plc = _plc()
     names = ("HeldCode", "HeldData", "Refused", "Job.Holder", "Job.Longest", "Job.Trouble")
 

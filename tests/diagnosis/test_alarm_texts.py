@@ -101,10 +101,7 @@ def test_each_error_id_has_its_text(plc: Program, language: str, row: dict[str, 
 
 @_IN_BOTH
 def test_an_alarm_that_the_manual_does_not_name_has_no_text(plc: Program, language: str) -> None:
-    """No group and no category that is nearly one of them has a text either.
-
-    Source: manual chapter 4, 4: for other alarms see the controller's manual.
-    """
+    """Source: manual chapter 4, 4: for other alarms see the controller's manual."""
     named = {(row["group"], row["category"]) for row in _ALARMS}
     groups = {0, 65535} | {group + step for group, _ in named for step in (-1, 0, 1, 256)}
     categories = {0, 65535} | {number + step for _, number in named for step in (-1, 0, 1, 1000)}

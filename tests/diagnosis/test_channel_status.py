@@ -222,10 +222,7 @@ def test_the_longest_turn_is_kept_until_reset(channel: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine: str) -> None:
-    """Three blocks in one scan: the first is served, two wait; then its call is left out.
-
-    Source: guide chapter 2: a command is held to its end.
-    """
+    """Source: guide chapter 2: a command is held to its end."""
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine, contract=False)
     plc.power_up()
     for name, code in (("Command", 0x1001), ("Second", 0x0505), ("Third", 0x0506)):
@@ -266,10 +263,7 @@ def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_s
 def test_a_command_that_ends_abnormally_is_in_the_log_with_the_error_of_its_block(
     engine: str,
 ) -> None:
-    """Data goes out in the first scan, the code in the second: the recorder counts from there.
-
-    Source: guide chapters 1 and 2.
-    """
+    """Source: guide chapters 1 and 2."""
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
     plc.power_up()
     plc["Command.Code"] = 0x1001

@@ -142,10 +142,7 @@ _BITS = [
 def test_each_change_of_a_dedicated_bit_is_kept_by_the_number_of_the_manual(
     recorder: Recorder, direction: str, signal: spec.Signal
 ) -> None:
-    """SO(00) and SO(03) that come ON are faults, and no other change is.
-
-    Source: manual chapter 5, 2
-    """
+    """Source: manual chapter 5, 2."""
     kind = {"SO": "LOG_OUTPUT", "SI": "LOG_INPUT"}[direction]
     number = int(signal.short[2:], 16)
     path = f"Robot.{direction}.{signal.name}"

@@ -95,10 +95,7 @@ def test_over_ethernet_ip_the_trace_is_the_same(example: Example) -> None:
 
 
 def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back() -> None:
-    """Servo on, program reset, program start, PTP to point 19, position.
-
-    Source: manual chapter 5, 3.1 and 3.2; guide chapter 2, example.
-    """
+    """Source: manual chapter 5, 3.1 and 3.2; guide chapter 2, example."""
     cell = finished("01_power_up").cell
     assert cell["Main.Stage"] == "STAGE_COMPLETE"
     assert cell["Main.Fault"] == 0

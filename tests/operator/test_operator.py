@@ -89,10 +89,7 @@ _REASONS = [
 
 
 def test_a_key_that_can_do_nothing_is_shown_so_and_says_why_when_it_is_pressed() -> None:
-    """Each reason: no lamp of possibility, a message with its number, nothing on the wire.
-
-    Source: manual chapter 5, 3.1 to 3.3; guide 4.2.6, 4.6.2.
-    """
+    """Source: manual chapter 5, 3.1 to 3.3; guide 4.2.6, 4.6.2."""
     plc = OperatorBench(contract=False)
     start = plc.program.snapshot(), bytes(plc.so)
     for key, hindrance, error in _REASONS:
@@ -368,10 +365,7 @@ def test_a_fault_stays_until_reset_or_until_the_next_key_is_taken() -> None:
 
 
 def test_what_the_keys_started_ends_in_a_message_where_it_fails() -> None:
-    """Each block's failure is shown: the link goes while it works.
-
-    Source: design of the library, link loss.
-    """
+    """Source: design of the library, link loss."""
     for key, servo, automatic in (
         ("ServoOn", False, False),
         ("Start", True, True),
@@ -442,10 +436,7 @@ def test_the_mode_follows_its_selector_only_while_nothing_is_at_work() -> None:
 
 @pytest.mark.parametrize("key", [*_KEYS, "Reset", "Stop"])
 def test_a_key_that_hangs_as_the_link_comes_starts_nothing_and_is_told(key: str) -> None:
-    """At the PLC's start and after a loss of the link.
-
-    Source: FB_Operator: nothing starts by itself.
-    """
+    """Source: FB_Operator: nothing starts by itself."""
     plc = OperatorBench(up=False)
     plc["Connected"] = False
     plc.key(key)

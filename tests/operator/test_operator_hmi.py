@@ -13,10 +13,7 @@ _KEYS = ("ServoOn", "Start", "ProgramReset", "StepLine", "JogPlus", "JogMinus", 
 @pytest.mark.parametrize("key", [*_KEYS, "Reset"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_without_the_hmi_no_key_counts_and_none_is_possible_but_stop(engine: str, key: str) -> None:
-    """A key that comes TRUE with the HMI's connection is no press either.
-
-    Source: FB_Operator, HmiOk.
-    """
+    """Source: FB_Operator, HmiOk."""
     plc = OperatorBench(engine, up=False)
     plc.outputs(SO01=True, SO02=key != "ServoOn", SO04=True, SO10=True, SO03=key == "Reset")
     plc.set(Automatic=key == "Start", scans=60)

@@ -94,10 +94,7 @@ def test_the_selections_count_as_they_stood_at_the_press() -> None:
 
 @pytest.mark.parametrize("scans", range(1, 9))
 def test_a_key_that_is_released_before_the_axis_moves_moves_nothing_any_more(scans: int) -> None:
-    """Wherever the release falls, the jog does not go out, or it is stopped at once.
-
-    Source: FB_Jog; hold to run.
-    """
+    """Source: FB_Jog; hold to run."""
     plc = OperatorBench()
     plc.press("JogPlus", scans=scans, then=1)
     assert 0x0020 not in plc.codes or "SI06" not in plc.inputs
@@ -270,10 +267,7 @@ def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
 
 @pytest.mark.parametrize("scans", [96, 106])
 def test_a_step_begins_within_a_second_or_not_at_all(scans: int) -> None:
-    """The channel is taken for 0.96 s and 1.06 s: a step is not to surprise.
-
-    Source: FB_RcxPanelJog.
-    """
+    """Source: FB_RcxPanelJog."""
     plc = OperatorBench()
     plc.set(Stepwise=True)
     plc.hold = _AMOUNT
@@ -304,10 +298,7 @@ def test_a_step_that_takes_long_is_not_too_late() -> None:
 
 
 def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis() -> None:
-    """Two presses at once are none, and the key that moved the axis is released.
-
-    Source: FB_RcxPanelJog: hold to run.
-    """
+    """Source: FB_RcxPanelJog: hold to run."""
     for first, second in (("JogPlus", "JogMinus"), ("JogMinus", "JogPlus")):
         plc = OperatorBench()
         _jogging(plc, first)
@@ -322,10 +313,7 @@ def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis()
 @pytest.mark.parametrize("again", [True, False])
 @pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
 def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bool) -> None:
-    """The press is given up; its command is still out, and is held to its end.
-
-    Source: guide chapter 1: the command stays until its end.
-    """
+    """Source: guide chapter 1: the command stays until its end."""
     plc = OperatorBench()
     plc.set(Stepwise=True)
     plc.hold = hold
@@ -352,10 +340,7 @@ def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bo
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("key", ["JogPlus", "JogMinus"])
 def test_a_jog_ends_with_the_hmis_connection_and_needs_a_new_press(engine: str, key: str) -> None:
-    """The key stays TRUE, for nobody is there to release it.
-
-    Source: FB_Operator, HmiOk; hold to run.
-    """
+    """Source: FB_Operator, HmiOk; hold to run."""
     plc = OperatorBench(engine)
     _jogging(plc, key)
     plc.change("Operator.HmiOk", to=False)
@@ -386,10 +371,7 @@ def test_a_step_that_has_not_begun_is_withdrawn_with_the_hmis_connection(scans: 
 
 @pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
 def test_a_key_that_is_pressed_and_released_while_a_command_is_out_sends_nothing(hold: int) -> None:
-    """What an earlier press has sent still waits for its end.
-
-    Source: FB_RcxPanelJog; hold to run.
-    """
+    """Source: FB_RcxPanelJog; hold to run."""
     plc = OperatorBench()
     plc.set(Stepwise=True)
     plc.hold = hold
@@ -425,10 +407,7 @@ def test_a_jog_may_take_longer_than_a_step_may_wait() -> None:
 
 
 def test_a_step_does_not_line_up_behind_another_command() -> None:
-    """It would begin whenever that ends: it is given up instead.
-
-    Source: FB_RcxPanelJog: within a second or not at all.
-    """
+    """Source: FB_RcxPanelJog: within a second or not at all."""
     plc = OperatorBench()
     plc.set(Stepwise=True)
     plc.hold = _AMOUNT

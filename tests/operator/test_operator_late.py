@@ -114,10 +114,7 @@ def test_a_line_and_a_point_that_wait_are_withdrawn_with_the_hmis_connection(
 @pytest.mark.parametrize("scans", range(1, 6))
 @pytest.mark.parametrize("key", ["StepLine", "Teach"])
 def test_the_hmis_loss_leaves_no_command_to_come(key: str, scans: int) -> None:
-    """Wherever it falls, the command is out by then, or does not go out.
-
-    Source: FB_Operator, HmiOk.
-    """
+    """Source: FB_Operator, HmiOk."""
     plc = OperatorBench()
     plc.hold = _CODES[key]
     plc.key(key, scans=scans)
@@ -365,10 +362,7 @@ def test_the_answer_of_servo_on_may_take_as_long_as_timeout_says() -> None:
 @pytest.mark.parametrize("way", ["stop", "hmi"])
 @pytest.mark.parametrize("scans", [1, 2, 8, 20, 30])
 def test_stop_and_the_hmis_loss_withdraw_servo_on(way: str, scans: int) -> None:
-    """At each stage; what was not ON by then does not come, and it is no fault.
-
-    Source: FB_RcxPanelSequences.
-    """
+    """Source: FB_RcxPanelSequences."""
     plc = OperatorBench()
     plc.outputs(SO02=False, SO03=True, scans=20)
     plc.press("ServoOn", scans=scans)
@@ -386,10 +380,7 @@ def test_stop_and_the_hmis_loss_withdraw_servo_on(way: str, scans: int) -> None:
 @pytest.mark.parametrize("way", ["stop", "hmi"])
 @pytest.mark.parametrize("waits", ["stop", "turn"])
 def test_stop_and_the_hmis_loss_withdraw_start(engine: str, way: str, waits: str) -> None:
-    """It waits for SI(06), or for its turn; that it does not come then is no fault.
-
-    Source: FB_RcxPanelSequences; FB_ProgramContinue.
-    """
+    """Source: FB_RcxPanelSequences; FB_ProgramContinue."""
     plc = OperatorBench(engine)
     plc.set(Automatic=True, scans=20)
     if waits == "stop":
@@ -431,10 +422,7 @@ def test_the_hmis_loss_withdraws_what_waits_for_its_turn(key: str, signal: str) 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_while_stop_is_pressed_no_key_promises_what_it_cannot_do(engine: str) -> None:
-    """Also where it hangs: Start, Reset, jog, line and servo on would do nothing.
-
-    Source: RCX_PANEL.Can: what would do something if it was pressed now.
-    """
+    """Source: RCX_PANEL.Can: what would do something if it was pressed now."""
     plc = OperatorBench(engine)
     plc.key("Stop", scans=30)
     assert plc.can("Start", "Reset", "JogPlus", "JogMinus", "StepLine") == [False] * 5

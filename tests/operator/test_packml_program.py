@@ -189,10 +189,7 @@ def test_a_program_that_ends_before_its_last_line_is_not_complete(line: _Line) -
 def test_a_hold_near_the_end_does_not_run_the_program_again(
     line: _Line, command: str, ahead: int
 ) -> None:
-    """Wherever it falls, what has been done is not repeated.
-
-    Source: docs/how-to/operator/packml.md.
-    """
+    """Source: docs/how-to/operator/packml.md."""
     _to_execute(line)
     end = line.cell.now_us
     line.until("COMPLETING")
@@ -282,10 +279,7 @@ def test_what_comes_while_the_servos_come_on_aborts_and_is_over_in_aborted(line:
 def test_no_command_of_the_line_is_lost_beside_one_of_the_programs_own(
     line: _Line, later: int
 ) -> None:
-    """The program is ended from elsewhere, and Stop comes in that scan, or in the next one.
-
-    Source: PackTags: a rising edge of CmdChangeRequest.
-    """
+    """Source: PackTags: a rising edge of CmdChangeRequest."""
     _to_execute(line)
     for _ in range(20):
         line.scan()

@@ -383,10 +383,7 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
 def test_a_controller_that_is_gone_or_not_ready_ends_it_in_the_same_scan(
     plc: PointsBench, between: bool, error: int
 ) -> None:
-    """While a command is out, and between two of them.
-
-    Source: docs/reference/errors.md, 16#8001 and 16#8002
-    """
+    """Source: docs/reference/errors.md, 16#8001 and 16#8002."""
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
     if error == 0x8001:
@@ -431,10 +428,7 @@ def test_while_it_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench)
 
 @pytest.mark.parametrize("between", [False, True])
 def test_a_scan_without_a_call_ends_it(plc: PointsBench, between: bool) -> None:
-    """While a command is out, and between two of them.
-
-    Source: docs/explanation/scan-model.md, one scan
-    """
+    """Source: docs/explanation/scan-model.md, one scan."""
     plc["Backup.Execute"] = True
     plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
     asked = len(plc.sent)

@@ -43,10 +43,7 @@ def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench, bloc
 def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
     plc: PointsBench, block: str
 ) -> None:
-    """500 scans of 10 ms from its turn on; the backup gets its turn in the first scan.
-
-    Source: FB_PointBackup.md, FB_PointRestore.md, Timeout.
-    """
+    """Source: FB_PointBackup.md, FB_PointRestore.md, Timeout."""
     plc.silent = True
     plc[f"{block}.Execute"] = True
     plc.scan_until(lambda: bool(plc[f"{block}.Active"]), most=1 if block == "Backup" else 20)
@@ -76,10 +73,7 @@ def test_after_a_pulse_of_execute_the_error_is_shown_for_one_scan(
 def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
     plc: PointsBench, block: str, answered: bool
 ) -> None:
-    """Nothing is left of the command that failed, or that was not answered.
-
-    Source: PLCopen, edge-triggered blocks
-    """
+    """Source: PLCopen, edge-triggered blocks."""
     plc.refuses[11] = (12, 76)
     plc.silent = not answered
     plc[f"{block}.Timeout"] = "T#200ms"

@@ -430,10 +430,7 @@ def test_after_a_head_that_was_refused_another_one_is_taken(plc: PointsBench) ->
 
 @pytest.mark.parametrize("when", ["Row", "Active", "Number"])
 def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
-    """While it checks, while a command is out, and between two of them.
-
-    Source: docs/explanation/scan-model.md, one scan
-    """
+    """Source: docs/explanation/scan-model.md, one scan."""
     record(plc)
     plc["Restore.Execute"] = True
     wanted = {"Row": 3, "Active": True, "Number": 11}[when]

@@ -288,9 +288,7 @@ def test_the_robot_is_in_the_code(number: int) -> None:
 def test_a_direct_position_that_no_controller_answers_is_an_error(
     engine: str, k: int, value: float
 ) -> None:
-    """Beyond a double word of 0.001 mm, or no number; until Enable falls, as any error.
-
-    Source: docs/reference/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
+    """Source: docs/reference/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
     """
     plc = _plc(engine, Enable=True, Direct=True, DirectMm=[1.0] * 6)
     plc.scan()
@@ -323,10 +321,7 @@ def test_a_reading_that_ends_later_does_not_take_the_place_of_the_first_error() 
 
 
 def test_a_reading_that_waits_is_withdrawn_by_an_error() -> None:
-    """Nothing goes out for who shows an error already.
-
-    Source: docs/reference/blocks.md, the contract: an error ends the work.
-    """
+    """Source: docs/reference/blocks.md, the contract: an error ends the work."""
     plc = _plc()
     plc["First.Code"], plc["First.Execute"], plc["First.Timeout"] = 0x0501, True, "T#0s"
     plc.scan_until(lambda: plc.words[0] == 0x0501)

@@ -82,10 +82,7 @@ def test_without_enable_nothing_is_shown() -> None:
 
 
 def test_it_touches_no_dedicated_input() -> None:
-    """The network cannot select the mode.
-
-    Source: manual chapter 5, 3.2, AUTO mode changeover process.
-    """
+    """Source: manual chapter 5, 3.2, AUTO mode changeover process."""
     plc = sequences()
     plc.outputs(SO10=False)
     plc.change("AutoMode.Enable", to=True, scans=50)

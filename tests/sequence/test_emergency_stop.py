@@ -144,10 +144,7 @@ def test_a_new_edge_while_it_is_done_stops_again() -> None:
 
 @pytest.mark.parametrize("stop", ["EmergencyStop", "EarlyStop"])
 def test_while_it_is_asked_for_no_other_block_releases_the_emergency_stop(stop: str) -> None:
-    """Execute is held; the block that releases is called before it in the scan, or after it.
-
-    Source: manual chapter 5, 2, SI(00): OFF is the emergency stop state.
-    """
+    """Source: manual chapter 5, 2, SI(00): OFF is the emergency stop state."""
     plc = in_emergency_stop()
     plc[f"{stop}.Execute"] = plc["Restart.Execute"] = True
     for _ in range(60):

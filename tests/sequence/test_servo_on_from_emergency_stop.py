@@ -17,10 +17,7 @@ def _restarted() -> PlcBench:
 
 
 def test_servo_on_process_from_emergency_stop_status() -> None:
-    """Each input waits for the output before it, and is withdrawn after its own answer.
-
-    Source: manual chapter 5, 3.1, servo ON process from emergency stop status.
-    """
+    """Source: manual chapter 5, 3.1, servo ON process from emergency stop status."""
     plc = in_emergency_stop()
     plc.change("Restart.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06"]
@@ -288,10 +285,7 @@ def test_the_applications_emergency_stop_ends_the_wait_for_mp_ready() -> None:
 def test_what_forbids_servo_on_ends_the_wait_for_mp_ready(
     outputs: dict[str, bool], error: int
 ) -> None:
-    """Long before the time limit, with what the controller says; nothing is asked for.
-
-    Source: manual chapter 5, 2, SI(01): CPU_OK, no emergency stop, no alarm.
-    """
+    """Source: manual chapter 5, 2, SI(01): CPU_OK, no emergency stop, no alarm."""
     plc = in_emergency_stop()
     plc.change("Restart.Execute", to=True)
     _play(plc, "MP_READY")

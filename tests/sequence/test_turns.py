@@ -68,10 +68,7 @@ def polling(tmp_path: Path) -> PlcBench:
 def test_after_a_lost_link_the_first_command_goes_out_at_once(
     polling: PlcBench, lost_scans: int
 ) -> None:
-    """It does not take as long as the link was lost.
-
-    Source: design of the library, 2: waiting is bounded by what still lives.
-    """
+    """Source: design of the library, 2: waiting is bounded by what still lives."""
     plc = polling
     plc.change("Good", to=True, scans=4)
     assert plc.words[0] == 0x0001
@@ -130,10 +127,7 @@ def test_a_refused_input_never_touches_the_channel(refusing: PlcBench) -> None:
 
 
 def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBench) -> None:
-    """Each one: data, code, end, status reset read.
-
-    Source: guide, chapter 2; docs/explanation/scan-model.md, remote commands.
-    """
+    """Source: guide, chapter 2; docs/explanation/scan-model.md, remote commands."""
     plc = refusing
     plc["Retry"] = plc["Good"] = True
     for _ in range(200):
