@@ -422,7 +422,9 @@ def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
 
 @ON_BOTH
 def test_both_agree_with_the_model_of_the_controller(engine: str) -> None:
-    """Source: heads of FB_ScaraForward and FB_ScaraInverse; harness/rcx_harness/robot/kinematics.py
+    """Check the bounds that the heads state.
+
+    Source: heads of FB_ScaraForward and FB_ScaraInverse; harness/rcx_harness/robot/kinematics.py
     """
     some: list[Pose] = list(poses(random.Random(22), 100))
     worst = compare(some, engine)

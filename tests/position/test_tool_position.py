@@ -288,7 +288,9 @@ def test_the_robot_is_in_the_code(number: int) -> None:
 def test_a_direct_position_that_no_controller_answers_is_an_error(
     engine: str, k: int, value: float
 ) -> None:
-    """Source: docs/reference/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
+    """Beyond a double word of 0.001 mm, or no number; the error stays until Enable falls.
+
+    Source: docs/reference/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
     """
     plc = _plc(engine, Enable=True, Direct=True, DirectMm=[1.0] * 6)
     plc.scan()

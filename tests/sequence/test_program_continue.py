@@ -37,7 +37,6 @@ def test_refused_while_the_stop_is_kept_on_and_the_hold_stays(cause: str) -> Non
         plc["ProgramStop.Execute"] = True
     plc.scan(20)
     plc.change("Resume.Execute", to=True, scans=2)
-    assert pins(plc, "Resume") == "Error"
     assert plc["Resume.ErrorID"] == 0x8007
     plc["StopOk"] = True
     plc.change("ProgramStop.Execute", to=False, scans=50)

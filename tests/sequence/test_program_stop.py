@@ -66,7 +66,6 @@ def test_a_program_that_runs_on_ends_it_at_the_time_limit_and_the_input_stays_of
     plc = _running()
     plc["ProgramStop.Timeout"] = "T#300ms"
     plc.change("ProgramStop.Execute", to=True, scans=31)
-    assert pins(plc, "ProgramStop") == "Error"
     assert plc["ProgramStop.ErrorID"] == 0x8010
     plc.change("ProgramStop.Execute", to=False, scans=30)
     assert plc.inputs == ["SI00"]

