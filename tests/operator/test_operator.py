@@ -253,8 +253,7 @@ def test_the_program_is_reset() -> None:
 @pytest.mark.parametrize(("number", "sent"), [(0, 1), (7, 7)])
 def test_a_line_of_the_program_is_stepped(number: int, sent: int) -> None:
     """Source: guide 4.6.2: code 16#0403, program number 16#0001 and n."""
-    plc = OperatorBench()
-    plc.set(ProgramNumber=number)
+    plc = OperatorBench(ProgramNumber=number)
     plc.press("StepLine", then=8)
     assert [words[:3] for words in plc.sent[:1]] == [[0x0403, 0x0001, sent]]
     assert plc.codes[1:] == [0x0506], "where the robot is now"
@@ -263,8 +262,7 @@ def test_a_line_of_the_program_is_stepped(number: int, sent: int) -> None:
 
 def test_where_the_robot_is_becomes_the_point_of_the_panel() -> None:
     """Source: guide 4.2.9: code 16#n028, point, unit 1 = mm."""
-    plc = OperatorBench()
-    plc.set(RobotNumber=2, Point=4000, Units="UNIT_MM")
+    plc = OperatorBench(RobotNumber=2, Point=4000, Units="UNIT_MM")
     plc.press("Teach")
     assert "Taught" not in plc.lamps()
     plc.scan(8)
@@ -418,8 +416,7 @@ def test_the_lamps_are_those_of_the_dedicated_outputs() -> None:
 
 def test_the_mode_follows_its_selector_only_while_nothing_is_at_work() -> None:
     """Source: FB_Operator; manual chapter 5, 3.2: AUTO is selected at the controller."""
-    plc = OperatorBench()
-    plc.set(Automatic=True)
+    plc = OperatorBench(Automatic=True)
     plc.outputs(SO10=False, scans=2)
     assert (plc["Panel.Mode"], plc["Operator.Automatic"]) == ("PANEL_AUTO_MISSING", False)
     assert plc.message == 0x8006

@@ -53,8 +53,7 @@ def test_axis_frame_robot_and_speed_are_selected(
     selections: dict[str, object], code: int, data: int
 ) -> None:
     """Source: guide 4.2.6: 16#0020 pulses, 16#0021 Cartesian, 16#0022 tool; robot in bits 12 up."""
-    plc = OperatorBench()
-    plc.set(**selections)
+    plc = OperatorBench(**selections)
     plc.key("JogMinus", scans=10)
     speed, jog = plc.sent
     assert speed[:3] == [_SPEED | code & 0xF000, 0, selections["Percent"]]
@@ -67,8 +66,7 @@ def test_stepwise_one_press_is_one_step_however_long_it_is_held(
     engine: str, amount: int, sent: int
 ) -> None:
     """Source: guide 4.2.8 (16#0027, amount in the third word), 4.2.7 (16#0024)."""
-    plc = OperatorBench(engine)
-    plc.set(Stepwise=True, Axis=2, Amount=amount)
+    plc = OperatorBench(engine, Stepwise=True, Axis=2, Amount=amount)
     plc.key("JogMinus", scans=60)
     assert [words[:3] for words in plc.sent[:3]] == [
         [_SPEED, 0, 10],
@@ -85,8 +83,7 @@ def test_stepwise_one_press_is_one_step_however_long_it_is_held(
 
 def test_the_selections_count_as_they_stood_at_the_press() -> None:
     """Source: FB_RcxPanelJog."""
-    plc = OperatorBench()
-    plc.set(Axis=2)
+    plc = OperatorBench(Axis=2)
     plc.key("JogPlus", scans=1)
     plc.set(Axis=3, Percent=90, Stepwise=True, Frame="JOG_TOOL", RobotNumber=2, scans=10)
     assert [words[:3] for words in plc.sent] == [[_SPEED, 0, 10], [0x0020, 0, 0x0002]]
@@ -210,8 +207,7 @@ def test_stop_stops_a_jog() -> None:
 )
 def test_a_command_that_fails_ends_the_press_with_its_alarm(code: int, stepwise: bool) -> None:
     """Source: guide chapter 2, abnormal end."""
-    plc = OperatorBench()
-    plc.set(Stepwise=stepwise)
+    plc = OperatorBench(Stepwise=stepwise)
     plc.refuse = code
     plc.key("JogPlus")
     plc.scan_until(lambda: bool(plc["Operator.Error"]))
@@ -237,8 +233,7 @@ def test_a_command_that_fails_ends_the_press_with_its_alarm(code: int, stepwise:
 )
 def test_a_selection_that_is_not_legal_is_told(selection: dict[str, int], error: int) -> None:
     """Source: guide 4.2.6, 4.2.14."""
-    plc = OperatorBench()
-    plc.set(**selection)
+    plc = OperatorBench(**selection)
     plc.key("JogPlus", scans=20)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (error, True)
     assert not {0x0020, 0x0038} & {*plc.codes}, "nothing is set in the controller either"
@@ -252,8 +247,7 @@ def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
     selection: dict[str, int], error: int
 ) -> None:
     """Without Stepwise the amount does not count. Source: guide 4.2.8 and 4.2.14."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True, **selection)
+    plc = OperatorBench(Stepwise=True, **selection)
     plc.key("JogMinus", scans=20)
     assert plc.message == error
     assert not {0x0024, 0x0027, 0x0038} & {*plc.codes}
@@ -268,8 +262,7 @@ def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
 @pytest.mark.parametrize("scans", [96, 106])
 def test_a_step_begins_within_a_second_or_not_at_all(scans: int) -> None:
     """Source: FB_RcxPanelJog."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.hold = _AMOUNT
     plc.press("JogPlus")
     plc.scan(scans - 2)
@@ -285,8 +278,7 @@ def test_a_step_begins_within_a_second_or_not_at_all(scans: int) -> None:
 
 def test_a_step_that_takes_long_is_not_too_late() -> None:
     """Source: FB_RcxPanelJog: the second ends as the step begins."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.hold = _STEP
     plc.press("JogPlus", then=300)
     assert "Moving" in plc.lamps()
@@ -314,8 +306,7 @@ def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis()
 @pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
 def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bool) -> None:
     """Source: guide chapter 1: the command stays until its end."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.hold = hold
     plc.press("JogPlus")
     plc.scan_until(lambda: hold in plc.codes)
@@ -360,8 +351,7 @@ def test_a_jog_ends_with_the_hmis_connection_and_needs_a_new_press(engine: str, 
 @pytest.mark.parametrize("scans", range(1, 5))
 def test_a_step_that_has_not_begun_is_withdrawn_with_the_hmis_connection(scans: int) -> None:
     """Source: FB_Operator, HmiOk."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.key("JogPlus", scans=scans)
     assert _STEP not in plc.codes
     plc.change("Operator.HmiOk", to=False, scans=80)
@@ -372,8 +362,7 @@ def test_a_step_that_has_not_begun_is_withdrawn_with_the_hmis_connection(scans: 
 @pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
 def test_a_key_that_is_pressed_and_released_while_a_command_is_out_sends_nothing(hold: int) -> None:
     """Source: FB_RcxPanelJog; hold to run."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.hold = hold
     plc.press("JogPlus")
     plc.scan_until(lambda: hold in plc.codes)
@@ -408,8 +397,7 @@ def test_a_jog_may_take_longer_than_a_step_may_wait() -> None:
 
 def test_a_step_does_not_line_up_behind_another_command() -> None:
     """Source: FB_RcxPanelJog: within a second or not at all."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.hold = _AMOUNT
     plc.press("JogPlus")
     plc.scan_until(lambda: _AMOUNT in plc.codes)
@@ -441,8 +429,7 @@ def test_while_an_axis_is_jogged_another_key_is_refused_and_the_jog_goes_on(key:
 @pytest.mark.parametrize("stepwise", [False, True])
 def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
     """Source: guide 4.2.6, 4.2.7: bit 7 of the third word is ON for the minus direction."""
-    plc = OperatorBench()
-    plc.set(Stepwise=stepwise)
+    plc = OperatorBench(Stepwise=stepwise)
     for key in ("JogMinus", "JogPlus", "JogMinus"):
         plc.press(key, scans=20, then=60)
     code = _STEP if stepwise else 0x0020
@@ -453,8 +440,7 @@ def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
 @pytest.mark.parametrize("stop", [False, True])
 def test_a_step_that_somebody_else_has_stopped_is_a_fault(stop: bool) -> None:
     """Only after the panel's own Stop is 12.400 no problem. Source: guide 4.2.8; chapter 5, 3.3."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.hold = _STEP
     plc.press("JogPlus")
     plc.scan_until(lambda: plc.words[0] == _STEP)
@@ -481,8 +467,7 @@ def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
 
     Source: guide 4.2.14, manual movement speed; 4.2.15, automatic movement speed; 4.2.8
     """
-    plc = OperatorBench()
-    plc.set(Stepwise=stepwise)
+    plc = OperatorBench(Stepwise=stepwise)
     plc.key("JogPlus", scans=1)
     plc["Other.Code"], plc["Other.Execute"] = code, True
     plc.scan(20)
@@ -502,8 +487,7 @@ def test_without_the_hmi_a_step_is_stopped_that_a_missed_call_has_left_alone(
     key: str, code: int, missed: bool
 ) -> None:
     """It is held to its end, and the robot moves. Source: head of FB_Operator, HmiOk."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     plc.hold = code
     plc.key(key)
     plc.scan_until(lambda: plc.codes[-1:] == [code])

@@ -153,8 +153,7 @@ def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
 
     Source: FB_Operator, HmiOk; manual chapter 5, 2, SI(06).
     """
-    plc = OperatorBench(engine)
-    plc.set(Stepwise=True)
+    plc = OperatorBench(engine, Stepwise=True)
     code = _LINE if what == "line" else _STEP
     plc.hold = code
     plc.press("StepLine" if what == "line" else "JogPlus")
@@ -184,8 +183,7 @@ def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
 @pytest.mark.parametrize("alarm", [(12, 401), (2, 400)])
 def test_another_alarm_is_told_although_stop_was_pressed(what: str, alarm: tuple[int, int]) -> None:
     """Source: guide chapter 2, abnormal end."""
-    plc = OperatorBench()
-    plc.set(Stepwise=True)
+    plc = OperatorBench(Stepwise=True)
     code = _LINE if what == "line" else _STEP
     plc.hold = code
     plc.press("StepLine" if what == "line" else "JogPlus")
@@ -331,8 +329,7 @@ def test_what_waits_for_its_turn_longer_than_two_seconds_is_withdrawn(
 
     Source: FB_RcxPanelSequences.
     """
-    plc = OperatorBench()
-    plc.set(Automatic=key == "Start")
+    plc = OperatorBench(Automatic=key == "Start")
     plc["Sequence.Execute"] = True
     plc.scan_until(lambda: "SI15" in plc.inputs)
     plc.outputs(SO03=key == "Reset", scans=20)

@@ -86,8 +86,7 @@ def test_it_is_the_position_of_the_robot_that_was_jogged() -> None:
 
     Source: guide 4.7.4: the robot is in bits 15 to 12 of the code.
     """
-    plc = OperatorBench()
-    plc.set(RobotNumber=2)
+    plc = OperatorBench(RobotNumber=2)
     plc.key("JogPlus")
     plc.scan_until(lambda: "Moving" in plc.lamps())
     plc.set(RobotNumber=3)

@@ -64,8 +64,7 @@ def test_where_the_origin_is_incomplete_the_message_says_so_and_no_start_is_hint
 
     Source: manual chapter 5, 2, SO(11).
     """
-    plc = OperatorBench()
-    plc.set(Automatic=automatic)
+    plc = OperatorBench(Automatic=automatic)
     plc.outputs(SO11=False, scans=2)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x807B, False)
     assert plc["Panel.Following"] == "PANEL_NEXT_NONE"

@@ -43,39 +43,6 @@ def test_busy_appears_in_the_call_of_the_edge_and_done_stays_until_execute_falls
     assert _pins(plc, "First") == ""
 
 
-def test_when_execute_has_fallen_the_end_is_shown_for_one_scan() -> None:
-    """Source: PLCopen, edge-triggered function blocks."""
-    plc = _plc()
-    plc.change("First.Execute", to=True)
-    plc.change("First.Execute", to=False, scans=5)
-    assert _pins(plc, "First") == "Busy Active"
-    _finish(plc)
-    assert _pins(plc, "First") == "Done"
-    plc.scan()
-    assert _pins(plc, "First") == ""
-
-
-def test_an_edge_while_busy_is_ignored() -> None:
-    """Source: PLCopen, edge-triggered function blocks."""
-    plc = _plc()
-    for execute in (True, False, True):
-        plc.change("First.Execute", to=execute)
-    plc["First.Execute"] = False
-    _finish(plc)
-    plc.scan(30)
-    assert _pins(plc, "First") == ""
-    assert plc.words[0] == 0, "there is no second command"
-
-
-def test_a_new_edge_after_the_end_starts_again() -> None:
-    plc = _plc()
-    for _ in range(2):
-        plc.change("First.Execute", to=True)
-        _finish(plc)
-        assert _pins(plc, "First") == "Done"
-        plc.change("First.Execute", to=False)
-
-
 def test_turns_go_first_come_first_served_across_blocks() -> None:
     plc = _plc()
     for block in ("Second", "Third", "First"):

@@ -7,54 +7,39 @@ import pytest
 from plc_bench import ROOT, PlcBench
 from sequence_bench import pins, servo_on
 
-_STAGES = (
-    "CONNECTION",
-    "CPU_OK",
-    "CELL_SAFE",
-    "EMERGENCY_RELEASE",
-    "ALARM_RESET",
-    "MP_READY",
-    "SERVO_ON",
-    "STOP_RELEASE",
-    "AUTO_MODE",
-    "PROGRAM_RESET",
-    "PROGRAM_START",
-)
+#: What each stage waits for: a pin of the area blocks, or outputs of the controller.
+_GIVES: dict[str, str | dict[str, bool]] = {
+    "CONNECTION": "Connected",
+    "CPU_OK": {"SO00": True, "SO01": True, "SO03": True},
+    "CELL_SAFE": "EmergencyStopOk",
+    "EMERGENCY_RELEASE": {"SO00": False},
+    "ALARM_RESET": {"SO03": False},
+    "MP_READY": {"SO04": True},
+    "SERVO_ON": {"SO02": True},
+    "STOP_RELEASE": "StopOk",
+    "AUTO_MODE": {"SO10": True},
+    "PROGRAM_RESET": {"SO14": True},
+    "PROGRAM_START": {"SO14": False, "SO13": True},
+}
+_STAGES = tuple(_GIVES)
 
 
-def _off() -> PlcBench:
+def _off(timeout: str = "T#300ms") -> PlcBench:
     """Everything is missing: power, link, the cell's consent."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc.change("Connected", "EmergencyStopOk", "StopOk", to=False, scans=30)
-    plc["PowerUp.Timeout"] = "T#300ms"
+    plc["PowerUp.Timeout"] = timeout
     plc.change("PowerUp.Execute", to=True)
     return plc
 
 
 def _give(plc: PlcBench, stage: str) -> None:
     """Let happen what a stage waits for."""
-    if stage == "CONNECTION":
-        plc["Connected"] = True
-    elif stage == "CPU_OK":
-        plc.outputs(SO00=True, SO01=True, SO03=True)
-    elif stage == "CELL_SAFE":
-        plc["EmergencyStopOk"] = True
-    elif stage == "EMERGENCY_RELEASE":
-        plc.outputs(SO00=False)
-    elif stage == "ALARM_RESET":
-        plc.outputs(SO03=False)
-    elif stage == "MP_READY":
-        plc.outputs(SO04=True)
-    elif stage == "SERVO_ON":
-        plc.outputs(SO02=True)
-    elif stage == "STOP_RELEASE":
-        plc["StopOk"] = True
-    elif stage == "AUTO_MODE":
-        plc.outputs(SO10=True)
-    elif stage == "PROGRAM_RESET":
-        plc.outputs(SO14=True)
+    gift = _GIVES[stage]
+    if isinstance(gift, str):
+        plc[gift] = True
     else:
-        plc.outputs(SO14=False, SO13=True)
+        plc.outputs(**gift)
 
 
 def _until(plc: PlcBench, stage: str) -> None:
@@ -261,3 +246,14 @@ def test_a_running_program_does_not_matter_before_the_servos_are_on() -> None:
     plc.outputs(SO13=True, scans=10)
     assert pins(plc, "PowerUp") == "Busy"
     assert plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE"
+
+
+def test_without_a_limit_it_waits_in_every_stage() -> None:
+    """Source: head of FB_PowerUp: T#0s = no limit."""
+    plc = _off("T#0s")
+    for stage in _STAGES:
+        plc.scan(40)
+        assert plc["PowerUp.Stage"] == f"POWER_UP_{stage}"
+        _give(plc, stage)
+    plc.scan(40)
+    assert plc["PowerUp.Done"] is True

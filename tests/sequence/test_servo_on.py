@@ -22,17 +22,10 @@ def test_initial_servo_on_process_after_power_on() -> None:
     plc.scan(30)
     assert plc.inputs == ["SI00", "SI01", "SI06"], "kept until the status is confirmed"
     assert plc["ServoOn.Active"]
+    assert plc["Robot.Inner.Sequence.Holder"] == 0x0001
     plc.outputs(SO02=True, scans=1)
     assert plc["ServoOn.Done"]
     assert plc.inputs == ["SI00", "SI06"]
-
-
-def test_done_follows_the_controllers_answer_not_the_request() -> None:
-    """Source: manual chapter 5, 3.1, initial servo ON process, step 2."""
-    plc = _plc()
-    plc.change("ServoOn.Execute", to=True, scans=100)
-    assert plc["ServoOn.Busy"]
-    assert not plc["ServoOn.Done"]
 
 
 def test_an_answer_within_the_interval_ends_the_block_and_the_input_is_still_kept_100_ms() -> None:
@@ -71,19 +64,3 @@ def test_a_second_servo_on_makes_an_edge_of_its_own() -> None:
     assert plc.scan_until(lambda: "SI01" in plc.inputs) == 12
     plc.scan()
     assert plc["ServoAgain.Done"]
-
-
-def test_a_block_that_is_no_longer_called_loses_its_turn() -> None:
-    plc = _plc()
-    plc.change("ServoOn.Execute", to=True, scans=2)
-    plc["CallServoOn"] = False
-    plc.change("ProgramReset.Execute", to=True, scans=2)
-    assert plc["ProgramReset.Active"]
-    plc.change("CallServoOn", to=True)
-    assert plc["ServoOn.ErrorID"] == 0x8013
-
-
-def test_who_holds_the_dedicated_inputs_can_be_read() -> None:
-    plc = _plc()
-    plc.change("ServoOn.Execute", to=True)
-    assert plc["Robot.Inner.Sequence.Holder"] == 0x0001
