@@ -232,7 +232,7 @@ def reading(entry: dict[str, Any]) -> Reading:
         section=entry["section"],
         pendant=entry.get("pendant", False),
         robot_zero=entry.get("robot_zero", ""),
-        request=tuple(row(text) for text in entry.get("request", ())),
+        request=tuple(row(text) for text in _expanded(entry.get("request", ()))),
         zero=tuple(part for text in entry.get("zero", ()) for part in _zeros(text)),
         response=tuple(row(text) for text in entry.get("response", ())),
         unused=tuple(part for text in entry.get("unused", ()) for part in _zeros(text)),
@@ -242,6 +242,12 @@ def reading(entry: dict[str, Any]) -> Reading:
     if wrong:
         raise ValueError(f"{found}: {wrong[0][1]} is on the wrong side")
     return found
+
+
+def _expanded(texts: Sequence[str]) -> Iterator[str]:
+    """Put the rows of a group in the place of its name."""
+    for text in texts:
+        yield from _groups()[text[1:]] if text.startswith("+") else [text]
 
 
 def row(text: str) -> Row:
@@ -336,6 +342,12 @@ def _sides(found: Reading) -> Iterator[tuple[str, Place]]:
 
 def _number(words: Sequence[int]) -> int:
     return int.from_bytes(struct.pack(f"<{WORDS}H", *words), "little")
+
+
+@cache
+def _groups() -> dict[str, list[str]]:
+    groups: dict[str, list[str]] = load_toml(FOLDER / "category_1.toml")["group"]
+    return groups
 
 
 @cache
