@@ -24,8 +24,7 @@ def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> N
     plc.scan()
     assert plc.pin("Timeout") == timedelta(microseconds=parse_us(BLOCKS[name].timeout))
     expected = plc.exchange(first)
-    plc["Rival.Code"], plc["Rival.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501)
+    plc.give("Rival", 0x0501)
     plc.set({**first, "Timeout": "T#100ms", "Execute": True})
     plc.scan()
     for _ in range(3):

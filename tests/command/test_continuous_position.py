@@ -95,16 +95,14 @@ def test_a_block_that_is_not_called_any_more_ends_the_output_and_frees_the_chann
     plc.change("CallPosition", to=False)
     assert plc.words[0] == 0
     plc.answer(0)
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=5)
+    plc.give("First", 0x0501, most=5)
 
 
 def test_the_continuous_mode_of_fb_remote_command_ends_at_its_timeout() -> None:
     """It has no end status, so nothing else could end it."""
     plc = jog_plc()
     plc["First.Code"], plc["First.Data[1]"], plc["First.Timeout"] = 0x0505, 1, "T#100ms"
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc.words[0] == 0x0505)
+    plc.scan_until(lambda: plc.words[0] == 0x0505, execute="First")
     plc.answer(0x0100, PULSES)
     plc.scan_until(lambda: bool(plc["First.Error"]), most=15)
     assert plc["First.ErrorID"] == 0x8011
@@ -126,15 +124,13 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
     plc.change("Position.Enable", to=True)
     plc.change("Position.Enable", to=False, scans=5)
     assert plc.words[0] == 0
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+    plc.give("First", 0x0501, most=4)
 
 
 def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
     plc = jog_plc()
     _reading(plc)
-    plc.answer(0x4000, [4, 2], scans=1)
-    plc.answer(0)
+    plc.complete(0x4000, [4, 2])
     assert plc["Position.ErrorID"] == 0x8020
     assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
     plc.scan(10)

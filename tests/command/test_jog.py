@@ -82,8 +82,7 @@ def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> Non
     plc.scan()
     assert plc["Jog.Busy"]
     assert plc.words[:3] == [0x0020, 0, 1], "the first jog is held to its end"
-    plc.answer(0x4000, STOPPED, scans=1)
-    plc.answer(0)
+    plc.complete(0x4000, STOPPED)
     plc.scan_until(lambda: plc.words[0] == 0x0020)
     assert plc["Robot.Settled"]
     assert "SI06" in plc.inputs
@@ -97,8 +96,7 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
     assert plc.words[0] == 0
     assert plc.inputs == ["SI00", "SI06"]
     assert not plc["Jog.Stopping"]
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+    plc.give("First", 0x0501, most=4)
 
 
 def test_an_enable_of_one_scan_stops_in_the_scan_after_the_code() -> None:
@@ -118,16 +116,14 @@ def test_a_jog_whose_block_is_not_called_any_more_is_stopped() -> None:
     assert plc.inputs == ["SI00"]
     plc.scan(20)
     assert plc.inputs == ["SI00"], "until the jog has ended"
-    plc.answer(0x4000, STOPPED, scans=1)
-    plc.answer(0)
+    plc.complete(0x4000, STOPPED)
     plc.scan_until(lambda: "SI06" in plc.inputs)
 
 
 def test_a_jog_of_fb_remote_command_is_stopped_at_its_timeout() -> None:
     plc = jog_plc()
     plc["First.Code"], plc["First.Data[2]"], plc["First.Timeout"] = 0x0020, 1, "T#100ms"
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc.words[0] == 0x0020)
+    plc.scan_until(lambda: plc.words[0] == 0x0020, execute="First")
     plc.answer(0x0100, scans=5)
     assert "SI06" in plc.inputs
     plc.scan_until(lambda: bool(plc["First.Error"]))
@@ -138,8 +134,7 @@ def test_another_stop_ends_the_jog_with_an_error() -> None:
     """12.400 that Enable has not asked for, as from a stop of the programming box."""
     plc = jog_plc()
     jogging(plc)
-    plc.answer(0x4000, STOPPED, scans=1)
-    plc.answer(0)
+    plc.complete(0x4000, STOPPED)
     assert plc["Jog.ErrorID"] == 0x8020
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400)
     plc.scan(20)
@@ -254,8 +249,7 @@ def test_a_loss_also_ends_an_enable_that_waits_for_the_last_stop(
     jogging(plc)
     plc.change("Jog.Enable", to=False)
     if moment == "until SI(06) is back":
-        plc.answer(0x4000, STOPPED, scans=1)
-        plc.answer(0)
+        plc.complete(0x4000, STOPPED)
     plc.change("Jog.Enable", to=True)
     assert plc["Jog.Busy"]
     present(plc, lost, False)

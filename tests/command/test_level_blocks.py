@@ -40,8 +40,7 @@ def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout(
 ) -> None:
     """Source: docs/reference/errors.md, 16#8012."""
     plc["First.Code"], plc["First.Timeout"] = 0x0501, "T#50ms"
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc["First.ErrorID"] == 0x8011)
+    plc.scan_until(lambda: plc["First.ErrorID"] == 0x8011, execute="First")
     plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#100ms", True
     plc.scan_until(lambda: bool(plc[f"{block}.Error"]), most=13)
     assert plc[f"{block}.ErrorID"] == 0x8012

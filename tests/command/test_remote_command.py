@@ -23,8 +23,7 @@ def test_inputs_are_sampled_on_the_rising_edge() -> None:
     plc.change("First.Execute", "Second.Execute", to=True)
     plc["Second.Code"], plc["Second.Data[2]"] = 0x0100, 200
     plc.scan_until(lambda: plc.words[0] == 0x1505)
-    plc.answer(0x0200, scans=1)
-    plc.answer(0)
+    plc.complete()
     plc.scan_until(lambda: plc.words[0] != 0)
     assert plc.words[:3] == [0x0101, 0, 100]
 
@@ -112,8 +111,7 @@ def test_the_status_reset_is_no_command() -> None:
 def test_without_an_answer_the_response_is_zero() -> None:
     plc = _plc()
     plc.change("First.Execute", to=True, scans=2)
-    plc.answer(0x0200, [7] * 15, scans=1)
-    plc.answer(0)
+    plc.complete(0x0200, [7] * 15)
     plc.change("First.Execute", to=False)
     plc["First.Timeout"] = "T#50ms"
     plc.change("First.Execute", to=True, scans=7)

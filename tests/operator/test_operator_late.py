@@ -303,8 +303,7 @@ def test_what_servo_on_waits_for_longer_than_two_seconds_comes_too_late(
     plc = OperatorBench()
     plc.outputs(SO02=False, SO03=what != "turn", scans=20)
     if what == "turn":
-        plc["Sequence.Execute"] = True
-        plc.scan_until(lambda: "SI15" in plc.inputs)
+        plc.scan_until(lambda: "SI15" in plc.inputs, execute="Sequence")
     plc.press("ServoOn")
     if what != "turn":
         plc.scan_until(lambda: "SI16" in plc.inputs)
@@ -330,8 +329,7 @@ def test_what_waits_for_its_turn_longer_than_two_seconds_is_withdrawn(
     Source: FB_RcxPanelSequences.
     """
     plc = OperatorBench(Automatic=key == "Start")
-    plc["Sequence.Execute"] = True
-    plc.scan_until(lambda: "SI15" in plc.inputs)
+    plc.scan_until(lambda: "SI15" in plc.inputs, execute="Sequence")
     plc.outputs(SO03=key == "Reset", scans=20)
     plc.press(key)
     plc.scan(scans - 2)
@@ -383,8 +381,7 @@ def test_stop_and_the_hmis_loss_withdraw_start(engine: str, way: str, waits: str
     if waits == "stop":
         plc.press("Stop", then=30)
     else:
-        plc["Sequence.Execute"] = True
-        plc.scan_until(lambda: "SI15" in plc.inputs)
+        plc.scan_until(lambda: "SI15" in plc.inputs, execute="Sequence")
     plc.press("Start")
     if way == "stop":
         plc.press("Stop")
@@ -402,8 +399,7 @@ def test_stop_and_the_hmis_loss_withdraw_start(engine: str, way: str, waits: str
 def test_the_hmis_loss_withdraws_what_waits_for_its_turn(key: str, signal: str) -> None:
     """Source: FB_Operator, HmiOk: only Stop acts."""
     plc = OperatorBench()
-    plc["Sequence.Execute"] = True
-    plc.scan_until(lambda: "SI15" in plc.inputs)
+    plc.scan_until(lambda: "SI15" in plc.inputs, execute="Sequence")
     plc.outputs(SO03=key == "Reset", scans=1)
     plc.press(key)
     assert plc["Operator.Busy"]

@@ -11,25 +11,12 @@ from both_engines import ENGINES
 from plc_bench import ROOT, PlcBench
 
 #: PackTags' numbers. Source: Beckhoff E_PMLState; Siemens LPMLV2022 state constants.
-_NUMBERS = {
-    "CLEARING": 1,
-    "STOPPED": 2,
-    "STARTING": 3,
-    "IDLE": 4,
-    "SUSPENDED": 5,
-    "EXECUTE": 6,
-    "STOPPING": 7,
-    "ABORTING": 8,
-    "ABORTED": 9,
-    "HOLDING": 10,
-    "HELD": 11,
-    "UNHOLDING": 12,
-    "SUSPENDING": 13,
-    "UNSUSPENDING": 14,
-    "RESETTING": 15,
-    "COMPLETING": 16,
-    "COMPLETE": 17,
-}
+_STATES = (
+    *("CLEARING", "STOPPED", "STARTING", "IDLE", "SUSPENDED", "EXECUTE", "STOPPING", "ABORTING"),
+    *("ABORTED", "HOLDING", "HELD", "UNHOLDING", "SUSPENDING", "UNSUSPENDING", "RESETTING"),
+    *("COMPLETING", "COMPLETE"),
+)
+_NUMBERS = {state: number for number, state in enumerate(_STATES, start=1)}
 #: What follows an acting state that is done. Source: ROS-Industrial packml, transition table.
 _DONE = {
     "CLEARING": "STOPPED",

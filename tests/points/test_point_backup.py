@@ -182,8 +182,7 @@ def test_any_other_alarm_ends_it_at_its_number(
 def test_the_alarm_is_shown_as_long_as_the_error(plc: PointsBench) -> None:
     """Source: guide chapter 1, 1.2, code 0x4000; 0x0006 and 0x00FF are 6.255."""
     plc["Backup.Kind"], plc["Backup.Count"] = "DATA_SHIFTS", 1
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Backup.Error"]))
+    plc.scan_until(lambda: bool(plc["Backup.Error"]), execute="Backup")
     for _ in range(3):
         assert (plc["Backup.AlarmGroup"], plc["Backup.AlarmCategory"]) == (6, 255)
         plc.scan()
@@ -364,8 +363,7 @@ def test_a_row_is_taken_in_one_scan_only(plc: PointsBench) -> None:
 
 def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench) -> None:
     """Source: manual chapter 1, 5.2."""
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: plc["Backup.Row"] == 3)
+    plc.scan_until(lambda: plc["Backup.Row"] == 3, execute="Backup")
     plc.change("Connected", to=False, scans=3)
     assert plc["Backup.ErrorID"] == 0x8001
     plc["Connected"] = True
@@ -396,8 +394,7 @@ def test_a_controller_that_is_gone_or_not_ready_ends_it_in_the_same_scan(
 
 def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
     """The next row is not asked for, though the link is there again."""
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Backup.Taken"]))
+    plc.scan_until(lambda: bool(plc["Backup.Taken"]), execute="Backup")
     plc.change("Connected", to=False)
     plc.change("Connected", to=True, scans=20)
     assert plc["Backup.ErrorID"] == 0x8001
@@ -415,8 +412,7 @@ def test_while_it_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench)
     plc.stored[0x100, 10] = POINT_50
     assert plc.run("Backup", First=10, Count=1) == 0
     plc.silent = True
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Restore.Active"]))
+    plc.scan_until(lambda: bool(plc["Restore.Active"]), execute="Restore")
     plc["Backup.Execute"] = True
     for _ in range(5):
         plc.scan()
@@ -458,8 +454,7 @@ def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, between: bool) -> Non
 
 def test_with_done_number_is_the_first_of_the_next_record(plc: PointsBench) -> None:
     plc["Backup.First"], plc["Backup.Count"] = 7, 1
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Backup.Done"]))
+    plc.scan_until(lambda: bool(plc["Backup.Done"]), execute="Backup")
     assert plc["Backup.Number"] == 8
 
 

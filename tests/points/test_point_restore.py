@@ -139,8 +139,7 @@ def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: Po
     """No row is left out, though it had looked at others already."""
     record(plc, count=9)
     plc["Restore.FirstRow"] = 2
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: plc["Restore.Row"] == 7)
+    plc.scan_until(lambda: plc["Restore.Row"] == 7, execute="Restore")
     plc.change("Connected", to=False)
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
     assert plc["Restore.Number"] == 11, "row 1 is point 10"
@@ -152,8 +151,7 @@ def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
 ) -> None:
     """Source: docs/reference/errors.md, 16#8002."""
     record(plc, count=9)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: plc["Restore.Row"] == row)
+    plc.scan_until(lambda: plc["Restore.Row"] == row, execute="Restore")
     plc.outputs(SO01=False, scans=1)
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8002, 1)
     assert plc["Restore.Number"] == 10
@@ -214,8 +212,7 @@ def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) ->
 def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> None:
     """Source: docs/reference/blocks/FB_PointRestore.md, Number; point 10 is in row 1."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
     seen = []
     while plc["Restore.Busy"]:
         seen.append((plc["Restore.Row"], plc["Restore.Number"]))
@@ -235,8 +232,7 @@ def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
     """
     record(plc)
     plc["Restore.FirstRow"], plc["Restore.CompareOnly"] = first, compares
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Restore.Done"]))
+    plc.scan_until(lambda: bool(plc["Restore.Done"]), execute="Restore")
     assert (plc["Restore.Row"], plc["Restore.Number"]) == (1, 10)
     plc.change("Restore.Execute", to=False, scans=3)
     assert plc["Restore.Row"] == 1
@@ -295,8 +291,7 @@ def test_it_stops_on_the_point_that_is_refused_and_goes_on_there(plc: PointsBenc
 def test_the_alarm_of_a_write_is_never_taken_for_a_missing_point(plc: PointsBench) -> None:
     record(plc)
     plc.refuses[10] = (6, 204)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: bool(plc["Restore.Error"]))
+    plc.scan_until(lambda: bool(plc["Restore.Error"]), execute="Restore")
     assert plc["Restore.ErrorID"] == 0x8020
     plc.scan(2)
     assert (plc["Restore.AlarmGroup"], plc["Restore.AlarmCategory"]) == (6, 204)
@@ -305,8 +300,7 @@ def test_the_alarm_of_a_write_is_never_taken_for_a_missing_point(plc: PointsBenc
 def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench) -> None:
     """Source: manual chapter 1, 5.2."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: len(plc.sent) == 2)
+    plc.scan_until(lambda: len(plc.sent) == 2, execute="Restore")
     plc.change("Connected", to=False, scans=3)
     assert (plc["Restore.ErrorID"], plc["Restore.Row"]) == (0x8001, 2)
     plc.change("Connected", to=True, scans=60)
@@ -319,8 +313,7 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
 def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
     """The next row is not written, though the link is there again. Source: as above."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
     plc.change("Connected", to=False)
     assert plc["Restore.ErrorID"] == 0x8001
@@ -336,8 +329,7 @@ def test_head_and_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> Non
     plc["Restore.FirstRow"], plc["Restore.CompareOnly"] = 1, True
     plc["Head.Count"], plc["Head.First"], plc["Head.Checksum"] = 1, 90, 0
     plc.change("Restore.Execute", to=False)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: not plc["Restore.Busy"])
+    plc.scan_until(lambda: not plc["Restore.Busy"], execute="Restore")
     assert plc["Restore.Done"] is True
     assert [words[:3] for words in plc.sent] == [[0x100, 1, 12], [0x100, 1, 13]]
 
@@ -371,8 +363,7 @@ def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBe
 def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: PointsBench) -> None:
     """Source: guide chapter 2: data and code are held unchanged until the end."""
     record(plc)
-    plc["Restore.Execute"] = True
-    plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
     plc["Rows[1].Defined"] = False
     plc["Rows[1].Values[1]"] = 7
     plc.silent = True

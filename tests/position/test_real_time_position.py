@@ -56,10 +56,8 @@ def plc(request: pytest.FixtureRequest, tmp_path: Path) -> PlcBench:
     plc.power_up()
     plc.scan(3)
     plc.so[52:56] = (90_000).to_bytes(4, "little")  # SOW(26)
-    plc["Output.Execute"] = True
-    plc.scan_until(lambda: plc.words[0] == 0x0703)
-    plc.answer(0x0200, scans=1)
-    plc.answer(0)
+    plc.scan_until(lambda: plc.words[0] == 0x0703, execute="Output")
+    plc.complete()
     plc.change("Enable", to=True, scans=2)
     return plc
 

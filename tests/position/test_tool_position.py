@@ -37,8 +37,7 @@ def _ms(plc: PlcBench) -> float:
 def _read(plc: PlcBench, place: list[int] | None = None) -> None:
     """Wait for the command, answer it at once, and reset the status."""
     plc.scan_until(lambda: plc.words[0] & 0x0FFF == 0x0506)
-    plc.answer(0x0200, [0, 0, *(place or _PLACE)], scans=1)
-    plc.answer(0)
+    plc.complete(0x0200, [0, 0, *(place or _PLACE)])
 
 
 def _watching(engine: str = "auto", **pins: Any) -> PlcBench:
@@ -111,8 +110,7 @@ def test_a_turn_that_comes_late_makes_no_age() -> None:
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(2)
     plc.change("Position.Enable", to=True, scans=30)
-    plc.answer(0x0200, scans=1)
-    plc.answer(0)
+    plc.complete()
     _read(plc)
     assert _ms(plc) == pytest.approx(30)
 
@@ -141,8 +139,7 @@ def test_while_a_command_is_out_it_waits_and_the_age_grows() -> None:
     assert plc["Robot.Inner.Command.NextTicket"] - plc["Robot.Inner.Command.Serving"] == 1, (
         "it takes no ticket behind a command that is out"
     )
-    plc.answer(0x0200, scans=1)
-    plc.answer(0)
+    plc.complete()
     _read(plc)
     assert _ms(plc) == pytest.approx(30)
 
@@ -152,8 +149,7 @@ def test_a_chain_of_commands_without_a_gap_is_never_delayed() -> None:
     plc = _watching(Period="T#0ms")
     _read(plc)
     plc["First.Code"], plc["Last.Code"] = 0x0501, 0x0502
-    plc["First.Execute"] = True
-    plc.scan_until(lambda: plc.words[0] == 0x0501)
+    plc.scan_until(lambda: plc.words[0] == 0x0501, execute="First")
     for name, code in (("Last", 0x0502), ("First", 0x0501)):
         plc.change(f"{name}.Execute", to=True)
         plc.answer(0x0200, scans=1)
@@ -235,8 +231,7 @@ def test_a_reading_whose_turn_begins_in_the_scan_of_a_direct_position_is_not_old
 def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
     plc = _plc(Enable=True)
     plc.scan(2)
-    plc.answer(0x4000, [4, 2], scans=1)
-    plc.answer(0)
+    plc.complete(0x4000, [4, 2])
     for _ in range(100):
         assert (plc["Position.Error"], plc["Position.ErrorID"]) == (True, 0x8020)
         assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
@@ -332,8 +327,7 @@ def test_a_reading_that_waits_is_withdrawn_by_an_error() -> None:
     plc.scan(2)
     assert plc["Position.ErrorID"] == 0x8047
     plc["First.Execute"] = False
-    plc.answer(0x0200, scans=1)
-    plc.answer(0)
+    plc.complete()
     for _ in range(10):
         plc.scan()
         assert plc.words[0] in (0, 0x0501)
@@ -394,8 +388,7 @@ def test_an_answer_that_does_not_come_ends_it_at_timeout() -> None:
 def test_the_timeout_is_five_seconds_and_brings_no_alarm_of_another_command() -> None:
     """Source: docs/reference/errors.md, 16#8011; comment of AlarmGroup: of an abnormal end."""
     plc = _plc()
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501)
+    plc.give("First", 0x0501)
     plc.answer(0x0200, [4, 2], scans=1)
     plc.answer(0, [4, 2])
     plc.change("Position.Enable", to=True)
@@ -451,8 +444,7 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
     plc.scan()
     plc.change("Position.Enable", to=False)
     assert not any(plc.words)
-    plc["First.Code"], plc["First.Execute"] = 0x0501, True
-    plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
+    plc.give("First", 0x0501, most=4)
     plc.change("Position.Enable", to=True, scans=5)
     plc.change("Position.Enable", to=False)
     plc.answer(0x0200, scans=1)
@@ -468,8 +460,7 @@ def test_an_error_of_an_earlier_enable_counts_for_nothing() -> None:
     plc.scan(2)
     plc.change("Position.Enable", to=False)
     plc.change("Position.Enable", to=True)
-    plc.answer(0x4000, [4, 2], scans=1)
-    plc.answer(0)
+    plc.complete(0x4000, [4, 2])
     assert not plc["Position.Error"]
     _read(plc)
     assert plc["Position.Valid"]

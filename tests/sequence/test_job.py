@@ -25,8 +25,7 @@ def _plc() -> PlcBench:
 def _finish(plc: PlcBench) -> None:
     """Let the command that is out end normally and the status be reset."""
     plc.scan_until(lambda: plc.words[0] != 0)
-    plc.answer(0x0200, scans=1)
-    plc.answer(0x0000)
+    plc.complete()
 
 
 def test_busy_appears_in_the_call_of_the_edge_and_done_stays_until_execute_falls() -> None:
@@ -97,8 +96,7 @@ def test_after_the_timeout_the_command_is_held_and_the_next_one_is_told(seen: bo
     assert plc["Second.ErrorID"] == 0x8012
     assert plc.words[0] == 0x0501
     plc["Second.Execute"] = False
-    plc.answer(0x0200, scans=1)
-    plc.answer(0x0000)
+    plc.complete()
     plc.change("Second.Execute", to=True, scans=4)
     assert plc.words[0] == 0x0502
 

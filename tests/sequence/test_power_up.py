@@ -187,8 +187,7 @@ def test_it_does_not_end_the_hold_of_another_block(block: str, error: int) -> No
         plc.outputs(SO00=True, SO03=True, SO02=False)
     plc.scan(20)
     plc.change(f"{block}.Execute", to=False, scans=20)
-    plc["PowerUp.Execute"] = True
-    plc.scan_until(lambda: plc["PowerUp.Error"] is True)
+    plc.scan_until(lambda: plc["PowerUp.Error"] is True, execute="PowerUp")
     assert plc["PowerUp.ErrorID"] == error
     plc.scan(60)
     assert plc.inputs == (["SI06"] if block == "EmergencyStop" else ["SI00"])
@@ -211,8 +210,7 @@ def test_it_can_be_tried_again_after_an_error() -> None:
 def test_an_emergency_stop_in_the_scan_in_which_the_cell_is_found_safe_wins() -> None:
     """Source: manual chapter 5, 2, SI(00)."""
     plc = servo_on()
-    plc["PowerUp.Execute"] = True
-    plc.scan_until(lambda: plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE")
+    plc.scan_until(lambda: plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE", execute="PowerUp")
     plc.change("EarlyStop.Execute", to=True)
     assert plc["Robot.Inner.HoldEmergency"]
     assert plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE"

@@ -44,8 +44,7 @@ def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
     """
     plc = PlcBench()
     plc.outputs(SO00=True, SO01=True, SO04=True)
-    plc["ServoOn.Execute"] = True
-    plc.scan_until(lambda: "SI00" in plc.inputs)
+    plc.scan_until(lambda: "SI00" in plc.inputs, execute="ServoOn")
     plc.scan(3)
     assert plc["ServoOn.Busy"]
     plc.outputs(SO00=False)

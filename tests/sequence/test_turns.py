@@ -179,8 +179,7 @@ def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     assert plc["Patient.Busy"] is True
     assert plc["Patient.ErrorID"] == 0
     plc.change("Retry", to=False, scans=5)
-    plc.answer(0x0200, scans=1)
-    plc.answer(0x0000)
+    plc.complete()
     assert plc.scan_until(lambda: plc.words[0] != 0, most=4) <= _SENT
     assert plc.words[0] == 0x0502
 
@@ -195,14 +194,12 @@ def test_whoever_waits_longest_is_next_also_among_those_who_give_up(
         plc.change("Wait", to=True)
     plc.change("Retry", to=True, scans=40)
     plc.change("Wait", to=True)
-    plc.answer(0x0200, scans=1)
-    plc.answer(0x0000)
+    plc.complete()
     order: list[int] = []
     for _ in range(5):
         plc.scan_until(lambda: plc.words[0] != 0, most=5)
         order.append(plc.words[0])
-        plc.answer(0x0200, scans=1)
-        plc.answer(0x0000)
+        plc.complete()
     assert 0x0502 in order
     assert not patient_first or order[0] == 0x0502
 

@@ -68,8 +68,16 @@ class PlcBench:
                 assert not found, found[0].text
             self.now_us += self.scan_us
 
-    def scan_until(self, condition: Callable[[], bool], *, most: int = 100) -> int:
-        """Scan until the condition holds; return how many scans it took."""
+    def scan_until(
+        self, condition: Callable[[], bool], *, most: int = 100, execute: str = ""
+    ) -> int:
+        """Raise Execute of a block, if one is named, and scan until the condition holds.
+
+        Returns:
+            How many scans it took.
+        """
+        if execute:
+            self[f"{execute}.Execute"] = True
         for count in range(1, most + 1):
             self.scan()
             if condition():
@@ -95,6 +103,16 @@ class PlcBench:
         for k, word in enumerate(words):
             self.so[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
         self.scan(scans)
+
+    def complete(self, status: int = 0x0200, response: Sequence[int] = ()) -> None:
+        """Let the command that is out end with this status in a scan; then the status is reset."""
+        self.answer(status, response, scans=1)
+        self.answer(0)
+
+    def give(self, block: str, code: int, *, most: int = 100) -> None:
+        """Let an FB_RemoteCommand give a command, and scan until its code is out."""
+        self[f"{block}.Code"] = code
+        self.scan_until(lambda: self.words[0] == code, most=most, execute=block)
 
     @property
     def image(self) -> bytes:
