@@ -46,12 +46,6 @@ def test_reserved_bits_of_the_dedicated_outputs_are_ignored(byte: int, bit: int)
     assert not any(plc["Robot.SO"].values())
 
 
-def test_the_table_of_signals_agrees_with_the_print() -> None:
-    """Source: manual chapter 5, 2, bit output."""
-    listed = [(signal.byte, signal.bit, signal.name) for signal in spec.signals().output]
-    assert sorted(listed) == sorted(PRINTED)
-
-
 @pytest.mark.parametrize(("size", "m"), [(48, 0), (48, 1), (48, 464), (256, 0), (256, 256)])
 def test_words_are_little_endian_at_any_legal_offset(size: int, m: int) -> None:
     """Source: manual chapter 1, 4.1 and 4.2; guide chapter 1, 1.1."""

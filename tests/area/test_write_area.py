@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from datetime import timedelta
 from random import Random
-from typing import Any
 
 import pytest
 
@@ -254,36 +253,3 @@ def test_what_goes_out_is_what_the_rules_ask_for(
         )
         assert not wrong, f"FB_WriteArea, {told}: {wrong}"
     assert set(SAFETY) <= set(rules.inputs.applied)
-
-
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        ("SI12_AutoStart", "SI12_AutoStart is False, not True; Applied is 16#0000, not 16#0400"),
-        ("phase", "Phase is 'PHASE_[A-Z_]+', not 7"),
-        ("word 0", "word 0 is 16#0000, not 16#3020"),
-        ("word 15", "word 15 is 16#[0-9A-F]{4}, not 16#3020"),
-    ],
-)
-def test_a_difference_names_block_scan_and_signal_or_word(
-    head: Alone, monkeypatch: pytest.MonkeyPatch, change: str, told: str
-) -> None:
-    """Not the whole head twice: what agrees is not told."""
-    right = HeadRules.scan
-
-    def scan(rules: HeadRules, now: int, **given: Any) -> None:
-        right(rules, now, **given)
-        if change == "phase":
-            monkeypatch.setattr(rules.handshake, "phase", 7)
-        elif change.startswith("word"):
-            rules.words = [*rules.words]
-            rules.words[int(change[5:])] = 0x3020
-        else:
-            monkeypatch.setitem(rules.inputs.applied, change, True)
-
-    monkeypatch.setattr(HeadRules, "scan", scan)
-    place = (
-        "FB_WriteArea, seed 0, scan 0, status 16#[0-9A-F]{4}, code 16#[0-9A-F]{4}, [a-z0-9_, ]+: "
-    )
-    with pytest.raises(AssertionError, match=f"^{place}{told}\n"):
-        test_what_goes_out_is_what_the_rules_ask_for(head, 0, 100, 20)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-
-from sequence_bench import in_emergency_stop, pins, sequences, servo_on
+from sequence_bench import pins, sequences, servo_on
 
 
 def test_shift_to_emergency_stop() -> None:
@@ -75,51 +73,6 @@ def test_in_emergency_stop_already_it_is_done_in_the_next_call() -> None:
     assert plc.inputs == ["SI06"], "held by the block, whatever the pin says"
 
 
-def test_without_an_answer_it_ends_at_the_time_limit_and_the_input_stays_off() -> None:
-    plc = servo_on()
-    plc["EmergencyStop.Timeout"] = "T#300ms"
-    plc.change("EmergencyStop.Execute", to=True, scans=30)
-    assert plc["EmergencyStop.Busy"]
-    plc.scan()
-    assert plc["EmergencyStop.ErrorID"] == 0x8010
-    plc.change("EmergencyStop.Execute", to=False, scans=50)
-    assert plc.inputs == ["SI06"]
-
-
-def test_without_a_link_the_hold_is_set_and_outlives_the_recovery() -> None:
-    """Source: manual chapter 1, 5.2."""
-    plc = servo_on()
-    plc.change("Connected", to=False, scans=5)
-    plc.change("EmergencyStop.Execute", to=True)
-    assert pins(plc, "EmergencyStop") == "Busy Active"
-    plc.scan()
-    assert plc["EmergencyStop.ErrorID"] == 0x8001
-    plc.change("EmergencyStop.Execute", to=False)
-    plc.change("Connected", to=True, scans=100)
-    assert plc["Robot.Inner.HoldEmergency"]
-    assert plc.inputs == ["SI06"]
-
-
-def test_a_link_that_is_lost_on_the_way_ends_it_and_the_hold_stays() -> None:
-    """Source: manual chapter 1, 5.2."""
-    plc = servo_on()
-    plc.change("EmergencyStop.Execute", to=True, scans=3)
-    plc["EmergencyStop.Execute"] = False
-    plc.change("Connected", to=False)
-    assert plc["EmergencyStop.ErrorID"] == 0x8001
-    plc.change("Connected", to=True, scans=100)
-    assert plc.inputs == ["SI06"]
-
-
-def test_a_controller_that_is_not_ready_cannot_answer() -> None:
-    """Source: manual chapter 5, 2, SO(01)."""
-    plc = sequences()
-    plc.outputs(SO01=False)
-    plc.change("EmergencyStop.Execute", to=True, scans=2)
-    assert plc["EmergencyStop.ErrorID"] == 0x8002
-    assert plc.inputs == ["SI06"]
-
-
 def test_emergency_stop_status_is_an_answer_whatever_cpu_ok_is() -> None:
     """SO(00) ON says what has been asked for.
 
@@ -139,13 +92,3 @@ def test_a_new_edge_while_it_is_done_stops_again() -> None:
         assert pins(plc, "EmergencyStop") == "Done"
         plc.change("EmergencyStop.Execute", to=False)
         assert pins(plc, "EmergencyStop") == ""
-
-
-@pytest.mark.parametrize("stop", ["EmergencyStop", "EarlyStop"])
-def test_while_it_is_asked_for_no_other_block_releases_the_emergency_stop(stop: str) -> None:
-    """Source: manual chapter 5, 2, SI(00): OFF is the emergency stop state."""
-    plc = in_emergency_stop()
-    plc[f"{stop}.Execute"] = plc["Restart.Execute"] = True
-    for _ in range(60):
-        plc.scan()
-        assert "SI00" not in plc.inputs

@@ -1,4 +1,4 @@
-"""A hold that is put back, and two blocks that end one."""
+"""FB_EmergencyStop and FB_ProgramStop hold their input OFF, whatever ends them; who releases it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from plc_bench import PlcBench
+from sequence_bench import in_emergency_stop, pins, servo_on
 
 _PROGRAM = """PROGRAM Holds
   VAR
@@ -80,3 +81,81 @@ def test_one_that_was_refused_does_not_hold_against_another(stopped: PlcBench) -
     stopped["Connected"] = True
     stopped.change("Second.Execute", to=True, scans=30)
     assert "SI06" in stopped.inputs
+
+
+#: Each stop, and the safety input that it does not hold.
+_STOPS = pytest.mark.parametrize(
+    ("block", "other"), [("EmergencyStop", "SI06"), ("ProgramStop", "SI00")]
+)
+
+
+def _running() -> PlcBench:
+    """The servos are on, and a program runs."""
+    plc = servo_on()
+    plc.outputs(SO13=True, SO14=False, scans=1)
+    return plc
+
+
+@_STOPS
+def test_a_stop_without_an_answer_ends_at_the_time_limit_and_holds_on(
+    block: str, other: str
+) -> None:
+    plc = _running()
+    plc[f"{block}.Timeout"] = "T#300ms"
+    plc.change(f"{block}.Execute", to=True, scans=30)
+    assert pins(plc, block) == "Busy Active"
+    plc.scan()
+    assert plc[f"{block}.ErrorID"] == 0x8010
+    plc.change(f"{block}.Execute", to=False, scans=50)
+    assert plc.inputs == [other]
+
+
+@_STOPS
+def test_a_stop_without_a_link_holds_after_the_recovery(block: str, other: str) -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = _running()
+    plc.change("Connected", to=False, scans=5)
+    plc.change(f"{block}.Execute", to=True)
+    assert pins(plc, block) == "Busy Active"
+    plc.scan()
+    assert plc[f"{block}.ErrorID"] == 0x8001
+    plc.change(f"{block}.Execute", to=False)
+    plc.change("Connected", to=True, scans=100)
+    assert plc.inputs == [other]
+
+
+@_STOPS
+def test_a_link_that_is_lost_during_a_stop_ends_it_and_it_holds_on(block: str, other: str) -> None:
+    """Source: manual chapter 1, 5.2."""
+    plc = _running()
+    plc.change(f"{block}.Execute", to=True, scans=3)
+    plc[f"{block}.Execute"] = False
+    plc.change("Connected", to=False)
+    assert plc[f"{block}.ErrorID"] == 0x8001
+    plc.change("Connected", to=True, scans=100)
+    assert plc.inputs == [other]
+
+
+@_STOPS
+def test_a_controller_that_is_not_ready_cannot_answer_a_stop(block: str, other: str) -> None:
+    """Source: manual chapter 5, 2, SO(01)."""
+    plc = servo_on()
+    plc.outputs(SO01=False)
+    plc.change(f"{block}.Execute", to=True, scans=2)
+    assert plc[f"{block}.ErrorID"] == 0x8002
+    assert plc.inputs == [other]
+
+
+@pytest.mark.parametrize("stop", ["EmergencyStop", "EarlyStop", "ProgramStop", "EarlyHalt"])
+def test_while_a_stop_is_executed_no_other_block_releases_it(stop: str) -> None:
+    """The block that releases is called before the stop in the scan, or after it.
+
+    Source: manual chapter 5, 2, SI(00) and SI(06): OFF is the emergency stop and the stop state.
+    """
+    emergency = stop in ("EmergencyStop", "EarlyStop")
+    plc = in_emergency_stop() if emergency else servo_on()
+    plc.change(f"{stop}.Execute", to=True, scans=30)
+    plc["Restart.Execute" if emergency else "Resume.Execute"] = True
+    for _ in range(60):
+        plc.scan()
+        assert ("SI00" if emergency else "SI06") not in plc.inputs

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from plc_bench import PlcBench
 from sequence_bench import pins, servo_on
 
@@ -62,35 +60,6 @@ def test_without_a_program_it_is_done_when_the_stop_input_has_stood_long_enough(
     assert plc.scan_until(lambda: plc["ProgramStop.Done"] is True) == 16
 
 
-def test_a_program_that_runs_on_ends_it_at_the_time_limit_and_the_input_stays_off() -> None:
-    plc = _running()
-    plc["ProgramStop.Timeout"] = "T#300ms"
-    plc.change("ProgramStop.Execute", to=True, scans=31)
-    assert plc["ProgramStop.ErrorID"] == 0x8010
-    plc.change("ProgramStop.Execute", to=False, scans=30)
-    assert plc.inputs == ["SI00"]
-
-
-def test_without_a_link_the_hold_is_set_and_outlives_the_recovery() -> None:
-    """Source: manual chapter 1, 5.2."""
-    plc = _running()
-    plc.change("Connected", to=False)
-    plc.change("ProgramStop.Execute", to=True, scans=2)
-    assert plc["ProgramStop.ErrorID"] == 0x8001
-    plc["ProgramStop.Execute"] = False
-    plc.change("Connected", to=True, scans=60)
-    assert plc.inputs == ["SI00"]
-
-
-def test_a_controller_that_is_not_ready_cannot_answer() -> None:
-    """Source: manual chapter 5, 2, SO(01)."""
-    plc = _running()
-    plc.outputs(SO01=False, SO13=False)
-    plc.change("ProgramStop.Execute", to=True, scans=2)
-    assert plc["ProgramStop.ErrorID"] == 0x8002
-    assert plc.inputs == ["SI00"]
-
-
 def test_a_program_that_was_seen_running_and_has_stopped_is_the_end_at_once() -> None:
     """Source: manual chapter 5, 3.3, program stop process using stop input, step 2."""
     plc = _running()
@@ -109,18 +78,3 @@ def test_a_stop_that_cannot_be_written_is_not_done() -> None:
     plc.change("WriteArea.Size", to=48)
     assert plc.inputs == ["SI00"]
     plc.scan_until(lambda: pins(plc, "ProgramStop") == "Done", most=20)
-
-
-@pytest.mark.parametrize("stop", ["ProgramStop", "EarlyHalt"])
-def test_while_it_is_asked_for_no_other_block_releases_the_stop(stop: str) -> None:
-    """Execute is held; FB_ProgramContinue is called before it in the scan, or after it.
-
-    Source: manual chapter 5, 2, SI(06): OFF is the stop state.
-    """
-    plc = servo_on()
-    plc.change(f"{stop}.Execute", to=True, scans=30)
-    assert "SI06" not in plc.inputs
-    plc["Resume.Execute"] = True
-    for _ in range(60):
-        plc.scan()
-        assert "SI06" not in plc.inputs

@@ -221,23 +221,6 @@ _RUNS = {"FB_PowerUp": 5, "FB_ProgramContinue": 4, "FB_ServoOnFromEmergencyStop"
 _CASES = [(block, seed) for block in sorted(RULES) for seed in range(_RUNS.get(block, 2))]
 
 
-def test_a_difference_is_told_by_block_pin_and_scan() -> None:
-    """With the ErrorID in 16#, as docs/reference/errors.md lists it, and without what is alike."""
-    beside = _Beside("FB_ServoOn", 0)
-    start = beside.program.snapshot()
-    try:
-        beside.scan(40)
-        beside.rules["Block"].number = 0x8015
-        with pytest.raises(AssertionError) as caught:
-            beside.compare()
-    finally:
-        beside.program.restore(start)
-    assert str(caught.value).startswith(
-        "Block FB_ServoOn, scan 2 (40 ms): Error is False, not True; "
-        "ErrorID is 16#0000, not 16#8015; ON: "
-    )
-
-
 @pytest.mark.exhaustive(
     but=[
         "FB_AlarmReset-0",
