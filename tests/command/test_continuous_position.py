@@ -5,9 +5,7 @@ from __future__ import annotations
 import pytest
 
 from jog_bench import jog_plc
-from plc_bench import ROOT, PlcBench
-
-PROGRAM = ROOT / "tests/data/library/Levels.st"
+from plc_bench import PlcBench
 
 #: m+2 to m+30 of the manual's example in pulses: axis 1 = 20001, axis 3 = -12345.
 PULSES = [0, 0, 0, 0x4E21, 0, 0, 0, 0xCFC7, 0xFFFF]

@@ -44,14 +44,8 @@ def test_an_example_runs_without_a_violation(example: Example) -> None:
 
 @pytest.mark.exhaustive(
     but=[
-        "01_power_up",
-        "02_extended_area",
-        "03_general_io",
-        "05_jog_panel",
-        "06_teach_points",
-        "08_program_by_name",
-        "09_openplc",
-        "11_emergency_stop",
+        *("01_power_up", "02_extended_area", "03_general_io", "05_jog_panel", "06_teach_points"),
+        *("08_program_by_name", "09_openplc", "11_emergency_stop"),
     ]
 )
 @_each

@@ -14,7 +14,6 @@ from structured_text.output.toml_files import load_toml
 
 _PLACE = (150_000, 0), (-120_000, 30_000)
 _TRAY = (-50_000, 100_000), (60_000, 90_000)
-_SERVOS_OFF = 0x800C
 
 
 def _build(name: str = "12_two_robots") -> Cell:

@@ -7,8 +7,7 @@ import pytest
 from both_engines import ENGINES
 from operator_bench import OperatorBench
 
-_LINE, _TEACH, _SPEED, _AMOUNT, _STEP = 0x0403, 0x0028, 0x0038, 0x0027, 0x0024
-_POSITION = 0x0506
+_LINE, _TEACH, _STEP = 0x0403, 0x0028, 0x0024
 #: Of blocks beside the panel: a point is read, and one is moved to.
 _READ, _MOVE = 0x0102, 0x0001
 _CODES = {"StepLine": _LINE, "Teach": _TEACH}

@@ -9,16 +9,8 @@ from rcx_harness import spec
 from sequence_bench import sequences, servo_on
 
 _EDGES = (
-    "EmergencyRaised",
-    "EmergencyReleased",
-    "AlarmRaised",
-    "AlarmCleared",
-    "WarningRaised",
-    "WarningCleared",
-    "ServoLost",
-    "AutoLost",
-    "ProgramStarted",
-    "ProgramEnded",
+    *("EmergencyRaised", "EmergencyReleased", "AlarmRaised", "AlarmCleared", "WarningRaised"),
+    *("WarningCleared", "ServoLost", "AutoLost", "ProgramStarted", "ProgramEnded"),
 )
 
 

@@ -40,12 +40,7 @@ END_PROGRAM
 
 _POLLING = ("Day", "Hour", "Speeds", "Versions", "Servos", "Torques")
 _KINDS = (
-    "ReadDate",
-    "ReadTime",
-    "ReadSpeeds",
-    "ReadVersions",
-    "ReadServoStatus",
-    "ReadTorqueOfMax",
+    *("ReadDate", "ReadTime", "ReadSpeeds", "ReadVersions", "ReadServoStatus", "ReadTorqueOfMax"),
 )
 
 

@@ -166,25 +166,12 @@ def test_a_page_lists_the_errors_that_its_block_can_give_and_no_others() -> None
     assert "16#8035" in _errors("FB_ReadDoubleWord")
     assert "16#8035" not in _errors("FB_ReadWord")
     remote = [
-        "16#8001",
-        "16#8002",
-        "16#8011",
-        "16#8012",
-        "16#8013",
-        "16#8014",
-        "16#8015",
-        "16#8016",
-        "16#8017",
-        "16#8020",
+        *("16#8001", "16#8002", "16#8011", "16#8012", "16#8013", "16#8014", "16#8015", "16#8016"),
+        *("16#8017", "16#8020"),
     ]
     assert _errors("FB_ReadPoint") == [*remote, "16#8044"]
     assert _errors("FB_EmergencyStop") == [
-        "16#8001",
-        "16#8002",
-        "16#8010",
-        "16#8013",
-        "16#8016",
-        "16#8017",
+        *("16#8001", "16#8002", "16#8010", "16#8013", "16#8016", "16#8017"),
     ]
     assert _errors("FB_ReadArea") == ["16#8030", "16#8031", "16#8037"]
     assert all(row[2] and row[3] for row in _rows(_page("FB_ServoOn"), "Errors"))

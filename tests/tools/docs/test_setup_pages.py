@@ -27,13 +27,8 @@ _PAGES = {
     "keyence": "kv-studio",
 }
 _HEADINGS = (
-    "The connection",
-    "The device",
-    "Variables and byte order",
-    "Connected",
-    "The program",
-    "What is called differently",
-    "Sources",
+    *("The connection", "The device", "Variables and byte order", "Connected", "The program"),
+    *("What is called differently", "Sources"),
 )
 
 
