@@ -64,13 +64,7 @@ def test_each_kind_of_data_has_its_command_and_its_values(
 ) -> None:
     """Source: guide 4.3.1 to 4.3.5, the examples; spaces behind a comment are the definition's."""
     plc.stored[code, number] = _wide(words)
-    inputs: dict[str, Any] = {
-        "Kind": f"DATA_{kind}",
-        "RobotNumber": robot,
-        "First": number,
-        "Count": 1,
-    }
-    assert plc.run("Backup", **inputs) == 0
+    assert plc.run("Backup", Kind=f"DATA_{kind}", RobotNumber=robot, First=number, Count=1) == 0
     flag = words[0] if kind == "POINTS" else 0
     assert plc.row(1) == (True, flag, [*values, *[0] * (6 - len(values))])
     assert plc.sent == [[code | 1, 0, number, *[0] * 13]]
@@ -237,13 +231,7 @@ def test_all_shifts_and_all_hands_fit_into_a_record(plc: PointsBench) -> None:
     for kind, code, count in (("SHIFTS", 0x10C, 40), ("HANDS", 0x4110, 32)):
         for number in range(count):
             plc.stored[code, number] = _wide([0, 0, number])
-        inputs: dict[str, Any] = {
-            "Kind": f"DATA_{kind}",
-            "First": 0,
-            "Count": count,
-            "RobotNumber": 4,
-        }
-        assert plc.run("Backup", **inputs) == 0
+        assert plc.run("Backup", Kind=f"DATA_{kind}", First=0, Count=count, RobotNumber=4) == 0
         assert [plc.row(k + 1)[2][0] for k in range(count)] == list(range(count))
 
 
@@ -260,14 +248,7 @@ def test_resume_goes_on_behind_the_rows_that_were_taken(plc: PointsBench) -> Non
     plc.refuses.clear()
     plc.sent.clear()
     # what the pins say now is of no account
-    again: dict[str, Any] = {
-        "Resume": True,
-        "First": 77,
-        "Count": 2,
-        "Kind": "DATA_SHIFTS",
-        "RobotNumber": 9,
-    }
-    assert plc.run("Backup", **again) == 0
+    assert plc.run("Backup", Resume=True, First=77, Count=2, Kind="DATA_SHIFTS", RobotNumber=9) == 0
     assert [words[:3] for words in plc.sent] == [[0x101, 0, n] for n in (13, 14, 15)]
     assert (plc["Head"], [plc.row(k) for k in range(1, 7)]) == whole
 
@@ -310,15 +291,8 @@ def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     """Source: PLCopen, edge-triggered blocks."""
     plc["Backup.First"], plc["Backup.Count"] = 20, 2
     plc.change("Backup.Execute", to=True)
-    others: dict[str, Any] = {
-        "First": 0,
-        "Count": 9,
-        "Kind": "DATA_PALLETS",
-        "RobotNumber": 3,
-        "Resume": True,
-    }
-    for name, value in others.items():
-        plc[f"Backup.{name}"] = value
+    plc["Backup.First"], plc["Backup.Count"], plc["Backup.RobotNumber"] = 0, 9, 3
+    plc["Backup.Kind"], plc["Backup.Resume"] = "DATA_PALLETS", True
     plc.change("Backup.Execute", to=False)
     plc["Backup.Execute"] = True  # an edge while it is Busy
     plc.scan_until(lambda: not plc["Backup.Busy"])
@@ -420,36 +394,6 @@ def test_while_it_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench)
     plc.silent = False
     plc.scan_until(lambda: bool(plc["Backup.Active"]))
     assert plc["Restore.Active"] is False
-
-
-@pytest.mark.parametrize("between", [False, True])
-def test_a_scan_without_a_call_ends_it(plc: PointsBench, between: bool) -> None:
-    """Source: docs/explanation/scan-model.md, one scan."""
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
-    asked = len(plc.sent)
-    plc.change("CallBackup", to=False)
-    plc.change("CallBackup", to=True, scans=10)
-    assert plc["Backup.ErrorID"] == 0x8013
-    assert len(plc.sent) <= asked + (not between)
-    plc.change("Backup.Execute", to=False, scans=10)
-    assert plc.run("Backup", Count=2) == 0
-
-
-@pytest.mark.parametrize("between", [False, True])
-def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, between: bool) -> None:
-    """Source: docs/explanation/scan-model.md, one scan."""
-    plc["Backup.Execute"] = True
-    plc.scan_until(lambda: plc["Backup.Taken" if between else "Backup.Active"] is True)
-    plc.change("CallTwice", to=True)
-    assert plc["Backup.ErrorID"] == 0x8016
-    plc["CallTwice"] = False
-    asked = len(plc.sent)
-    plc.scan(10)
-    assert len(plc.sent) <= asked + 1
-    assert plc["Backup.ErrorID"] == 0x8016
-    plc.change("Backup.Execute", to=False, scans=10)
-    assert plc.run("Backup", Count=2) == 0
 
 
 def test_with_done_number_is_the_first_of_the_next_record(plc: PointsBench) -> None:

@@ -84,3 +84,40 @@ def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
     plc.refuses.clear()
     plc.silent = False
     assert plc.run(block) == 0
+
+
+@pytest.mark.parametrize(
+    ("call", "to", "error"),
+    [("CallBackup", False, 0x8013), ("CallTwice", True, 0x8016)],
+    ids=["no call", "two calls"],
+)
+@pytest.mark.parametrize(
+    ("block", "pin", "value"),
+    [
+        ("Backup", "Active", True),
+        ("Backup", "Taken", True),
+        ("Restore", "Row", 3),
+        ("Restore", "Active", True),
+        ("Restore", "Number", 11),
+    ],
+)
+def test_a_scan_without_a_call_or_with_two_ends_it(
+    plc: PointsBench, block: str, pin: str, value: int, call: str, to: bool, error: int
+) -> None:
+    """While it checks, while a command is out, and between two of them.
+
+    Source: docs/explanation/scan-model.md, one scan
+    """
+    plc[f"{block}.Execute"] = True
+    if pin == "Number":
+        plc.scan_until(lambda: len(plc.sent) == 1)
+    plc.scan_until(lambda: plc[f"{block}.{pin}"] == value)
+    sent = len(plc.sent)
+    plc.change(call, to=to)
+    plc.change(call, to=not to, scans=10)
+    assert plc[f"{block}.ErrorID"] == error
+    assert len(plc.sent) <= sent + (to or pin == "Active")
+    if block == "Restore":
+        assert plc["Restore.Row"] == (2 if pin == "Number" else 1)
+    plc.change(f"{block}.Execute", to=False, scans=10)
+    assert plc.run(block) == 0

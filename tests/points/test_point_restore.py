@@ -37,13 +37,7 @@ def test_what_was_read_is_written_with_the_telegram_of_the_manual(
     """Source: guide 4.3.1 to 4.3.5, the examples of the definitions."""
     words = [words[0], 0 if code != 0x108 else words[1], *words[2:]]
     plc.stored[code, number] = words
-    inputs: dict[str, Any] = {
-        "Kind": f"DATA_{kind}",
-        "RobotNumber": robot,
-        "First": number,
-        "Count": 1,
-    }
-    assert plc.run("Backup", **inputs) == 0
+    assert plc.run("Backup", Kind=f"DATA_{kind}", RobotNumber=robot, First=number, Count=1) == 0
     plc.stored.clear()
     plc.sent.clear()
     assert plc.run("Restore") == 0
@@ -101,8 +95,7 @@ def test_nothing_is_written_from_a_record_that_was_changed(
 
 def test_the_robot_of_hands_belongs_to_therecord(plc: PointsBench) -> None:
     plc.stored[0x1110, 0] = [0, 0, 5, *[0] * 11]
-    inputs: dict[str, Any] = {"Kind": "DATA_HANDS", "RobotNumber": 1, "First": 0, "Count": 1}
-    assert plc.run("Backup", **inputs) == 0
+    assert plc.run("Backup", Kind="DATA_HANDS", RobotNumber=1, First=0, Count=1) == 0
     plc["Head.RobotNumber"] = 2
     assert plc.run("Restore") == 0x8068
 
@@ -417,43 +410,3 @@ def test_after_a_head_that_was_refused_another_one_is_taken(plc: PointsBench) ->
     plc["Head.Count"] = 4
     assert plc.run("Restore") == 0
     assert len(plc.sent) == 4
-
-
-@pytest.mark.parametrize("when", ["Row", "Active", "Number"])
-def test_a_scan_without_a_call_ends_it(plc: PointsBench, when: str) -> None:
-    """Source: docs/explanation/scan-model.md, one scan."""
-    record(plc)
-    plc["Restore.Execute"] = True
-    wanted = {"Row": 3, "Active": True, "Number": 11}[when]
-    if when == "Number":
-        plc.scan_until(lambda: len(plc.sent) == 1)
-    plc.scan_until(lambda: plc[f"Restore.{when}"] == wanted)
-    plc.change("CallBackup", to=False)
-    plc["CallBackup"] = True
-    asked = len(plc.sent)
-    for _ in range(10):
-        plc.scan()
-        assert plc["Restore.Row"] == {"Row": 1, "Active": 1, "Number": 2}[when]
-    assert plc["Restore.ErrorID"] == 0x8013
-    assert len(plc.sent) <= asked + (when == "Active")
-    plc.change("Restore.Execute", to=False, scans=10)
-    assert plc.run("Restore") == 0
-
-
-@pytest.mark.parametrize("when", ["Row", "Active", "Number"])
-def test_a_second_call_in_a_scan_ends_it(plc: PointsBench, when: str) -> None:
-    """Source: docs/explanation/scan-model.md, one scan."""
-    record(plc)
-    plc["Restore.Execute"] = True
-    wanted = {"Row": 3, "Active": True, "Number": 11}[when]
-    if when == "Number":
-        plc.scan_until(lambda: len(plc.sent) == 1)
-    plc.scan_until(lambda: plc[f"Restore.{when}"] == wanted)
-    plc.change("CallTwice", to=True)
-    plc["CallTwice"] = False
-    asked = len(plc.sent)
-    plc.scan(10)
-    assert plc["Restore.ErrorID"] == 0x8016
-    assert len(plc.sent) <= asked + 1
-    plc.change("Restore.Execute", to=False, scans=10)
-    assert plc.run("Restore") == 0
