@@ -193,17 +193,6 @@ def test_another_alarm_is_told_although_stop_was_pressed(what: str, alarm: tuple
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8020, True)
 
 
-def test_stop_that_stops_a_jog_shows_no_fault() -> None:
-    """Source: FB_Jog: 12.400 is its normal end."""
-    plc = OperatorBench()
-    plc.key("JogPlus")
-    plc.scan_until(lambda: "Moving" in plc.lamps())
-    plc.press("Stop")
-    assert "Moving" not in plc.lamps()
-    plc.scan(60)
-    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8007, False)
-
-
 # ---- ServoOn
 
 
@@ -451,12 +440,18 @@ def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
 
 
 @pytest.mark.parametrize("stop", [False, True])
-def test_a_line_that_somebody_else_has_stopped_is_a_fault(stop: bool) -> None:
-    """Only after the panel's own Stop is 12.400 no problem. Source: guide 4.6.2; chapter 5, 3.3."""
-    plc = OperatorBench()
-    plc.hold = 0x0403
-    plc.press("StepLine")
-    plc.scan_until(lambda: plc.words[0] == 0x0403)
+@pytest.mark.parametrize(("key", "code"), [("StepLine", _LINE), ("JogPlus", _STEP)])
+def test_a_line_and_a_step_that_somebody_else_has_stopped_are_a_fault(
+    key: str, code: int, stop: bool
+) -> None:
+    """Only after the panel's own Stop is 12.400 no problem.
+
+    Source: guide 4.2.8 and 4.6.2; chapter 5, 3.3.
+    """
+    plc = OperatorBench(Stepwise=True)
+    plc.hold = code
+    plc.press(key)
+    plc.scan_until(lambda: plc.words[0] == code)
     if stop:
         plc.press("Stop", scans=3)
     plc.answer(0x4000, (12, 400))

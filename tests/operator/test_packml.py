@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
 from alone import Alone
@@ -148,47 +146,32 @@ def test_it_begins_aborted_and_goes_nowhere_by_itself() -> None:
     assert plc["PackMl.Mode"] == "PACKML_MODE_PRODUCTION"
 
 
-def _link(plc: PlcBench, on: bool) -> None:
-    plc["Connected"] = not on
+#: What takes the robot away, what gives it back, and the ErrorID.
+_TROUBLES = [
+    ("Connected=0", "Connected=1", 0x8001),
+    ("SO01=0", "SO01=1", 0x8002),
+    ("SO00=1", "SO00=0", 0x8003),
+    ("EmergencyStopOk=0", "EmergencyStopOk=1", 0x8003),
+    ("SO03=1", "SO03=0", 0x8004),
+]
 
 
-def _cpu(plc: PlcBench, on: bool) -> None:
-    plc.outputs(SO01=not on)
-
-
-def _emergency(plc: PlcBench, on: bool) -> None:
-    plc.outputs(SO00=on)
-
-
-def _cell(plc: PlcBench, on: bool) -> None:
-    plc["EmergencyStopOk"] = not on
-    plc.scan()  # FB_WriteArea tells the blocks, at the end of the scan
-
-
-def _alarm(plc: PlcBench, on: bool) -> None:
-    plc.outputs(SO03=on)
-
-
-_TROUBLES = [(_link, 0x8001), (_cpu, 0x8002), (_emergency, 0x8003), (_cell, 0x8003)]
-_TROUBLES += [(_alarm, 0x8004)]
-
-
-@pytest.mark.parametrize(("trouble", "error"), _TROUBLES)
+@pytest.mark.parametrize(("trouble", "back", "error"), _TROUBLES)
 def test_what_takes_the_robot_away_aborts_in_every_state(
-    trouble: Callable[[PlcBench, bool], None], error: int
+    trouble: str, back: str, error: int
 ) -> None:
     """Source: manual chapter 5, 2; PackML: aborting is entered on a machine fault."""
     plc = _Bench()
     for state in _NUMBERS:
         plc.put(state)
-        trouble(plc, True)
-        plc.scan()
+        plc.let(trouble)
+        plc.scan(2 if trouble == "EmergencyStopOk=0" else 1)  # FB_WriteArea tells the blocks
         expected = {"CLEARING": "CLEARING", "ABORTED": "ABORTED"}.get(state, "ABORTING")
         assert plc.state == expected, state
         if expected == "ABORTING" and state != "ABORTING":
             assert plc["PackMl.AbortID"] == error
-        trouble(plc, False)
-        plc.scan(15)
+        plc.let(back)
+        plc.scan(16)
 
 
 def test_clearing_ends_stopped_only_once_the_fault_has_gone() -> None:
@@ -273,17 +256,15 @@ def test_what_has_aborted_stays_told_while_other_faults_come_and_go() -> None:
     """Source: comment of AbortID: what has aborted."""
     plc = _Bench()
     plc.put("EXECUTE")
-    _alarm(plc, True)
-    plc.scan()
+    plc.outputs(SO03=True, scans=1)
     assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8004)
-    for trouble, on in ((_cpu, True), (_cpu, False), (_alarm, False)):
-        trouble(plc, on)
+    for trouble in ("SO01=0", "SO01=1", "SO03=0"):
+        plc.let(trouble)
         plc.scan(2)
         assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8004)
     plc.put("EXECUTE")
     plc.command("ABORT")
-    _alarm(plc, True)
-    plc.scan()
+    plc.outputs(SO03=True, scans=1)
     assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0), "the command was first"
 
 

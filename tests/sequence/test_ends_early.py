@@ -61,15 +61,6 @@ def _rows(table: dict[str, str]) -> list[tuple[str, str]]:
     return [(block, cause) for block, causes in table.items() for cause in causes.split()]
 
 
-def _cause(plc: PlcBench, cause: str) -> None:
-    """`SO00=1`: an output of the controller; `StopOk=0`: a pin of the area blocks."""
-    name, _, value = cause.partition("=")
-    if name.startswith("SO"):
-        plc.outputs(**{name: value == "1"})
-    else:
-        plc[name] = value == "1"
-
-
 @pytest.mark.parametrize(
     ("block", "cause"),
     _rows(
@@ -89,7 +80,7 @@ def test_refused_without_its_conditions_and_nothing_goes_out(block: str, cause: 
     That a return to origin needs servos and no program is assumed.
     """
     plc = _BLOCKS[block].ready()
-    _cause(plc, cause)
+    plc.let(cause)
     plc.scan(20)
     allowed = [plc.inputs, ["SI00", "SI06"]] if block == "Resume" else [plc.inputs]
     plc.change(f"{block}.Execute", to=True)
@@ -118,7 +109,7 @@ def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> 
     plc = ready()
     plc.change(f"{block}.Execute", to=True, scans=5)
     assert plc.inputs == sorted(["SI00", "SI06", signal])
-    _cause(plc, cause)
+    plc.let(cause)
     plc.scan()
     assert plc[f"{block}.ErrorID"] == _ERRORS[cause]
     plc.scan(12)

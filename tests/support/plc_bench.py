@@ -97,6 +97,14 @@ class PlcBench:
             self.so[byte] = self.so[byte] & ~(1 << bit) | (on << bit)
         self.scan(scans)
 
+    def let(self, cause: str) -> None:
+        """Set an output of the controller or a pin of the area blocks: `SO00=1`, `StopOk=0`."""
+        name, _, value = cause.partition("=")
+        if name.startswith("SO"):
+            self.outputs(**{name: value == "1"})
+        else:
+            self[name] = value == "1"
+
     def answer(self, status: int, response: Sequence[int] = (), *, scans: int = 0) -> None:
         """Set the remote status and the words from SOW(1) on, the rest 0, then run scans."""
         words = [status, *response, *[0] * (15 - len(response))]
