@@ -65,21 +65,6 @@ def test_a_number_that_is_no_general_purpose_bit_is_refused(port: int) -> None:
 
 
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
-@pytest.mark.parametrize(
-    ("offset", "size", "error"), [(0, 47, 0x8030), (466, 48, 0x8031), (-2, 48, 0x8031)]
-)
-def test_bits_of_an_illegal_area_are_refused(kind: str, offset: int, size: int, error: int) -> None:
-    plc = AreasBench()
-    plc.fill(0xA5)
-    plc[f"Read{kind}.m"], plc[f"Read{kind}.Size"] = offset, size
-    plc[f"Write{kind}.n"], plc[f"Write{kind}.Size"] = offset, size
-    plc.change("Writing", to=True)
-    assert plc[f"Read{kind}.ErrorID"] == plc[f"Write{kind}.ErrorID"] == error
-    assert plc[f"Read{kind}.Valid"] is False
-    assert plc.image[47:] == bytes([0xA5] * 465)
-
-
-@pytest.mark.parametrize("kind", ["Bit", "Port"])
 def test_bits_at_an_odd_offset_are_refused_in_an_image_of_words_only(kind: str) -> None:
     plc = AreasBench(m=3, n=3, alike=False)
     plc.change("Writing", to=True)
@@ -201,3 +186,14 @@ def test_every_port_and_every_bit_is_read_from_its_place(twin: str, size: int, o
             bit_block.scan(0)
             assert bit_block["Block.Value"] is bool(_IMAGE[offset + byte] >> digit & 1)
             assert bit_block["Block.Valid"] is True
+
+
+@_TWINS
+@pytest.mark.parametrize("kind", ["Bit", "Port"])
+@pytest.mark.parametrize("verb", ["Read", "Write"])
+def test_an_illegal_area_is_told_before_an_illegal_port(verb: str, kind: str, twin: str) -> None:
+    """As the blocks of words do. Source: docs/reference/errors.md, 16#8030 and 16#8033."""
+    block = _block(f"FB_{verb}{kind}{twin}", 100, 0)
+    block["Block.Port"] = 99
+    block.scan(0)
+    assert block["Block.ErrorID"] == 0x8030

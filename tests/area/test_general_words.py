@@ -149,20 +149,23 @@ def test_extended_words_need_256_bytes(number: int, kind: str) -> None:
     assert plc.image == before
 
 
-@pytest.mark.parametrize("kind", ["Word", "DoubleWord"])
+@pytest.mark.parametrize("kind", ["Bit", "Port", "Word", "DoubleWord"])
 @pytest.mark.parametrize(
     ("offset", "size", "error"), [(0, 47, 0x8030), (466, 48, 0x8031), (-2, 48, 0x8031)]
 )
-def test_words_of_an_illegal_area_are_refused(
+def test_bits_and_words_of_an_illegal_area_are_refused(
     kind: str, offset: int, size: int, error: int
 ) -> None:
-    plc = _up()
+    plc = AreasBench()
+    plc.fill(0xA5)
     plc[f"Read{kind}.m"], plc[f"Read{kind}.Size"] = offset, size
     plc[f"Write{kind}.n"], plc[f"Write{kind}.Size"] = offset, size
-    plc[f"Write{kind}.Value"] = 1
+    plc[f"Write{kind}.Value"] = True if kind == "Bit" else 1
     plc.change("Writing", to=True)
     assert plc[f"Read{kind}.ErrorID"] == plc[f"Write{kind}.ErrorID"] == error
+    assert plc[f"Read{kind}.Valid"] is False
     assert plc["Robot.Inner.General"] == [0] * 15
+    assert plc.image[47:] == bytes([0xA5] * 465)
 
 
 @pytest.mark.parametrize("kind", ["Word", "DoubleWord"])
