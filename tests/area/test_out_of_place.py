@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -33,10 +32,8 @@ def _compiled(words: str) -> PlcBench:
     """A program with stops, releases and a few more, called at the places that are TRUE."""
     image = "RCX_IMAGE_WORDS" if words else "RCX_IMAGE"
     panel = "Keys(Robot := Robot, Panel := Panel);"
-    with TemporaryDirectory() as folder:
-        program = Path(folder) / "Places.st"
-        program.write_text(
-            f"""PROGRAM Places
+    return PlcBench(
+        program=f"""PROGRAM Places
   VAR
     InputArea, OutputArea : {image};
     Robot : RCX_REF;
@@ -73,9 +70,8 @@ def _compiled(words: str) -> PlcBench:
   END_IF;
 END_PROGRAM
 """,
-            encoding="utf-8",
-        )
-        return PlcBench(program=program, contract=False)
+        contract=False,
+    )
 
 
 def _first(words: str = "") -> PlcBench:

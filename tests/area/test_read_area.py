@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from plc_bench import PlcBench
@@ -137,14 +135,12 @@ END_PROGRAM
 @pytest.mark.parametrize(
     ("block", "image"), [("FB_ReadArea", "InputArea"), ("FB_ReadAreaWords", "InputWords")]
 )
-def test_connected_left_open_is_no_connection(block: str, image: str, tmp_path: Path) -> None:
+def test_connected_left_open_is_no_connection(block: str, image: str) -> None:
     """A lost link would not be seen: it is FALSE until it is wired.
 
     Source: manual chapter 1, 5.2: communication is disabled in the connection error state.
     """
-    file = tmp_path / "Open.st"
-    file.write_text(_OPEN.format(block, image), encoding="utf-8")
-    plc = PlcBench(program=file)
+    plc = PlcBench(program=_OPEN.format(block, image))
     plc.outputs(SO01=True, SO04=True)
     plc.change("ServoOn.Execute", "Status.Enable", to=True, scans=100)
     assert plc["Robot.Connected"] is False

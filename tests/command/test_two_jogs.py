@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import pytest
 
 from plc_bench import PlcBench
@@ -28,10 +25,7 @@ END_PROGRAM
 @pytest.mark.parametrize("jog", ["First", "Second"])
 def test_a_jog_stops_at_once_whoever_is_called_before_or_after_it(jog: str) -> None:
     """Source: remote command guide 4.2.6: SI(06) stops a jog."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "Jogs.st"
-        file.write_text(_PROGRAM, encoding="utf-8")
-        plc = PlcBench(program=file)
+    plc = PlcBench(program=_PROGRAM)
     plc.power_up()
     plc.change(f"{jog}.Enable", to=True, scans=3)
     plc.answer(0x0100, scans=5)

@@ -9,14 +9,12 @@ from pathlib import Path
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY, ROOT
+from plc_bench import ROOT, compiled
 from rcx_harness import spec
 from rcx_tools.library.alarm_texts import literal, text_files, wrapped
-from structured_text.engines import build
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
-from structured_text.projects.needed import needed
 
 _PROGRAM = """\
 PROGRAM Texts
@@ -44,10 +42,8 @@ _IN_BOTH = pytest.mark.parametrize("language", _LANGUAGES)
 
 
 @pytest.fixture(scope="module", params=ENGINES)
-def plc(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Program:
-    file = tmp_path_factory.mktemp("texts") / "Texts.st"
-    file.write_text(_PROGRAM, encoding="utf-8")
-    return build([file, *needed([file], LIBRARY)], request.param).program
+def plc(request: pytest.FixtureRequest) -> Program:
+    return compiled(_PROGRAM, request.param)
 
 
 def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, str]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from plc_bench import PlcBench
@@ -30,11 +28,9 @@ END_PROGRAM
 
 
 @pytest.fixture
-def stopped(tmp_path: Path) -> PlcBench:
+def stopped() -> PlcBench:
     """The controller is up, and FB_ProgramStop has just taken SI(06) away."""
-    program = tmp_path / "Holds.st"
-    program.write_text(_PROGRAM, encoding="utf-8")
-    plc = PlcBench(program=program)
+    plc = PlcBench(program=_PROGRAM)
     plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True, scans=60)
     assert plc.inputs == ["SI00", "SI06"]
     plc.change("Stop.Execute", to=True)

@@ -6,23 +6,19 @@ block, and what goes out, must be what the rules of tests/support ask for.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 
 from head_rules import OTHERS, SAFETY, InputRules
-from plc_bench import LIBRARY
+from plc_bench import compiled
 from sequence_rules import RULES, missing
 from sequence_work import View
 from shown import differences
-from structured_text.engines import build
 from structured_text.engines.base import Program
-from structured_text.projects.needed import needed
 
 _PINS = ("Done", "Busy", "Active", "Error", "ErrorID")
 _SCAN_MS, _MARGIN_MS = 20, 20
@@ -101,10 +97,7 @@ def _rival(block: str, seed: int) -> str:
 
 @cache
 def _compiled(block: str, rival: str) -> Program:
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "Second.st"
-        file.write_text(_PROGRAM.format(block=block, rival=rival), encoding="utf-8")
-        return build([file, *needed([file], LIBRARY)], "builtin").program
+    return compiled(_PROGRAM.format(block=block, rival=rival), "builtin")
 
 
 class _Beside:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from plc_bench import PlcBench
@@ -12,10 +10,9 @@ from plc_bench import PlcBench
 _SENT = 3
 
 
-def _bench(tmp_path: Path, blocks: str, calls: str) -> PlcBench:
-    program = tmp_path / "Turns.st"
-    program.write_text(
-        f"""PROGRAM Turns
+def _bench(blocks: str, calls: str) -> PlcBench:
+    plc = PlcBench(
+        program=f"""PROGRAM Turns
   VAR
     InputArea, OutputArea : RCX_IMAGE;
     Connected : BOOL := TRUE;
@@ -29,10 +26,8 @@ def _bench(tmp_path: Path, blocks: str, calls: str) -> PlcBench:
 {calls}
   WriteArea(Robot := Robot, Image := OutputArea, EmergencyStopOk := TRUE, StopOk := TRUE);
 END_PROGRAM
-""",
-        encoding="utf-8",
+"""
     )
-    plc = PlcBench(program=program)
     plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True)
     plc.scan_until(lambda: bool(plc["Robot.Settled"]))
     return plc
@@ -45,11 +40,10 @@ _KINDS = (
 
 
 @pytest.fixture
-def polling(tmp_path: Path) -> PlcBench:
+def polling() -> PlcBench:
     """Six blocks that read again and again while Retry is TRUE, and a movement."""
     pairs = list(zip(_POLLING, _KINDS, strict=True))
     return _bench(
-        tmp_path,
         "    Go : FB_MovePtp;\n" + "".join(f"    {name} : FB_{kind};\n" for name, kind in pairs),
         "  Go(Robot := Robot, Execute := Good, Point := 19);\n"
         + "".join(
@@ -89,10 +83,9 @@ def test_without_a_link_no_ticket_stays_behind(polling: PlcBench) -> None:
 
 
 @pytest.fixture
-def refusing(tmp_path: Path) -> PlcBench:
+def refusing() -> PlcBench:
     """Four blocks with an illegal input that are tried again in every scan, and a good one."""
     return _bench(
-        tmp_path,
         "".join(f"    Bad{k} : FB_MovePtp;\n" for k in (1, 2, 3, 4)) + "    Best : FB_ReadDate;\n",
         "".join(
             f"  Bad{k}(Robot := Robot, Execute := Retry AND NOT (Bad{k}.Done OR Bad{k}.Error), "
@@ -135,10 +128,9 @@ def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBe
 
 
 @pytest.fixture
-def queue(tmp_path: Path) -> PlcBench:
+def queue() -> PlcBench:
     """A command that outlives its block, four that give up in the queue, and one without limit."""
     return _bench(
-        tmp_path,
         "".join(
             f"    {name} : FB_RemoteCommand;\n"
             for name in ("Go", "Hasty1", "Hasty2", "Hasty3", "Hasty4", "Patient")
@@ -200,10 +192,9 @@ def test_whoever_waits_longest_is_next_also_among_those_who_give_up(
 
 
 @pytest.fixture
-def sequences(tmp_path: Path) -> PlcBench:
+def sequences() -> PlcBench:
     """Four program resets that are tried again in every scan, and an alarm reset."""
     return _bench(
-        tmp_path,
         "".join(f"    Reset{k} : FB_ProgramReset;\n" for k in (1, 2, 3, 4))
         + "    Alarm : FB_AlarmReset;\n",
         "".join(
@@ -231,7 +222,7 @@ def test_the_channel_of_the_dedicated_inputs_is_free_at_once_too(
 
 @pytest.mark.parametrize("block", ["Day", "Go"])
 def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
-    tmp_path: Path, block: str
+    block: str,
 ) -> None:
     """Its time limit would count twice; a command that is out is held to its end.
 
@@ -242,7 +233,6 @@ def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
         "Go": "  Go(Robot := Robot, Execute := Good, Point := 19);\n",
     }
     plc = _bench(
-        tmp_path,
         "    Day : FB_ReadDate;\n    Go : FB_MovePtp;\n    Twice : BOOL;\n",
         f"{call[block]}  IF Twice THEN\n  {call[block]}  END_IF;\n",
     )
@@ -296,15 +286,13 @@ END_PROGRAM
 @pytest.mark.parametrize("place", ["SharedFirst", "SharedLast"])
 @pytest.mark.parametrize("ahead", range(4))
 def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
-    tmp_path: Path, m: int, place: str, ahead: int
+    m: int, place: str, ahead: int
 ) -> None:
     """Started on one robot, called with the other: its turn there may be another block's.
 
     With m = 0 both robots read the same answers, so that even their scans have the same numbers.
     """
-    program = tmp_path / "Both.st"
-    program.write_text(_TWO_ROBOTS.format(m=m), encoding="utf-8")
-    plc = PlcBench(program=program, size=96, contract=False)
+    plc = PlcBench(program=_TWO_ROBOTS.format(m=m), size=96, contract=False)
     for area in (0, 48):
         plc.so[area + 32 : area + 34] = bytes([0x12, 0x01])
     plc["ReadArea.Size"] = plc["WriteArea.Size"] = 48
@@ -323,13 +311,12 @@ def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
     assert plc.image[0:2] == b"\x01\x05", "the robot's own command is out"
 
 
-def test_data_that_change_in_the_scan_of_the_code_go_out_first(tmp_path: Path) -> None:
+def test_data_that_change_in_the_scan_of_the_code_go_out_first() -> None:
     """Two blocks that both believe in the turn: code and data are held for a scan unchanged.
 
     Source: guide, chapter 2, steps 1 and 2: data, then the code.
     """
     plc = _bench(
-        tmp_path,
         "    Go : FB_RemoteCommand;\n    Code, Other : WORD;\n",
         "  Go(Robot := Robot, Execute := Good, Code := WORD#16#0001);\n"
         "  IF Code <> WORD#16#0000 THEN\n    Robot.Inner.Code := Code;\n"

@@ -2,33 +2,43 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
 from structured_text.engines import build
-from structured_text.engines.base import Value
+from structured_text.engines.base import Program, Value
 from structured_text.projects.needed import needed
 
-__all__ = ["LIBRARY", "ROOT", "PlcBench"]
+__all__ = ["LIBRARY", "ROOT", "PlcBench", "compiled"]
 
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = sorted((ROOT / "plc/lib").rglob("*.st"))
 BENCH = ROOT / "tests/data/library/Bench.st"
 
 
-class PlcBench:
-    """A program, Bench.st unless given, scanned every 10 ms, its areas at offset `m` and `n`.
+def compiled(text: str, engine: str = "auto") -> Program:
+    """Build a program from its text, with what it needs of the library."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "Program.st"
+        file.write_text(text, encoding="utf-8")
+        return build([file, *needed([file], LIBRARY)], engine).program
 
-    With the margin of 20 ms the dedicated inputs change at least 120 ms, 12 scans, apart. With
-    `contract` every scan of every block is judged by the contract monitor.
+
+class PlcBench:
+    """A program that is scanned every 10 ms: Bench.st, or the file or the text that is given.
+
+    Its areas lie at offset `m` and `n`. With the margin of 20 ms the dedicated inputs change at
+    least 120 ms, 12 scans, apart. With `contract` every scan of every block is judged by the
+    contract monitor.
     """
 
     def __init__(
         self,
         *,
-        program: Path = BENCH,
+        program: Path | str = BENCH,
         size: int = 48,
         m: int = 0,
         n: int = 0,
@@ -37,9 +47,13 @@ class PlcBench:
         engine: str = "auto",
         contract: bool = True,
     ) -> None:
-        files = needed([program], LIBRARY)
-        self.program = build([program, *files], engine).program
-        steady = steady_instances([program], files)
+        with tempfile.TemporaryDirectory() as folder:
+            file = program if isinstance(program, Path) else Path(folder) / "Program.st"
+            if isinstance(program, str):
+                file.write_text(program, encoding="utf-8")
+            files = needed([file], LIBRARY)
+            self.program = build([file, *files], engine).program
+            steady = steady_instances([file], files)
         self._monitor = ContractMonitor(self.program, steady) if contract else None
         self.now_us = 0
         self.scan_us = scan_us
