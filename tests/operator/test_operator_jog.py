@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from both_engines import ENGINES
@@ -50,7 +52,7 @@ def test_an_axis_moves_while_the_key_is_held(engine: str) -> None:
     ],
 )
 def test_axis_frame_robot_and_speed_are_selected(
-    selections: dict[str, object], code: int, data: int
+    selections: dict[str, Any], code: int, data: int
 ) -> None:
     """Source: guide 4.2.6: 16#0020 pulses, 16#0021 Cartesian, 16#0022 tool; robot in bits 12 up."""
     plc = OperatorBench(**selections)
@@ -227,7 +229,7 @@ def test_a_command_that_fails_ends_the_press_with_its_alarm(code: int, stepwise:
         ({"RobotNumber": 5}, 0x8040),
     ],
 )
-def test_a_selection_that_is_not_legal_is_told(selection: dict[str, int], error: int) -> None:
+def test_a_selection_that_is_not_legal_is_told(selection: dict[str, Any], error: int) -> None:
     """Source: guide 4.2.6, 4.2.14."""
     plc = OperatorBench(**selection)
     plc.key("JogPlus", scans=20)
@@ -240,7 +242,7 @@ def test_a_selection_that_is_not_legal_is_told(selection: dict[str, int], error:
     [({"Amount": -1}, 0x8045), ({"Amount": 10_001}, 0x8045), ({"Axis": 7}, 0x8041)],
 )
 def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
-    selection: dict[str, int], error: int
+    selection: dict[str, Any], error: int
 ) -> None:
     """Without Stepwise the amount does not count. Source: guide 4.2.8 and 4.2.14."""
     plc = OperatorBench(Stepwise=True, **selection)
