@@ -94,10 +94,7 @@ def _run(cell: Cell, block: str, **inputs: object) -> object:
 
 @pytest.mark.parametrize("kind", list(_CODES))
 def test_what_one_controller_has_another_one_gets_without_a_loss(kind: str) -> None:
-    """The largest numbers and all flags: nothing is rounded.
-
-    Source: guide 4.3.1 to 4.3.5
-    """
+    """The largest numbers and all flags: nothing is rounded. Source: guide 4.3.1 to 4.3.5."""
     old, new = _cell(_STORED), _cell(RobotConfig(points={}))
     assert _run(old, "Backup", Kind=kind, First=0, Count=8) == 0
     for name in ("Rows", "Head"):

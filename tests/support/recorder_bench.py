@@ -36,6 +36,11 @@ class Recorder:
             self._alone.scan(self._now_ms)
             self._now_ms += 10
 
+    def change(self, path: str, *, to: Any, scans: int = 1) -> None:
+        """Write a variable, then run scans."""
+        self[path] = to
+        self.scan(scans)
+
     def rows(self) -> list[Row]:
         """Kind, Number and Result of the rows, without empty ones at the end."""
         rows = [short(row) for row in self["Rows"]]

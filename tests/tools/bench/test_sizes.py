@@ -37,9 +37,7 @@ def _printed() -> dict[str, int]:
     return found
 
 
-def test_without_matiec_the_figures_are_said_to_be_missing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_without_matiec_the_figures_are_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sizes, "find_matiec", lambda: None)
     measured = sizes.measure(Options())
     assert measured

@@ -166,25 +166,12 @@ def test_a_page_lists_the_errors_that_its_block_can_give_and_no_others() -> None
     assert "16#8035" in _errors("FB_ReadDoubleWord")
     assert "16#8035" not in _errors("FB_ReadWord")
     remote = [
-        "16#8001",
-        "16#8002",
-        "16#8011",
-        "16#8012",
-        "16#8013",
-        "16#8014",
-        "16#8015",
-        "16#8016",
-        "16#8017",
-        "16#8020",
+        *("16#8001", "16#8002", "16#8011", "16#8012", "16#8013", "16#8014", "16#8015", "16#8016"),
+        *("16#8017", "16#8020"),
     ]
     assert _errors("FB_ReadPoint") == [*remote, "16#8044"]
     assert _errors("FB_EmergencyStop") == [
-        "16#8001",
-        "16#8002",
-        "16#8010",
-        "16#8013",
-        "16#8016",
-        "16#8017",
+        *("16#8001", "16#8002", "16#8010", "16#8013", "16#8016", "16#8017"),
     ]
     assert _errors("FB_ReadArea") == ["16#8030", "16#8031", "16#8037"]
     assert all(row[2] and row[3] for row in _rows(_page("FB_ServoOn"), "Errors"))
@@ -235,10 +222,7 @@ def test_the_snippet_of_a_page_stands_in_the_program_that_was_run() -> None:
 
 
 def test_an_example_that_ends_in_an_error_is_told_with_its_number() -> None:
-    """The last point is 29999.
-
-    Source: remote command guide 4.3.1
-    """
+    """The last point is 29999. Source: remote command guide 4.3.1."""
     snippet = examples.snippets()["FB_ReadPoint"]
     assert snippet.call
     wrong = replace(snippet, call=replace(snippet.call, inputs={"Point": 30000}))
