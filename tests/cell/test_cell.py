@@ -139,9 +139,7 @@ def test_different_sizes_are_no_connection(raw_cell: Build) -> None:
     assert all(one.rcx_si == b"" for one in cell.trace.cycles())
 
 
-def test_a_power_cycle_interrupts_the_link_until_the_controller_has_booted(
-    raw_cell: Build,
-) -> None:
+def test_a_power_cycle_interrupts_the_link_until_the_controller_has_booted(raw_cell: Build) -> None:
     cell = raw_cell(robot=RobotConfig(boot_time=300.0))
     cell.run("400ms")
     assert cell["Main.Connected"]

@@ -180,12 +180,7 @@ def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
     options = {"lib": tmp_path / "lib", "engine": "builtin"}
     cell = build_cell(paths, watch="GVL.L*,Lim*,gvl.large,GVL.Limit", **options)
     cell.scan()
-    assert cell.watched() == {
-        "GVL.Limit": "3",
-        "GVL.Large": "9",
-        "Limit": "3",
-        "gvl.large": "9",
-    }
+    assert cell.watched() == {"GVL.Limit": "3", "GVL.Large": "9", "Limit": "3", "gvl.large": "9"}
     with pytest.raises(InputError, match=r"no variable is like GVL.X\*; there are Limit, Large"):
         build_cell(paths, watch="GVL.X*", **options)
     with pytest.raises(InputError, match="there is no program instance GVX"):

@@ -140,10 +140,7 @@ def test_each_option_reaches_the_connection() -> None:
     ],
 )
 def test_what_cannot_be_asked_for_is_one_message(
-    repository: Path,
-    capsys: Captured,
-    options: list[str],
-    message: str,
+    repository: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2
     error = capsys.readouterr().err

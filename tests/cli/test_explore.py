@@ -45,8 +45,7 @@ _STOPS = _PROGRAM.format(
 )
 #: SI(01) changes in every scan.
 _FLICKERS = _PROGRAM.format(
-    variables="On : BOOL;",
-    body="On := NOT On;\n  OutputArea[32] := SEL(On, BYTE#0, BYTE#2);",
+    variables="On : BOOL;", body="On := NOT On;\n  OutputArea[32] := SEL(On, BYTE#0, BYTE#2);"
 )
 _ROBOT = """PROGRAM Robot
   VAR

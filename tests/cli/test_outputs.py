@@ -234,11 +234,7 @@ def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
 @pytest.mark.parametrize("place", ["/dev/full", "/dev/full/below", "/proc/none/below"])
 @pytest.mark.parametrize(
     "command",
-    [
-        ["eds", "--force", "{}"],
-        ["export", "st", "--force", "--out", "{}"],
-        ["new", "{}"],
-    ],
+    [["eds", "--force", "{}"], ["export", "st", "--force", "--out", "{}"], ["new", "{}"]],
     ids=lambda command: command[0],
 )
 def test_a_place_that_cannot_be_written_is_one_line(

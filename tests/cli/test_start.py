@@ -137,9 +137,7 @@ def test_a_command_is_listed_with_the_first_sentence_of_its_docstring(name: str)
     assert function.rstrip("_") == name
 
 
-def test_the_list_of_commands_gives_each_sentence_whole(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_the_list_of_commands_gives_each_sentence_whole(capsys: pytest.CaptureFixture[str]) -> None:
     """Source: a sentence that is cut off does not say what the command is for."""
     assert main(["--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())

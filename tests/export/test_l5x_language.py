@@ -99,11 +99,7 @@ END_TYPE
             "Timer(IN := a, PT := T#5s);\na := Timer.Q;",
             ["Timer.IN := a;", "Timer.PT := 5000;", "RCX_TON(Timer);", "a := Timer.Q;"],
         ),
-        (
-            "i : DINT; s : STRING;",
-            "(* so *)\ni := LEN(IN := s);",
-            ["(* so *)", "i := s.LEN;"],
-        ),
+        ("i : DINT; s : STRING;", "(* so *)\ni := LEN(IN := s);", ["(* so *)", "i := s.LEN;"]),
     ],
 )
 def test_a_statement_is_said_in_the_words_of_logix(

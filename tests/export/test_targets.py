@@ -16,13 +16,7 @@ from structured_text.export import TARGETS
 from structured_text.export.output import write
 
 #: Targets that can be read back, with the name of what is written.
-_READ = {
-    "st": "one.st",
-    "plcopen": "one.xml",
-    "twincat": "plc",
-    "scl": "one.scl",
-    "l5x": "one.L5X",
-}
+_READ = {"st": "one.st", "plcopen": "one.xml", "twincat": "plc", "scl": "one.scl", "l5x": "one.L5X"}
 #: The quick tier: words, general I/O, texts with arrays of structures.
 _QUICK = ("01_power_up", "03_general_io", "06_teach_points")
 #: All that can be carried (09 has located variables) where the statements become others.

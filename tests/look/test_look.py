@@ -186,10 +186,7 @@ def test_a_refusal_is_told_in_words(
             (0x112, 0x0303, 0xD400, 0x0030, 0xD400, 0x0030),
             "the longest that it takes is 3200 ms; try --rpi 3200ms",
         ),
-        (
-            (0x112, 0x0400, 5_000, 0, 20_000, 0),
-            "the one that it takes is 20 ms; try --rpi 20ms",
-        ),
+        ((0x112, 0x0400, 5_000, 0, 20_000, 0), "the one that it takes is 20 ms; try --rpi 20ms"),
     ],
 )
 def test_a_refused_interval_comes_with_one_to_try(

@@ -92,10 +92,7 @@ def test_a_stimulus_sets_inputs_for_a_time_and_stops_the_plc(lamp: Path, tmp_pat
             '{ time = "1s", plc = { event = "overrun", by = "1s", x = 1 } }',
             r"write plc = \{ event = ",
         ),
-        (
-            '{ time = "1s", set = { "Main.Gone" = 1 } }',
-            r":2: .*has no member Gone",
-        ),
+        ('{ time = "1s", set = { "Main.Gone" = 1 } }', r":2: .*has no member Gone"),
         ('{ time = "1s", for = "1s" }', r":2: 'for' goes with set or plc"),
     ],
 )
@@ -103,10 +100,7 @@ def test_a_wrong_entry_of_a_stimulus_is_told_with_its_line(
     lamp: Path, tmp_path: Path, text: str, message: str
 ) -> None:
     file = _stimulus(tmp_path, f"at = [\n  {text},\n]\n")
-    with (
-        Bench.build(lamp, engine="builtin") as bench,
-        pytest.raises(InputError, match=message),
-    ):
+    with Bench.build(lamp, engine="builtin") as bench, pytest.raises(InputError, match=message):
         Stimulus.load(file).schedule(bench)
 
 

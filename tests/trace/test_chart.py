@@ -92,10 +92,7 @@ def test_the_svg_names_every_signal_and_time_and_is_the_same_every_time() -> Non
     names = ("SI(01) Servo ON input", "SO(02) Servo ON status output")
     for expected in ("a < b", *names, "250", "MovePtp"):
         assert expected in texts
-    assert [text for text in texts if text and text.startswith("0x")] == [
-        "0x0100",
-        "0x0200",
-    ]
+    assert [text for text in texts if text and text.startswith("0x")] == ["0x0100", "0x0200"]
     assert "+50" in texts
 
 

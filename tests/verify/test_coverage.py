@@ -373,12 +373,7 @@ def test_the_figures_are_met_only_without_gaps(measured: Measure) -> None:
     found = figures([result], Run(passed=3, failed=0, skipped=0, output=""))
     assert found["tests"] == 3
     assert found["gaps"] == 5
-    assert found["all"]["branches"] == {
-        "covered": 4,
-        "total": 9,
-        "justified": 0,
-        "percent": 44.44,
-    }
+    assert found["all"]["branches"] == {"covered": 4, "total": 9, "justified": 0, "percent": 44.44}
     assert not Run(passed=0, failed=0, skipped=9, output="").clean
     assert not Run(passed=9, failed=1, skipped=0, output="").clean
 

@@ -382,7 +382,7 @@ def test_cobertura_is_as_its_dtd_wants_it(result: FileResult, tmp_path: Path) ->
         )
     lines = {line.get("number"): line.attrib for line in root.iter("line")}
     assert [number for number, line in lines.items() if line["hits"] == "0"] == [
-        *("3", "11", "21", "24"),
+        *("3", "11", "21", "24")
     ]
     assert lines["10"] == {
         "number": "10",

@@ -189,9 +189,7 @@ def test_the_function_of_the_low_word_is_taken_for_that_of_the_high_one(house: P
     assert swapped == ["FC_Both := FC_MyHighWord(Value := Value);"]
 
 
-def test_a_mutant_is_correct_and_differs_from_the_original_and_from_all_others(
-    house: Path,
-) -> None:
+def test_a_mutant_is_correct_and_differs_from_the_original_and_from_all_others(house: Path) -> None:
     library = sorted((house / "plc" / "lib").rglob("*.st"))
     mutants = Mutants(house, library)
     made = list(mutants.of(house / "plc" / "lib" / "area" / "FB_Sample.st"))

@@ -6,20 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from captures import (
-    COOKED,
-    COOKED_2,
-    ETHERNET,
-    LOOP,
-    NULL,
-    RAW,
-    framed,
-    ip,
-    pcap,
-    pcapng,
-    tcp,
-    udp,
-)
+from captures import COOKED, COOKED_2, ETHERNET, LOOP, NULL, RAW, framed, ip, pcap, pcapng, tcp, udp
 from rcx_harness.look.judge.capture import Capture, Packet, host_text
 from structured_text.errors import InputError
 
@@ -178,9 +165,7 @@ def test_interfaces_of_one_link_type_may_be_several(tmp_path: Path) -> None:
     assert not capture.damage
 
 
-def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(
-    tmp_path: Path,
-) -> None:
+def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     hour = 3_600_000_000
     times = [10 * hour, 10 * hour + 100, 10 * hour + 90, 10 * hour + 150]

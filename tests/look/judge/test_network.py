@@ -107,9 +107,7 @@ def test_a_forward_open_in_an_unconnected_send_is_understood(tmp_path: Path) -> 
     assert robot.connections[0].to_master.packets == 1
 
 
-def test_packets_to_a_multicast_group_are_of_the_controller_that_sends_them(
-    tmp_path: Path,
-) -> None:
+def test_packets_to_a_multicast_group_are_of_the_controller_that_sends_them(tmp_path: Path) -> None:
     """An owner and a reader share the controller's packets; the owner's end is not the reader's.
 
     Source: CIP volume 1, chapter 3: multicast connections share one connection id.

@@ -105,8 +105,7 @@ def test_csv_has_a_line_for_each_point_and_each_comment() -> None:
 
 @pytest.mark.parametrize("filler", ["zeros", "spaces"])
 @pytest.mark.parametrize(
-    ("text", "found"),
-    [(" A", " A"), ("A\t", "A\t"), ("A\0B", "A\0B"), ("", None)],
+    ("text", "found"), [(" A", " A"), ("A\t", "A\t"), ("A\0B", "A\0B"), ("", None)]
 )
 def test_a_comment_ends_before_its_filler_and_nowhere_else(
     text: str, found: str | None, filler: str

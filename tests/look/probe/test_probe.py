@@ -32,10 +32,7 @@ KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
         "absent_controller_alarm": ("4.2", "4.213"),
     },
     "settings": {"manual_speed": (20, 30), "inching_amount": (100, 50)},
-    "wrong-format": {
-        "format_alarm": ("4.2", "4.202"),
-        "strict_unused_words": (True, False),
-    },
+    "wrong-format": {"format_alarm": ("4.2", "4.202"), "strict_unused_words": (True, False)},
     "absent": {"absent_robot_alarm": ("4.2", "4.204"), "no_axis_alarm": ("4.2", "4.205")},
     "undefined-point": {"undefined_point_alarm": ("4.2", "6.204")},
     "undefined-data": {

@@ -15,15 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from farm_work import (
-    Counted,
-    FirstWaits,
-    Killed,
-    Meeting,
-    grandchild,
-    process_number,
-    refuse,
-)
+from farm_work import Counted, FirstWaits, Killed, Meeting, grandchild, process_number, refuse
 from structured_text.errors import InputError
 from structured_text.farm import NOT_YET, Farm, Kept, Lost, NotYet
 from structured_text.farm.farm import AHEAD

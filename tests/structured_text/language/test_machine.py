@@ -106,10 +106,7 @@ def test_the_portable_subset_refuses_it_by_name(source: str, construct: str) -> 
     ("source", "told"),
     [
         ("USING N;", "a NAMESPACE;"),
-        (
-            "FUNCTION_BLOCK F EXTENDS G R REF= X; END_FUNCTION_BLOCK",
-            "EXTENDS; also REFERENCE TO;",
-        ),
+        ("FUNCTION_BLOCK F EXTENDS G R REF= X; END_FUNCTION_BLOCK", "EXTENDS; also REFERENCE TO;"),
     ],
 )
 def test_what_else_it_refuses_is_named_too(source: str, told: str) -> None:

@@ -309,10 +309,7 @@ _REFUSED = [
         "FUNCTION_BLOCK A IMPLEMENTS I_Shape END_FUNCTION_BLOCK",
         "missing in A: I_Named.Name.Get, I_Shape.Area",
     ),
-    (
-        "FUNCTION_BLOCK A EXTENDS FB_Shape END_FUNCTION_BLOCK",
-        "missing in A: FB_Shape.Area",
-    ),
+    ("FUNCTION_BLOCK A EXTENDS FB_Shape END_FUNCTION_BLOCK", "missing in A: FB_Shape.Area"),
     (
         "FUNCTION_BLOCK A EXTENDS FB_Square METHOD Area : DINT END_METHOD END_FUNCTION_BLOCK",
         "other parameters",

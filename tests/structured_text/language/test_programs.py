@@ -151,10 +151,7 @@ def test_an_array_of_open_length_has_the_bounds_of_what_is_given(build: Build) -
 
 @pytest.mark.parametrize(
     ("body", "message"),
-    [
-        ("X[9] := 1;", "index 9 is outside 3..4"),
-        ("X[I] := 1;", "index 0 is outside 3..4"),
-    ],
+    [("X[9] := 1;", "index 9 is outside 3..4"), ("X[I] := 1;", "index 0 is outside 3..4")],
 )
 def test_an_index_outside_of_it_ends_the_run(body: str, message: str, build: Build) -> None:
     program = build(

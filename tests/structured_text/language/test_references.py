@@ -246,10 +246,7 @@ def test_what_the_result_of_a_call_points_to(build: Callable[[str], BuiltinProgr
 
 @pytest.mark.parametrize(
     ("body", "message"),
-    [
-        ("F()();", "a call cannot stand here"),
-        ("N := F()^;", "^ needs a pointer, not a INT"),
-    ],
+    [("F()();", "a call cannot stand here"), ("N := F()^;", "^ needs a pointer, not a INT")],
 )
 def test_calls_where_none_can_stand(
     body: str, message: str, mistakes_of: Callable[[str], list[InputError]]

@@ -209,8 +209,7 @@ def test_statements_of_logix_that_cannot_be_read_are_told(code: str, tmp_path: P
 
 
 @pytest.mark.parametrize(
-    "encoding",
-    ["Shift_JIS", "EUC-JP", "ISO-2022-JP", "GB2312", "GBK", "GB18030", "Big5", "utf-16"],
+    "encoding", ["Shift_JIS", "EUC-JP", "ISO-2022-JP", "GB2312", "GBK", "GB18030", "Big5", "utf-16"]
 )
 def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_path: Path) -> None:
     """The robots come from Japan, and so do many of the projects.

@@ -145,9 +145,7 @@ def test_what_lasts_for_a_call_only_is_not_watched(stopped: Start) -> None:
     assert info["description"] == "Sum is no variable that lasts from scan to scan"
 
 
-def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(
-    at_entry: Start,
-) -> None:
+def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(at_entry: Start) -> None:
     """Set right by hand, the run goes on from there."""
     editor = at_entry()
     editor.go("rcx/stepScan", scans=3)

@@ -172,9 +172,7 @@ def _launches(**arguments: Any) -> bytes:
     )
 
 
-def test_on_a_port_of_this_computer_one_client_comes_after_the_other(
-    port: tuple[int, str],
-) -> None:
+def test_on_a_port_of_this_computer_one_client_comes_after_the_other(port: tuple[int, str]) -> None:
     number, token = port
     for _ in range(2):
         told = _answers(number, _launches(token=token))

@@ -52,9 +52,7 @@ def test_a_step_out_ends_behind_the_call_and_out_of_a_program_in_the_next_scan(
     assert editor.value("C.Value") == "2"
 
 
-def test_a_step_over_the_last_statement_of_a_block_comes_back_to_its_caller(
-    stopped: Start,
-) -> None:
+def test_a_step_over_the_last_statement_of_a_block_comes_back_to_its_caller(stopped: Start) -> None:
     editor = stopped(11)
     assert editor.stack() == [("Twice()", 11), ("Main (Lamps)", 51)]
     editor.go("next")

@@ -64,9 +64,7 @@ def test_a_fault_is_reported_with_the_line_of_the_statement(
     assert str(caught.value.file).endswith("program.st")
 
 
-def test_a_fault_comes_in_the_scan_in_which_it_happens(
-    build: Build,
-) -> None:
+def test_a_fault_comes_in_the_scan_in_which_it_happens(build: Build) -> None:
     program = build(_FRAME.replace("{statement}", "A[I] := 1;"))
     program.write("Main.B1.I", 1)
     program.scan(0)

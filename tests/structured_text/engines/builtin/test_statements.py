@@ -176,10 +176,7 @@ def test_an_index_of_an_in_out_is_taken_at_the_call(run: Run) -> None:
     )
     assert run(
         "L1 : List1; I : INT := 2; B1 : Both;", "B1(X := L1[I], I := I);", "L1 I", before
-    ) == (
-        [0, 9, 0, 0, 0],
-        4,
-    )
+    ) == ([0, 9, 0, 0, 0], 4)
 
 
 def test_structures_and_arrays_are_copied_by_value(run: Run) -> None:
@@ -195,10 +192,7 @@ def test_structures_and_arrays_are_copied_by_value(run: Run) -> None:
         before,
     )
     empty = {"A": 0, "B": 7}
-    assert first == {
-        "Items": [[empty, {"A": 8, "B": 7}], [{"A": 6, "B": 7}, empty]],
-        "Name1": "x",
-    }
+    assert first == {"Items": [[empty, {"A": 8, "B": 7}], [{"A": 6, "B": 7}, empty]], "Name1": "x"}
     assert second == {"Items": [[empty, empty], [{"A": 5, "B": 7}, empty]], "Name1": ""}
 
 

@@ -127,7 +127,4 @@ def test_a_failing_or_crashing_iec2c_is_an_error_with_its_messages(
     with pytest.raises(TranslationError) as caught:
         matiec.translate(source, tmp_path)
     assert caught.value.status == status
-    assert caught.value.messages == [
-        Message("Data type mismatch", 3, 7),
-        Message("No task", 5, 1),
-    ]
+    assert caught.value.messages == [Message("Data type mismatch", 3, 7), Message("No task", 5, 1)]

@@ -243,9 +243,7 @@ def test_restore_takes_timers_and_located_variables_back(compiled: Compile) -> N
     assert program.read("Main.Lamp") is True
 
 
-def test_another_instance_takes_a_snapshot_over_without_sharing_anything(
-    compiled: Compile,
-) -> None:
+def test_another_instance_takes_a_snapshot_over_without_sharing_anything(compiled: Compile) -> None:
     for text, path in ((TASKS, "Quick.Total"), (COUNTING, "Main.Speed")):
         first = compiled(text)
         for scan in range(4):

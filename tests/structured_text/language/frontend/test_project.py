@@ -16,9 +16,7 @@ from structured_text.language.types import ArrayType, ElementaryType, EnumType, 
 INT, WORD = ElementaryType("INT"), ElementaryType("WORD")
 
 
-def test_a_program_without_configuration_runs_as_main(
-    project_of: Callable[..., Project],
-) -> None:
+def test_a_program_without_configuration_runs_as_main(project_of: Callable[..., Project]) -> None:
     project = project_of("PROGRAM Pump\nVAR I : INT; END_VAR\nI := 1;\nEND_PROGRAM")
 
     assert [(name, block.name) for name, block in project.instances.items()] == [("Main", "Pump")]
