@@ -102,7 +102,6 @@ def test_the_program_reads_and_writes_the_controllers_areas(
     host, port = adapter.address
     assert told.lines[-1] == f"{host}:{port}: connected, 48 bytes, packets every 10 ms"
     cell.close()
-
     header, records = read_trace(trace)
     assert header["link"] == "enip-connect"
     entries = list(records)
@@ -139,9 +138,7 @@ def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapt
     assert adapter.read_to_robot() == bytes(48)
 
 
-def test_a_loss_is_seen_by_the_program_and_the_connection_comes_again(
-    far: Build, adapter: Adapter, told: Told
-) -> None:
+def test_the_program_sees_a_loss_and_reconnects(far: Build, adapter: Adapter, told: Told) -> None:
     cell = far(timeout="200ms")
     cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
     adapter.shared.link = LinkState.CUT

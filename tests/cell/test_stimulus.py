@@ -100,9 +100,7 @@ def test_an_output_is_held_and_released(cell: Cell, tmp_path: Path) -> None:
     assert (answers[95_000], answers[100_000]) == (0, 1)
 
 
-def test_an_output_is_forced_and_a_workpiece_is_placed_and_taken_away(
-    cell: Cell, tmp_path: Path
-) -> None:
+def test_an_output_is_forced_and_a_workpiece_is_placed(cell: Cell, tmp_path: Path) -> None:
     """SO(20) is bit 0 of byte m+34 (manual chapter 1, 4.1)."""
     load(
         tmp_path,
@@ -133,9 +131,7 @@ area = "robot"
 """
 
 
-def test_the_plc_reads_given_bytes_until_the_robot_has_its_area_back(
-    cell: Cell, tmp_path: Path
-) -> None:
+def test_the_plc_reads_given_bytes_for_a_time(cell: Cell, tmp_path: Path) -> None:
     load(tmp_path, AREA).schedule(cell)
     read, connected = [], []
     for _ in range(6):

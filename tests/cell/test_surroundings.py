@@ -33,9 +33,7 @@ def cell(tmp_path: Path) -> Iterator[Cell]:
 
 
 @pytest.mark.parametrize(("start", "fed", "total"), [("warm", False, True), ("cold", False, False)])
-def test_a_start_keeps_retain_when_it_is_warm(
-    cell: Cell, start: str, fed: bool, total: bool
-) -> None:
+def test_a_warm_start_keeps_retained_data(cell: Cell, start: str, fed: bool, total: bool) -> None:
     """Source: IEC 61131-3, 2.4.2, warm and cold restart."""
     cell.inject("plc_stop")
     scans = cell.scans

@@ -65,9 +65,7 @@ def watched(build_cell: Build, tmp_path: Path) -> Build:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_values_are_shown_as_in_structured_text_on_every_engine(
-    watched: Build, engine: str
-) -> None:
+def test_values_are_shown_as_in_structured_text(watched: Build, engine: str) -> None:
     cell = watched(*_EVERY, engine=engine)
     cell.run("50ms")
     assert cell.watched() == _AT_THE_END
@@ -76,9 +74,7 @@ def test_values_are_shown_as_in_structured_text_on_every_engine(
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_trace_has_the_values_of_every_scan_and_the_types_in_its_header(
-    watched: Build, engine: str, tmp_path: Path
-) -> None:
+def test_a_trace_has_all_values_and_types(watched: Build, engine: str, tmp_path: Path) -> None:
     file = tmp_path / "t.jsonl"
     cell = watched("Main.Grid,Main.Item", "Main.Waited,Main.Day", engine=engine, trace=file)
     cell.run("50ms")
@@ -157,9 +153,7 @@ def test_a_pattern_finds_variables_but_no_blocks_and_no_long_arrays(
         ("Main.Block*", "name one: Main.Block, or its variables as Main.Block.*"),
     ],
 )
-def test_what_finds_nothing_is_told_with_names_that_are_near(
-    watched: Build, pattern: str, message: str
-) -> None:
+def test_a_mistyped_name_gets_suggestions(watched: Build, pattern: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         watched(pattern)
     assert message in str(caught.value)
@@ -194,9 +188,7 @@ def test_one_text_is_as_good_as_a_list(build_cell: Build, raw_cell: Build) -> No
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_chart_has_a_lane_for_each_member_and_element_on_every_engine(
-    watched: Build, engine: str
-) -> None:
+def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: str) -> None:
     """The states as lines of text, at 20 ms: the third scan."""
     cell = watched("Main.State,Main.Item,Main.Connected", engine=engine)
     timeline = Timeline(cell.trace)
@@ -259,16 +251,12 @@ def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str
         ("Spee", "Speed", False),
     ],
 )
-def test_a_star_is_any_characters_and_a_question_mark_is_one(
-    pattern: str, name: str, fits: bool
-) -> None:
+def test_a_star_and_a_question_mark_are_wildcards(pattern: str, name: str, fits: bool) -> None:
     """Source: docs/reference/trace.md, --watch."""
     assert is_like(pattern, name) == fits
 
 
-def test_so_many_variables_are_watched_and_no_more(
-    watched: Build, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_watched_variables_have_a_limit(watched: Build, monkeypatch: pytest.MonkeyPatch) -> None:
     """The program has six elements in Items and Grid.
 
     Source: docs/reference/limits.md, variables that are watched.

@@ -102,9 +102,7 @@ def test_such_a_process_lacks_what_windows_lacks(tmp_path: Path, windows: dict[s
 
 
 @pytest.mark.exhaustive
-def test_a_new_project_is_checked_and_its_tests_pass(
-    rcx: Rcx, tmp_path: Path, windows: dict[str, str]
-) -> None:
+def test_a_new_project_passes_its_tests(rcx: Rcx, tmp_path: Path, windows: dict[str, str]) -> None:
     rcx("new", "cell")
     assert "no errors, no broken rule" in rcx("check", "cell/plc").stdout
     command = [sys.executable, "-m", "pytest", "-q", "--rcx-engine=builtin", "-pno:xdist"]
@@ -179,9 +177,7 @@ def test_a_run_over_real_ethernet_ip_connects(rcx: Rcx, network: tuple[str, ...]
 
 
 @pytest.mark.exhaustive
-def test_a_served_controller_is_scanned_and_ends_with_ctrl_c(
-    rcx: Rcx, windows: dict[str, str]
-) -> None:
+def test_a_served_controller_ends_with_ctrl_c(rcx: Rcx, windows: dict[str, str]) -> None:
     (address,) = own_addresses(1)
     with ServeProcess("--address", address, "--web", "0", environment=windows) as served:
         served.wait_for("Ctrl-C ends it")
@@ -246,9 +242,7 @@ def test_sources_and_settings_with_crlf_run_and_export_as_those_with_lf(tmp_path
         assert (tmp_path / "unix" / name).read_bytes() == (tmp_path / "dos" / name).read_bytes()
 
 
-def test_a_drive_letter_is_part_of_a_files_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_drive_letter_belongs_to_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     r"""`--replace Main=C:\cell\Main.st`."""
     monkeypatch.chdir(tmp_path)
     name = r"C:\cell\Main.st"

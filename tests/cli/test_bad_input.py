@@ -139,9 +139,7 @@ def test_what_cannot_be_written_is_named_with_the_reason(
         ["import", "{}", "-o", "out"],
     ],
 )
-def test_what_cannot_be_read_is_named_with_the_reason(
-    here: Path, capsys: Captured, words: list[str]
-) -> None:
+def test_an_unreadable_file_is_reported(here: Path, capsys: Captured, words: list[str]) -> None:
     """Source: open(2), ENAMETOOLONG."""
     name = "n" * 300
     said = _refused(capsys, *(word.format(name) for word in words))
@@ -161,9 +159,7 @@ def test_a_folder_that_is_gone_is_said_to_be(here: Path, capsys: Captured) -> No
     )
 
 
-def test_a_library_that_is_no_folder_is_refused_by_a_campaign_as_by_a_run(
-    here: Path, capsys: Captured
-) -> None:
+def test_campaign_refuses_a_library_that_is_no_folder(here: Path, capsys: Captured) -> None:
     """Source: `rcx run --help`, --lib: a folder."""
     said = _refused(capsys, "run", "p.st", "--lib", "nowhere")
     assert _refused(capsys, "campaign", "p.st", "--lib", "nowhere") == said
@@ -193,9 +189,7 @@ def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Ca
     assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # its own, once more
 
 
-def test_an_instance_without_a_controller_elsewhere_is_refused(
-    here: Path, capsys: Captured
-) -> None:
+def test_an_instance_needs_the_option_connect(here: Path, capsys: Captured) -> None:
     """Source: `rcx run --help`: with --connect."""
     for option in ("--input-instance", "--output-instance"):
         said = _refused(capsys, "run", "p.st", option, "99999")
@@ -229,9 +223,7 @@ def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, com
         ["mutants", "p.st", "--minutes", "nan", "--", "true"],
     ],
 )
-def test_a_number_out_of_its_range_is_refused(
-    here: Path, capsys: Captured, words: list[str]
-) -> None:
+def test_numbers_have_their_ranges(here: Path, capsys: Captured, words: list[str]) -> None:
     """Source: the help of each command."""
     assert main(words) == 2
     assert words[-3 if "--" in words else -1] in capsys.readouterr().err.replace("\n", "")
@@ -259,9 +251,7 @@ def test_an_empty_name_of_a_file_is_not_the_current_folder(
     assert _refused(capsys, *words) == f"{shown} of a file or folder is empty; {hint}"
 
 
-def test_names_of_others_send_no_escape_sequences_to_the_terminal(
-    here: Path, capsys: Captured
-) -> None:
+def test_no_escape_sequence_reaches_the_terminal(here: Path, capsys: Captured) -> None:
     """Names of files, keys and variables come from projects, traces and archives of others.
 
     Source: ECMA-48, 5.3: ESC and the controls from 80 to 9F

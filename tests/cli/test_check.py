@@ -49,9 +49,7 @@ def test_a_users_file_is_warned_and_the_exit_code_is_0(tmp_path: Path, capsys: C
     assert "no broken rules, 1 warning" in out
 
 
-def test_a_file_of_the_library_breaks_a_rule_and_the_exit_code_is_1(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_broken_rule_of_the_library_exits_with_1(tmp_path: Path, capsys: Captured) -> None:
     file = write(tmp_path, "FB_Other", block())
     assert main(["check", str(file), "--lib", str(tmp_path)]) == 1
     out = capsys.readouterr().out
@@ -225,9 +223,7 @@ def test_a_name_that_only_contains_such_a_word_is_one(tmp_path: Path, word: str)
         ("'say \"hello\"'", []),
     ],
 )
-def test_escaped_quotes_are_written_by_their_code(
-    tmp_path: Path, text: str, columns: list[int]
-) -> None:
+def test_escaped_quotes_need_their_code(tmp_path: Path, text: str, columns: list[int]) -> None:
     """Some compilers end the text at the quote of `$'`.
 
     Source: IEC 61131-3:2003, 2.2.2: $' and $27 are the same character.
@@ -244,9 +240,7 @@ def test_escaped_quotes_are_written_by_their_code(
         (block() + block().replace("FB_It", "FB_Two"), "a second declaration"),
     ],
 )
-def test_the_librarys_files_have_rules_of_their_own(
-    tmp_path: Path, text: str, finding: str
-) -> None:
+def test_the_library_has_rules_of_its_own(tmp_path: Path, text: str, finding: str) -> None:
     file = write(tmp_path, "WORDS", text)
     assert any(finding in one.text for one in lint([file], library=[file], prefix="RCX_"))
     assert not any(finding in one.text for one in lint([file]))

@@ -45,9 +45,7 @@ def test_it_shows_both_sides_of_the_first_differences(trace: Path, capsys: Captu
     assert lines[-1] == "2 differences"
 
 
-def test_with_its_own_robot_file_there_is_no_difference(
-    trace: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_its_own_robot_file_fits_exactly(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text("servo_on_delay = 80\nhost_version = 0x0112\n", encoding="utf-8")
     assert main(["compare", str(trace), "--robot", str(robot)]) == 0
@@ -56,9 +54,7 @@ def test_with_its_own_robot_file_there_is_no_difference(
     assert main(["compare", str(trace), "--robot", str(robot)]) == 0
 
 
-def test_fit_writes_a_robot_file_on_top_of_the_old_one(
-    trace: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     old, new = tmp_path / "old.toml", tmp_path / "new.toml"
     text = "servo_on_delay = 20 # too short\njog_limit = 'normal'\n\n[points.7]\npulses = [1, 2]\n"
     old.write_text(text, encoding="utf-8")
@@ -117,9 +113,7 @@ def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: 
     assert main(["compare", str(path), "--robot", str(found)]) == 0
 
 
-def test_a_capture_of_256_bytes_is_judged_and_compared_in_all_its_words(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_capture_of_256_bytes_is_compared_whole(tmp_path: Path, capsys: Captured) -> None:
     """SOW(127), the last word, is 7 in the capture; the program that writes it is not described."""
     master = RecordedMaster(size=256, host_version=0x0112)
     short_run(master)

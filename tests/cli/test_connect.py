@@ -57,9 +57,7 @@ def test_without_anybody_to_ask_it_is_one_message(
 
 
 @pytest.mark.parametrize("answer", [True, False])
-def test_somebody_is_asked_and_only_yes_goes_on(
-    monkeypatch: pytest.MonkeyPatch, answer: bool
-) -> None:
+def test_only_the_answer_yes_goes_on(monkeypatch: pytest.MonkeyPatch, answer: bool) -> None:
     asked: list[str] = []
 
     def ask(text: str) -> bool:
@@ -153,9 +151,7 @@ def test_what_cannot_be_asked_for_is_one_message(
     not sys.platform.startswith("linux"),
     reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",
 )
-def test_the_demo_drives_a_served_controller(
-    repository: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_the_demo_drives_a_controller(repository: Path, tmp_path: Path, capsys: Captured) -> None:
     """Power-up, servo ON, program reset: as with the virtual controller in the same cell.
 
     Source: manual chapter 5, 3.1 and 3.2

@@ -39,9 +39,7 @@ _COMMAND = "import sys; from rcx_harness.cli.start import main; sys.exit(main())
 
 @_NOT_ON_WINDOWS
 @pytest.mark.parametrize("closed", [(1,), (0, 1, 2)])
-def test_a_command_does_its_work_where_streams_are_closed(
-    tmp_path: Path, closed: tuple[int, ...]
-) -> None:
+def test_a_command_works_with_closed_streams(tmp_path: Path, closed: tuple[int, ...]) -> None:
     """What is printed goes nowhere: not into a file that is opened later.
 
     Source: open(2): the lowest number that is free.

@@ -94,9 +94,7 @@ def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Cap
     assert "explored to the end: 7 states" in capsys.readouterr().out
 
 
-def test_an_input_without_values_stays_as_it_begins_and_that_is_said(
-    folder: Path, capsys: Captured
-) -> None:
+def test_an_input_without_values_stays_and_is_named(folder: Path, capsys: Captured) -> None:
     assert main(["explore", _written(folder, _LATE), "--input", "Main.Key"]) == 0
     assert "Main.Button stays as it begins (--input Main.Button" in capsys.readouterr().out
 
@@ -191,9 +189,7 @@ def test_a_demand_may_name_the_scan_before(folder: Path, capsys: Captured) -> No
     assert "BROKEN in scan 3, at 200 ms" in capsys.readouterr().out
 
 
-def test_the_values_of_an_operator_are_inputs_and_an_option_goes_before(
-    folder: Path, capsys: Captured
-) -> None:
+def test_operator_values_are_inputs_and_options_win(folder: Path, capsys: Captured) -> None:
     operator = 'buttons = ["Main.Button"]\nvalues = { "Main.Count" = [0, 2] }\n'
     (folder / "mine.toml").write_text(f"[operator]\n{operator}")
     command = ["explore", _written(folder, _COUNT), "--properties", "mine.toml"]
@@ -286,9 +282,7 @@ def test_a_program_that_stops_is_told_with_its_line(folder: Path, capsys: Captur
         ),
     ],
 )
-def test_states_of_programs_with_blocks_are_told_apart(
-    folder: Path, variables: str, body: str
-) -> None:
+def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body: str) -> None:
     """One scan of each state is repeated with anything in what the state leaves out."""
     file = _written(folder, _ROBOT.format(variables=variables, body=body))
     inputs: dict[str, list[str]] = {"Main.Go": [], "Main.Back": []}

@@ -58,14 +58,11 @@ def test_a_full_disk_is_one_line(
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("kind", _KINDS)
-def test_a_disk_that_fills_up_leaves_the_old_file_and_nothing_else(
-    repository: Path, tmp_path: Path, kind: str
-) -> None:
+def test_a_full_disk_leaves_the_old_file_only(repository: Path, tmp_path: Path, kind: str) -> None:
     file = tmp_path / "out" / "old"
     assert main(_run(repository, tmp_path, f"--{kind}", str(file))) == 0
     before = file.read_bytes()
     assert len(before) > 1_000
-
     for name in ("old", "new"):
         there = tmp_path / "out" / name
         command = _run(repository, tmp_path, f"--{kind}", str(there))
@@ -121,9 +118,7 @@ def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) 
     assert [(tmp_path / name).read_text() for name in "ab"] == ["new", "new"]
 
 
-def test_what_fails_at_the_very_end_is_one_message_and_nothing_is_left(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder stands in its place by now; a network drive tells at the end that it is full."""
     place = tmp_path / "a"
     place.write_text("old")

@@ -35,9 +35,7 @@ def _backup(file: Path, *more: str) -> list[str]:
     return ["points", "backup", "h", str(file), "--kind", "points", "--numbers", "0-60", *more]
 
 
-def test_a_backup_is_a_file_that_compares_equal(
-    robot: Robot, tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_backup_compares_equal(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
     line = robot()
     file, table = tmp_path / "new" / "points.toml", tmp_path / "points.csv"
     assert main(_backup(file, "--csv", str(table))) == 0
@@ -74,9 +72,7 @@ def test_a_file_that_is_there_is_never_written_over(
 
 
 @pytest.mark.exhaustive
-def test_a_file_that_appears_during_a_backup_is_not_written_over(
-    robot: Robot, tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_backup_keeps_a_file_that_appears(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
     line, file = robot(), tmp_path / "points.toml"
     read = line.read
 
@@ -103,9 +99,7 @@ def test_what_cannot_be_written_is_found_before_anything_is_read(
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-def test_compare_says_what_differs_and_ends_with_1(
-    robot: Robot, tmp_path: Path, capsys: Captured
-) -> None:
+def test_compare_shows_what_differs(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
     robot()
     file = tmp_path / "points.toml"
     assert main(_backup(file)) == 0
@@ -135,7 +129,6 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
     monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
     assert main(["points", "restore", "h", str(file)]) == 2
     assert "--write says that you want it" in capsys.readouterr().err
-
     line = robot(RobotConfig(points={50: RobotConfig().points[50], 51: Point()}))
     assert main(["points", "restore", "h", str(file), "--write"]) == 0
     assert capsys.readouterr().out.endswith("1 written\n0 of 2 differ\n")
@@ -193,9 +186,7 @@ def test_a_comment_that_cannot_be_written_again_is_left_out_and_told(
     assert line.controller.machine.memory.comments == {0: "ONE", 2: text}
 
 
-def test_a_refused_command_ends_with_1_and_no_file(
-    robot: Robot, tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_refused_command_writes_no_file(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
     line = robot(RobotConfig(undefined_point_alarm="4.209"))
     assert main(_backup(tmp_path / "a.toml")) == 1
     assert capsys.readouterr().err == "rcx: reading point 0 ended in the alarm 4.209\n"
@@ -205,9 +196,7 @@ def test_a_refused_command_ends_with_1_and_no_file(
     assert main(_backup(tmp_path / "a.toml", "--undefined", "4.209")) == 0
 
 
-def test_a_lost_connection_ends_with_1_and_ctrl_c_with_130(
-    robot: Robot, tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_lost_connection_exits_with_1(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
     line = robot()
     line.lost_after_us = 2_000_000
     assert main(_backup(tmp_path / "a.toml")) == 1
@@ -244,9 +233,7 @@ def test_what_was_stopped_says_what_has_become_of_it(
     assert capsys.readouterr().err.endswith(f"no packets come any more; {left}\n")
 
 
-def test_a_connection_that_was_never_there_is_not_called_lost(
-    robot: Robot, tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
     """It is bad input, as an address where nobody is."""
     line = robot()
     line.happen("", "power_off")
@@ -268,9 +255,7 @@ def test_the_longest_wait_is_an_option(robot: Robot, tmp_path: Path, capsys: Cap
     assert main([*_backup(tmp_path / "a.toml"), *options[:2]]) == 0
 
 
-def test_hands_of_other_robots_are_backed_up_if_they_are_asked_for(
-    robot: Robot, tmp_path: Path
-) -> None:
+def test_hands_of_other_robots_are_backed_up_on_request(robot: Robot, tmp_path: Path) -> None:
     robot()
     file = tmp_path / "h.toml"
     options = ["--kind", "hands", "--robot", "1"]
@@ -320,9 +305,7 @@ def test_bad_input_is_one_line(
 
 
 @pytest.mark.exhaustive
-def test_over_the_network_a_backup_of_one_controller_is_restored_to_another(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_backup_is_restored_over_the_network(tmp_path: Path, capsys: Captured) -> None:
     """The data of each command are with the controller before its code.
 
     Source: manual chapter 3, 2: commands travel in the cyclic areas; guide 2, steps 1 and 2.

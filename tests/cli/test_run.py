@@ -79,9 +79,7 @@ def test_a_network_whose_adapter_dies_ends_the_run_with_1_and_one_line(
     assert without_progress(capsys.readouterr().err) == f"rcx: {told}\n"
 
 
-def test_a_run_with_a_violation_ends_with_1_and_tells_it(
-    run: Run, tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_run_with_a_violation_exits_with_1(run: Run, tmp_path: Path, capsys: Captured) -> None:
     stimulus = tmp_path / "s.toml"
     stimulus.write_text("[[at]]\ntime = '500ms'\nset = { 'Main.Bits0' = 65 }\n")
     assert run("--for", "600ms", "--stimulus", str(stimulus)) == 1
@@ -133,9 +131,7 @@ def test_a_chart_can_be_true_to_scale(
     assert capsys.readouterr().out.split("\n")[0].split() == ["time", "[ms]", "0"], "events"
 
 
-def test_positions_are_in_every_output_where_they_are_asked_for(
-    run: Run, tmp_path: Path, capsys: Captured
-) -> None:
+def test_positions_are_in_every_output(run: Run, tmp_path: Path, capsys: Captured) -> None:
     paths = {kind: tmp_path / kind for kind in ("trace", "chart", "vcd")}
     options = [f"--{kind}={path}" for kind, path in paths.items()]
     assert run("--for", "300ms", "--positions", "mm", "--show", *options) == 0
@@ -152,9 +148,7 @@ def test_sizes_that_differ_are_told(run: Run, tmp_path: Path, capsys: Captured) 
     assert "no connection: the areas of PLC and robot differ in size" in capsys.readouterr().out
 
 
-def test_the_robot_takes_the_size_of_the_plc_if_its_file_says_none(
-    run: Run, tmp_path: Path, capsys: Captured
-) -> None:
+def test_the_robot_takes_the_size_of_the_plc(run: Run, tmp_path: Path, capsys: Captured) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text("boot_time = 10\n")
     assert run("--for", "300ms", "--size", "256", "--robot", str(robot)) == 0
@@ -256,9 +250,7 @@ def test_a_cell_does_not_overwrite_what_is_no_trace(program: Path, tmp_path: Pat
     assert file.read_text() == "mine"
 
 
-def test_an_entry_after_the_end_is_told_and_the_exit_code_stays(
-    run: Run, tmp_path: Path, capsys: Captured
-) -> None:
+def test_an_entry_after_the_end_is_reported(run: Run, tmp_path: Path, capsys: Captured) -> None:
     stimulus = tmp_path / "t.toml"
     stimulus.write_text("[[at]]\ntime = '50s'\nset = { 'Main.Data' = 1 }\n")
     assert run("--for", "100ms", "--stimulus", str(stimulus)) == 0
@@ -276,9 +268,7 @@ def test_files_of_other_tools_in_a_folder_are_no_part_of_the_program(tmp_path: P
     assert st_files(folder) == [folder / "f.st", folder / "plc/e.st"]
 
 
-def test_a_virtual_environment_in_the_cell_is_not_compiled_with_it(
-    program: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_virtual_environment_is_ignored(program: Path, tmp_path: Path, capsys: Captured) -> None:
     inside = tmp_path / "cell" / ".venv"
     inside.mkdir(parents=True)
     (inside / "Wrong.st").write_text("PROGRAM")
@@ -329,9 +319,7 @@ def test_two_outputs_cannot_be_one_file(run: Run, tmp_path: Path, capsys: Captur
     assert "is named for two outputs" in capsys.readouterr().err
 
 
-def test_an_error_in_the_source_is_told_with_file_and_line(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_mistake_in_the_source_has_file_and_line(tmp_path: Path, capsys: Captured) -> None:
     file = tmp_path / "Wrong.st"
     file.write_text("PROGRAM Wrong\n  VAR\n    a : BOOL;\n  END_VAR\n  a := 5;\nEND_PROGRAM\n")
     assert main(["run", str(file), "--engine", "builtin"]) == 2

@@ -144,7 +144,7 @@ def test_the_list_of_commands_gives_each_sentence_whole(capsys: pytest.CaptureFi
     assert [name for name, (_, first) in COMMANDS.items() if f"{name} {first}" not in said] == []
 
 
-def test_the_list_shows_every_command_in_one_of_five_panels(
+def test_each_command_is_in_one_of_five_panels(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Source: the help's own headings; `Commands:` would be the panel of those without one."""
@@ -201,7 +201,7 @@ def test_every_command_of_the_folder_is_in_the_table() -> None:
     assert [*app.commands] == [*COMMANDS]
 
 
-def test_what_a_module_adds_to_its_help_stands_at_its_end(
+def test_help_ends_with_what_its_module_adds(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Source: `rcx export --help` ends with the targets, `rcx run --help` with the events."""

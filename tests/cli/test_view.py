@@ -52,9 +52,7 @@ def test_the_page_is_written_beside_the_trace(trace: Path, capsys: Captured) -> 
     assert changes == [(-1, 0), (10_000, 1)]
 
 
-def test_an_older_page_is_written_anew_and_nothing_else_is(
-    trace: Path, tmp_path: Path, capsys: Captured
-) -> None:
+def test_an_older_page_is_written_anew(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     page = tmp_path / "mine" / "page.html"
     for _ in range(2):
         assert main(["view", str(trace), "-o", str(page)]) == 0
@@ -96,9 +94,7 @@ def test_a_capture_is_judged_first(tmp_path: Path, capsys: Captured) -> None:
     assert "interval: SI(06) ON only 50 ms after SI(00) ON" in text
 
 
-def test_of_a_capture_that_is_cut_off_what_comes_before_is_shown(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_cut_capture_is_shown_up_to_the_cut(tmp_path: Path, capsys: Captured) -> None:
     capture = pcap(tmp_path / "cell.pcap", _story().frames())
     capture.write_bytes(capture.read_bytes()[:-20])
     assert main(["view", str(capture)]) == 2

@@ -54,9 +54,7 @@ def _rows(files: Mapping[str, str], path: str) -> dict[str, list[str]]:
     return found
 
 
-def test_undone_the_statements_are_those_of_the_sources(
-    sources: Sources, files: Mapping[str, str]
-) -> None:
+def test_statements_come_back_from_keyence(sources: Sources, files: Mapping[str, str]) -> None:
     assert differing(sources, files, _WORDS, _RENAMED, pins={}) == []
 
 
@@ -102,7 +100,7 @@ def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, s
             assert kind in _TYPES | made, (path, name)
 
 
-def test_words_and_bytes_are_uint_and_names_of_devices_are_changed(
+def test_words_are_uint_and_device_names_are_changed(
     files: Mapping[str, str],
 ) -> None:
     """Source: docs/how-to/export.md, `keyence`."""

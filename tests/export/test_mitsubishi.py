@@ -68,9 +68,7 @@ def _rows(text: str) -> dict[str, list[str]]:
     return {line[0]: line[1:] for line in lines}
 
 
-def test_undone_the_statements_are_those_of_the_sources(
-    sources: Sources, files: Mapping[str, str]
-) -> None:
+def test_statements_come_back_from_mitsubishi(sources: Sources, files: Mapping[str, str]) -> None:
     assert differing(sources, files, _WORDS, _RENAMED, pins=_EDGES) == []
 
 
@@ -110,7 +108,7 @@ def test_a_byte_is_a_word_whose_upper_half_is_kept_empty(files: Mapping[str, str
     assert "FC_RcxWord := SHL(HighByte, 8) OR LowByte;" in files["core/FC_RcxWord.st"]
 
 
-def test_variables_of_functions_begin_with_their_values_at_each_call(
+def test_variables_of_functions_begin_anew_at_each_call(
     files: Mapping[str, str],
 ) -> None:
     """Source: IEC 61131-3, 2.5.1.1: variables of functions are initialised at each call."""

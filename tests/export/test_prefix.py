@@ -118,9 +118,7 @@ def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
 @pytest.mark.exhaustive(but=[*(f"{target}-Yam_" for target in TARGETS), "st-RCX_"])
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", TARGETS)
-def test_every_name_of_the_library_has_the_prefix_and_nothing_else(
-    target: str, prefix: str
-) -> None:
+def test_every_library_name_and_no_other_has_the_prefix(target: str, prefix: str) -> None:
     """In the library, in the program that uses it, in file names, tables and steps."""
     plain = TARGETS[target].write(example_sources(EXAMPLES[0].name))
     renamed = TARGETS[target].write(_renamed(prefix))
@@ -134,9 +132,7 @@ def test_every_name_of_the_library_has_the_prefix_and_nothing_else(
 @pytest.mark.exhaustive(but=["st-RCX_"])
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", ["st", "plcopen", "l5x"])
-def test_an_example_has_the_same_trace_under_other_names(
-    target: str, prefix: str, tmp_path: Path
-) -> None:
+def test_a_renamed_example_has_the_same_trace(target: str, prefix: str, tmp_path: Path) -> None:
     """As one file, as PLCopen XML read back, and as Logix instructions read back."""
     example = EXAMPLES[0]
     name = {"st": "one.st", "plcopen": "one.xml", "l5x": "one.L5X"}[target]
@@ -187,7 +183,7 @@ def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None
     assert program.read("Main.Own.FB_RcxJob") is True
 
 
-def test_a_member_that_begins_with_the_prefix_by_its_type_alone_has_it_in_a_literal(
+def test_a_literal_of_a_type_with_the_prefix_is_renamed_right(
     tmp_path: Path,
 ) -> None:
     """RCX_UNIT stays, UNIT_MM does not."""

@@ -127,9 +127,7 @@ def test_what_an_export_does_not_carry_is_refused(
     assert _check("codesys", program) == 0
 
 
-def test_a_reserved_word_of_the_third_edition_may_be_refused_but_not_by_matiec(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_a_reserved_word_may_be_refused_but_not_by_matiec(tmp_path: Path, capsys: Captured) -> None:
     file = tmp_path / "word.st"
     file.write_text("PROGRAM P1\nVAR\n  Overlap : INT;\nEND_VAR\nOverlap := 1;\nEND_PROGRAM\n")
     assert _check("omron", file) == 0

@@ -66,9 +66,7 @@ def _clears(statement: Any) -> bool:
     return bool(statement[0] == "Assign" and statement[2][0] == "Literal")
 
 
-def test_read_back_the_statements_are_those_of_the_sources(
-    sources: Sources, text: str, tmp_path: Path
-) -> None:
+def test_statements_come_back_from_scl(sources: Sources, text: str, tmp_path: Path) -> None:
     assert _differing(sources, text, tmp_path) == []
 
 

@@ -34,9 +34,7 @@ def original(sources: Sources) -> list[Path]:
     return list(dict.fromkeys(part.file for part in sources.parts))
 
 
-def test_the_file_declares_what_the_library_declares_and_says_what_it_says(
-    single: Path, original: list[Path]
-) -> None:
+def test_the_file_declares_the_whole_library(single: Path, original: list[Path]) -> None:
     assert check([single]) == []
     assert shapes([single]) == shapes(original)
     assert set(comments(original)) <= set(comments([single]))
@@ -67,9 +65,7 @@ def test_matiec_compiles_the_one_file(tmp_path: Path) -> None:
     build([file], "matiec").program.close()
 
 
-def test_what_is_there_is_not_written_over_unless_asked_to(
-    tmp_path: Path, capsys: Captured
-) -> None:
+def test_an_existing_file_is_kept_without_force(tmp_path: Path, capsys: Captured) -> None:
     out = tmp_path / "mine.st"
     out.write_text("mine")
     arguments = ["export", "st", "--program", str(EXAMPLES[0].folder), "--needed", "-o", str(out)]
@@ -113,7 +109,7 @@ def test_of_several_files_none_is_written_if_one_is_there(tmp_path: Path) -> Non
     ]
 
 
-def test_a_folder_in_place_of_a_file_and_a_file_in_place_of_a_folder_are_refused(
+def test_a_folder_and_a_file_do_not_replace_each_other(
     tmp_path: Path,
 ) -> None:
     with pytest.raises(InputError, match="name a file"):

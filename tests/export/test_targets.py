@@ -61,9 +61,7 @@ def _files(target: str, example: Example, folder: Path) -> list[Path]:
 
 @pytest.mark.exhaustive(but=[f"{target}-{name}" for target in _READ for name in _QUICK])
 @pytest.mark.parametrize(("target", "name"), _CASES, ids=lambda one: one)
-def test_an_example_runs_from_what_a_tool_gets_of_it(
-    target: str, name: str, tmp_path: Path
-) -> None:
+def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path: Path) -> None:
     """Read as `rcx run` reads it, without the library: the bytes on the wire are those recorded.
 
     Source: docs/how-to/export.md.

@@ -68,9 +68,7 @@ def test_blark_refuses_what_is_wrong(tmp_path: Path, old: str, new: str) -> None
     assert _errors(wrong)
 
 
-def test_read_back_the_objects_are_the_library(
-    folder: Path, sources: Sources, tmp_path: Path
-) -> None:
+def test_the_library_comes_back_from_it(folder: Path, sources: Sources, tmp_path: Path) -> None:
     """Each in the file of its name; a CONFIGURATION is not carried."""
     for file in _objects(folder):
         (element,) = ET.parse(file).getroot()

@@ -127,9 +127,7 @@ def _listed(target: str) -> set[str]:
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_each_standard_function_and_block_is_on_the_list_or_refused_by_name(
-    target: str, tmp_path: Path
-) -> None:
+def test_each_standard_name_is_listed_or_refused(target: str, tmp_path: Path) -> None:
     """Refused with file, line, name and what to do."""
     texts = {
         **{key: _function(key) for key in FUNCTIONS},

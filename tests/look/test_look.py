@@ -91,9 +91,7 @@ def test_identity_comes_first_then_both_areas_and_the_telegram(
     assert lines[-1].split(" packets received, ")[0].isdigit()
 
 
-def test_without_write_nothing_is_written_and_nobody_owns_the_outputs(
-    scan: Run, adapter: Adapter
-) -> None:
+def test_without_write_nothing_is_written(scan: Run, adapter: Adapter) -> None:
     """An Input Only connection sends no data; a master keeps its robot."""
     before = bytes(range(48))
     adapter.shared.to_robot.write(before)
@@ -113,10 +111,8 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         assert master.read().connected
         assert adapter.shared.status().owner is OwnerState.RUN
         assert "owned by a master" in capsys.readouterr().out
-
         assert scan("--listen-only") == 0
         assert "listen only connection" in capsys.readouterr().out
-
         assert scan("--write", "SI06=1") == 2
         error = capsys.readouterr().err
         assert "0x0106, another master owns the outputs" in error
@@ -126,9 +122,7 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         assert adapter.read_to_robot() == output_image(["SI00=1"], 48)
 
 
-def test_with_write_it_is_the_master_and_writes_what_it_was_told(
-    scan: Run, adapter: Adapter, capsys: Captured
-) -> None:
+def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captured) -> None:
     """Everything else is 0."""
     assert scan("--write", "SI00=1", "--write", "SIW(2)=5", duration="200ms") == 0
     out = capsys.readouterr().out
@@ -357,9 +351,7 @@ def test_an_adapter_of_another_size_is_shown_as_bytes(other: Adapter, capsys: Ca
 
 
 @pytest.mark.exhaustive
-def test_bytes_of_another_size_are_written_by_their_number(
-    other: Adapter, capsys: Captured
-) -> None:
+def test_other_sizes_are_written_by_byte_number(other: Adapter, capsys: Captured) -> None:
     host, port = other.address
     sizes = ["--input-size", "600", "--output-size", "600"]
     writes = ["--write", "0=0x12", "--write", "599=255"]
@@ -613,9 +605,7 @@ def test_a_lost_connection_ends_with_1(
     assert main(["scan", "127.0.0.1"]) == code
 
 
-def test_the_trace_has_what_was_seen_from_the_first_look_to_the_last(
-    scan: Run, adapter: Adapter, tmp_path: Path
-) -> None:
+def test_the_trace_begins_and_ends_with_a_look(scan: Run, adapter: Adapter, tmp_path: Path) -> None:
     """A reader does not know what the master writes: `si` is empty."""
     file = tmp_path / "scan.jsonl"
     assert scan("--trace", str(file), duration="30ms") == 0
@@ -636,9 +626,7 @@ def test_the_trace_of_a_master_has_what_it_writes(scan: Run, tmp_path: Path) -> 
     }
 
 
-def test_a_trace_is_not_written_over_what_is_no_trace(
-    scan: Run, tmp_path: Path, capsys: Captured
-) -> None:
+def test_the_trace_replaces_no_other_file(scan: Run, tmp_path: Path, capsys: Captured) -> None:
     mine = tmp_path / "mine.txt"
     mine.write_text("keep this")
     assert scan("--trace", str(mine)) == 2

@@ -104,9 +104,7 @@ def test_a_wrong_entry_of_a_stimulus_is_told_with_its_line(
         Stimulus.load(file).schedule(bench)
 
 
-def test_the_trace_shows_the_watched_variables_and_is_the_same_in_each_run(
-    lamp: Path, tmp_path: Path
-) -> None:
+def test_each_run_gives_the_same_trace(lamp: Path, tmp_path: Path) -> None:
     """Source: docs/reference/trace.md."""
     files = [tmp_path / name for name in ("first.jsonl", "second.jsonl")]
     for file in files:

@@ -101,9 +101,7 @@ def test_two_runs_of_one_seed_are_the_same_bytes(raw_cell: Build, tmp_path: Path
         ),
     ],
 )
-def test_a_file_that_is_no_trace_is_told_with_its_line(
-    tmp_path: Path, text: str, message: str
-) -> None:
+def test_a_file_that_is_no_trace_has_its_line(tmp_path: Path, text: str, message: str) -> None:
     file = tmp_path / "t.jsonl"
     file.write_text(text)
     with pytest.raises(InputError) as caught:

@@ -201,9 +201,7 @@ def test_a_reason_at_a_line_that_is_reached_is_an_error(measured: Measure) -> No
     assert _open(measured(_EVERYTHING, block)) == ["18: called unreachable, but it is reached"]
 
 
-def test_counts_of_another_version_of_a_file_do_not_count(
-    measured: Measure, tmp_path: Path
-) -> None:
+def test_counts_of_another_version_do_not_count(measured: Measure, tmp_path: Path) -> None:
     measured(_EVERYTHING)
     library = tmp_path / "lib"
     collector = Collector(library)

@@ -243,7 +243,7 @@ def test_to_leave_out_what_changes_nothing_is_no_mistake(house: Path) -> None:
     assert [one.line - first for one in found] == [6, 7, 11, 12, 14]
 
 
-def test_a_sample_has_of_each_operator_one_first_and_is_the_same_for_the_same_seed(
+def test_a_sample_has_each_operator_and_repeats_with_its_seed(
     house: Path,
 ) -> None:
     library = sorted((house / "plc" / "lib").rglob("*.st"))
@@ -255,9 +255,7 @@ def test_a_sample_has_of_each_operator_one_first_and_is_the_same_for_the_same_se
 
 
 @pytest.mark.parametrize("operator", ["relational", "default"])
-def test_a_mutant_is_put_into_programs_that_are_compiled_already(
-    house: Path, operator: str
-) -> None:
+def test_a_mutant_is_put_into_a_compiled_program(house: Path, operator: str) -> None:
     """One in a body is exchanged there; one in a declaration makes a new program."""
     workshop = Workshop()
     paths = [house / "tests/data/library/Sample.st", *sorted((house / "plc/lib").rglob("*.st"))]

@@ -136,9 +136,7 @@ def test_each_key_is_found_or_said_not_to_be_decided(number: int) -> None:
         ({}, {"skip_run_status": "always", "strict_unused_words": False}),
     ],
 )
-def test_delays_are_seen_also_where_commands_are_changed(
-    values: dict[str, Any], others: dict[str, Any]
-) -> None:
+def test_delays_fit_changed_commands_too(values: dict[str, Any], others: dict[str, Any]) -> None:
     """With the delays of the recording nothing differs, however the PLC handled its commands."""
     master = RecordedMaster(7, **values, **others)
     exercised(master)
@@ -154,9 +152,7 @@ def test_delays_are_seen_also_where_commands_are_changed(
     ]
 )
 @pytest.mark.parametrize("bug", BUGS)
-def test_a_controller_with_a_bug_is_told_from_every_legal_one(
-    bug: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_controller_with_a_bug_fits_no_file(bug: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever its keys are, something is left over."""
     with monkeypatch.context() as broken:
         BUGS[bug](broken)

@@ -32,9 +32,7 @@ def _read(path: Path) -> tuple[Capture, list[Packet]]:
         (LOOP, ()),
     ],
 )
-def test_a_datagram_is_the_same_under_every_link_type(
-    tmp_path: Path, link: int, tags: tuple[int, ...]
-) -> None:
+def test_every_link_type_is_read_alike(tmp_path: Path, link: int, tags: tuple[int, ...]) -> None:
     """Ethernet fills short frames up: what is behind the datagram is not of it.
 
     Source: tcpdump.org, link-layer header types; IEEE 802.1Q; RFC 791, RFC 768.

@@ -100,9 +100,7 @@ def test_a_capture_that_is_damaged_is_reported(
 
 
 @pytest.mark.parametrize("command", _COMMANDS)
-def test_a_pcapng_block_whose_length_lies_is_reported(
-    here: Path, capsys: Captured, command: str
-) -> None:
+def test_a_wrong_block_length_is_reported(here: Path, capsys: Captured, command: str) -> None:
     """Source: a defect report."""
     file = pcapng(here / "cell.pcapng", _story().frames())
     data = bytearray(file.read_bytes())

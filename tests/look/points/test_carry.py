@@ -107,9 +107,7 @@ def test_csv_has_a_line_for_each_point_and_each_comment() -> None:
 @pytest.mark.parametrize(
     ("text", "found"), [(" A", " A"), ("A\t", "A\t"), ("A\0B", "A\0B"), ("", None)]
 )
-def test_a_comment_ends_before_its_filler_and_nowhere_else(
-    text: str, found: str | None, filler: str
-) -> None:
+def test_only_its_filler_ends_a_comment(text: str, found: str | None, filler: str) -> None:
     """Source: guide 4.3.2."""
     line = StationLine(RobotConfig(comment_filler=filler))
     line.controller.machine.memory.comments[1] = text

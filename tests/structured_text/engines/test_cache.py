@@ -75,9 +75,7 @@ def _fail(*_: object) -> None:
     raise AssertionError("it is made anew")
 
 
-def test_a_file_that_did_not_change_is_not_read_again(
-    program: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_unchanged_file_is_read_once(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Source: the manual of git, index format: files are compared by their times and size."""
     monkeypatch.setattr(cache, "SETTLED_NS", -(10**18))
     first = cache.sources_key([program])
@@ -88,9 +86,7 @@ def test_a_file_that_did_not_change_is_not_read_again(
     assert cache.sources_key([program]) != first
 
 
-def test_a_second_change_within_one_tick_of_the_clock_is_seen(
-    program: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_change_within_a_tick_is_seen(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All that is compared stays as it was, so a file that is new is read again.
 
     Source: the manual of git, racy git
@@ -248,9 +244,7 @@ def test_a_missing_file_is_told_by_the_loader(tmp_path: Path) -> None:
         build([tmp_path / "missing.st"], "builtin")
 
 
-def test_an_entry_that_cannot_take_its_place_leaves_nothing_beside_it(
-    kept: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_put_leaves_nothing_behind(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """On Windows it cannot, while another process reads the one that is there."""
 
     def refuse(source: str, target: Path) -> None:

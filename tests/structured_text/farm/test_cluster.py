@@ -64,7 +64,7 @@ def test_tls_needs_three_files_that_are_there(pem: Path) -> None:
         Cluster("tcp://127.0.0.1:8786", cert=pem).check()
 
 
-def test_without_the_extra_one_message_says_what_to_install(
+def test_a_missing_extra_is_reported(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)

@@ -35,7 +35,6 @@ def test_what_is_known_is_not_done_again(tmp_path: Path, file: Path, workers: in
     first = list(Farm(workers).run(noted, items[1:4], kept=kept(file)))
     assert first == [(item, item[1] * 10) for item in items[1:4]]
     assert sorted(done.read_text().split()) == ["1", "2", "3"]
-
     again = list(Farm(workers).run(noted, items, kept=kept(file)))
     assert again == [(item, item[1] * 10) for item in items]
     assert sorted(done.read_text().split()) == ["0", "1", "2", "3", "4", "5"]
@@ -131,9 +130,7 @@ def test_a_line_that_was_cut_off_is_done_again(tmp_path: Path, file: Path) -> No
 @pytest.mark.parametrize(
     "damage", [b"\xff\x00", b'{"key": "1"}', b"[1]", b'{"key": 5, "result": 1}', b"[" * 99_999, b""]
 )
-def test_a_damaged_line_is_done_again_and_the_file_stays_under_another_name(
-    file: Path, damage: bytes
-) -> None:
+def test_a_damaged_line_is_redone_and_the_file_saved(file: Path, damage: bytes) -> None:
     """Source: a defect report: damaged result files are moved aside, and said to be."""
     list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
     lines = file.read_bytes().split(b"\n")

@@ -23,7 +23,7 @@ from structured_text.farm.work import LostError, RemoteError
 
 
 @pytest.mark.parametrize("workers", [0, 1, 3])
-def test_results_come_in_the_order_of_the_items_whatever_the_number_of_workers(
+def test_results_come_in_the_order_of_the_items(
     workers: int,
 ) -> None:
     expected = [(4, 24), (0, 1), (3, 6), (5, 120), (2, 2)]
@@ -72,9 +72,7 @@ def test_each_worker_sets_up_once(tmp_path: Path, workers: int) -> None:
 @pytest.mark.exhaustive(but=["1-1"])
 @pytest.mark.parametrize("deaths", [1, 2])
 @pytest.mark.parametrize("workers", [1, 2])
-def test_an_item_whose_worker_is_killed_is_done_again(
-    tmp_path: Path, deaths: int, workers: int
-) -> None:
+def test_the_item_of_a_killed_worker_is_redone(tmp_path: Path, deaths: int, workers: int) -> None:
     for number in range(deaths):
         (tmp_path / str(number)).touch()
     found = list(Farm(workers).run(Killed(tmp_path), range(8)))
@@ -82,7 +80,7 @@ def test_an_item_whose_worker_is_killed_is_done_again(
     assert not list(tmp_path.iterdir())
 
 
-def test_an_item_that_kills_three_workers_is_named_after_the_results_before_it(
+def test_an_item_that_kills_three_workers_is_named(
     tmp_path: Path,
 ) -> None:
     for number in range(4):
@@ -199,9 +197,7 @@ list(Farm(1).run(waits_with_a_folder, [sys.argv[1]]))
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_a_worker_ends_with_its_parent_and_removes_what_is_temporary(
-    tmp_path: Path, number: signal.Signals
-) -> None:
+def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -> None:
     """In the middle of an item; the pipe that both write to ends when both have.
 
     Source: a defect report.

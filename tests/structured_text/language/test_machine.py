@@ -51,7 +51,6 @@ def test_another_instance_goes_on_from_a_snapshot() -> None:
     for scan in range(5, 12):
         first.scan(scan * 10_000)
         second.scan(scan * 10_000)
-
     assert second.snapshot() == first.snapshot()
     assert second.read("Main.Where") == 6.0
 
@@ -60,7 +59,6 @@ def test_coverage_counts_methods_and_properties() -> None:
     collector = Collector()
     program = BuiltinProgram.build(load([_MACHINE]), collector)
     program.scan(0)
-
     counts = {one.pou.name.upper(): one.counts.counters for one in collector.counted}
     assert counts["FB_STEPPER.STEPS.GET"] == [1]
     assert counts["FB_AXISBASE.OVERRIDE.SET"] == [2]
@@ -97,7 +95,6 @@ def test_coverage_counts_methods_and_properties() -> None:
 def test_the_portable_subset_refuses_it_by_name(source: str, construct: str) -> None:
     with pytest.raises(InputError) as caught:
         parse_portable(source, Path("program.st"))
-
     named = str(caught.value).split("does not take ")[1].split("; ")
     assert construct in ", ".join(named[:2])
 
@@ -116,6 +113,5 @@ def test_what_else_it_refuses_is_named_too(source: str, told: str) -> None:
 
 def test_the_rules_of_the_library_name_it() -> None:
     found = {finding.text for finding in portability.lint([_MACHINE], binding=True)}
-
     for construct in ("a METHOD", "a PROPERTY", "an INTERFACE", "EXTENDS", "POINTER TO"):
         assert any(construct in text for text in found), construct

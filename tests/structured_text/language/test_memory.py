@@ -53,6 +53,7 @@ _VARIABLES = """
   PA : POINTER TO ARRAY [1..8] OF BYTE; PS : POINTER TO STRING[4]; PT : POINTER TO UDINT;
 """
 Build = Callable[[str], BuiltinProgram]
+Mistakes = Callable[[str], list[InputError]]
 
 
 def _run(build: Build, body: str, scans: int = 1) -> BuiltinProgram:
@@ -81,9 +82,7 @@ def _run(build: Build, body: str, scans: int = 1) -> BuiltinProgram:
         ("U.Pair.Low := -1; U.Pair := H.Value.Pair;", "U.Whole", 0),
     ],
 )
-def test_the_fields_of_a_union_lie_in_one_memory(
-    body: str, path: str, value: Any, build: Build
-) -> None:
+def test_fields_of_a_union_share_memory(body: str, path: str, value: Any, build: Build) -> None:
     assert _run(build, body).read(f"Main.{path}") == value
 
 
@@ -132,9 +131,7 @@ def test_the_fields_of_a_union_lie_in_one_memory(
         ("PB := 0; F := PB < ADR(A);", "F", True),
     ],
 )
-def test_a_pointer_looks_at_memory_byte_for_byte(
-    body: str, path: str, value: Any, build: Build
-) -> None:
+def test_a_pointer_sees_single_bytes(body: str, path: str, value: Any, build: Build) -> None:
     assert _run(build, body).read(f"Main.{path}") == value
 
 
@@ -148,9 +145,7 @@ def test_a_pointer_looks_at_memory_byte_for_byte(
         ("B := PB^;", "the pointer is 0"),
     ],
 )
-def test_beyond_the_memory_the_run_ends_with_the_line(
-    statement: str, message: str, build: Build
-) -> None:
+def test_beyond_the_memory_a_run_ends(statement: str, message: str, build: Build) -> None:
     with pytest.raises(InputError, match=message) as caught:
         _run(build, f"I := 0;\n{statement}")
     assert caught.value.line == f"{_TYPES}\n\nVAR {_VARIABLES}\n\n".count("\n") + 1
@@ -183,9 +178,7 @@ def test_beyond_the_memory_the_run_ends_with_the_line(
         ),
     ],
 )
-def test_what_has_no_bytes_is_refused(
-    source: str, message: str, mistakes_of: Callable[[str], list[InputError]]
-) -> None:
+def test_what_has_no_bytes_is_refused(source: str, message: str, mistakes_of: Mistakes) -> None:
     errors = mistakes_of(source)
     assert errors, "nothing was refused"
     assert any(message in str(error) for error in errors)
@@ -200,7 +193,6 @@ def test_a_snapshot_holds_unions_and_where_such_pointers_lead(build: Build) -> N
     second = first.instance()
     second.restore(first.snapshot())
     second.scan(10_000)
-
     assert (second.read("Main.U.Bytes[2]"), first.read("Main.U.Bytes[2]")) == (2, 1)
     assert (second.read("Main.A[1]"), first.read("Main.A[1]")) == (0x0306, 0x0305)
     assert second.read("Main.PB") == "Main.R"

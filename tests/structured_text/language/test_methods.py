@@ -10,6 +10,9 @@ import pytest
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
 
+Build = Callable[[str], BuiltinProgram]
+Mistakes = Callable[[str], list[InputError]]
+
 _COUNTER = """
 FUNCTION_BLOCK FB_Counter
   VAR_INPUT Stride : INT := 1; END_VAR
@@ -74,9 +77,7 @@ END_FUNCTION_BLOCK
 """
 
 
-def _run(
-    build: Callable[[str], BuiltinProgram], before: str, variables: str, body: str, want: str
-) -> Any:
+def _run(build: Build, before: str, variables: str, body: str, want: str) -> Any:
     program = build(f"{before}\nPROGRAM P1\nVAR {variables} END_VAR\n{body}\nEND_PROGRAM\n")
     program.scan(0)
     values = tuple(program.read(f"Main.{name}") for name in want.split())
@@ -128,12 +129,9 @@ def _run(
         ),
     ],
 )
-def test_a_method_runs_on_its_instance(
-    body: str, want: str, expected: Any, build: Callable[[str], BuiltinProgram]
-) -> None:
+def test_a_method_runs_on_its_instance(body: str, want: str, expected: Any, build: Build) -> None:
     variables = "F, G : FB_Counter; X, Y, Z : INT; B1 : BOOL; A : ARRAY [1..2] OF INT;"
     variables += " B : ARRAY [1..3] OF INT := [8, 9, 7];"
-
     assert _run(build, _COUNTER, variables, body, want) == expected
 
 
@@ -229,14 +227,13 @@ END_FUNCTION
     ],
 )
 def test_what_is_called_is_that_of_the_instance(
-    body: str, want: str, expected: Any, build: Callable[[str], BuiltinProgram]
+    body: str, want: str, expected: Any, build: Build
 ) -> None:
     variables = (
         "Square : FB_Square; Line : FB_Line; S, S2 : I_Shape; N : I_Named; User : FB_User;"
         "All : ARRAY [1..2] OF I_Shape; R : REFERENCE TO FB_Shape; P : POINTER TO FB_Shape;"
         "X, Y : INT; T : STRING; B1, B2 : BOOL;"
     )
-
     assert _run(build, _SHAPES, variables, body, want) == expected
 
 
@@ -277,12 +274,11 @@ END_FUNCTION_BLOCK
 """
 
 
-def test_fb_init_runs_once_before_the_first_scan(build: Callable[[str], BuiltinProgram]) -> None:
+def test_fb_init_runs_once_before_the_first_scan(build: Build) -> None:
     """That of the base first; arguments come from the declaration; FB_exit is never called."""
     program = build(
         _STARTED + "PROGRAM P VAR M : FB_Machine; END_VAR ; END_PROGRAM".replace(" ;", "")
     )
-
     assert program.read("Main.M.Axis.Number") == 3
     assert program.read("Main.M.Axis.Name") == "turn"
     assert program.read("Main.M.Inner.Trail") == "base;derived;"
@@ -293,123 +289,66 @@ def test_fb_init_runs_once_before_the_first_scan(build: Callable[[str], BuiltinP
     assert program.read("Main.M.Axis.Number") == 3
 
 
+#: What stands between FUNCTION_BLOCK and END_FUNCTION_BLOCK.
 _REFUSED = [
-    ("FUNCTION_BLOCK A EXTENDS B END_FUNCTION_BLOCK", "B is no function block"),
-    ("FUNCTION_BLOCK A EXTENDS TON END_FUNCTION_BLOCK", "TON is no function block"),
-    ("FUNCTION_BLOCK A EXTENDS A END_FUNCTION_BLOCK", "A uses A"),
-    ("FUNCTION_BLOCK A EXTENDS FB_Square, FB_Line END_FUNCTION_BLOCK", "one block only"),
-    ("FUNCTION_BLOCK A EXTENDS FB_Line END_FUNCTION_BLOCK", "FB_Line is FINAL"),
+    ("A EXTENDS B", "B is no function block"),
+    ("A EXTENDS TON", "TON is no function block"),
+    ("A EXTENDS A", "A uses A"),
+    ("A EXTENDS FB_Square, FB_Line", "one block only"),
+    ("A EXTENDS FB_Line", "FB_Line is FINAL"),
+    ("A EXTENDS FB_Square VAR Kind : INT; END_VAR", "Kind is declared twice"),
+    ("A IMPLEMENTS I_None", "there is no interface I_None"),
+    ("A IMPLEMENTS FB_Line", "there is no interface FB_Line"),
+    ("A IMPLEMENTS I_Shape", "missing in A: I_Named.Name.Get, I_Shape.Area"),
+    ("A EXTENDS FB_Shape", "missing in A: FB_Shape.Area"),
+    ("A EXTENDS FB_Square METHOD Area : DINT END_METHOD", "other parameters"),
+    ("A METHOD OVERRIDE M END_METHOD", "no such method to override"),
+    ("A METHOD M END_METHOD METHOD M END_METHOD", "M is declared twice"),
+    ("A VAR M : INT; END_VAR METHOD M END_METHOD", "M is declared twice"),
+    ("ABSTRACT A METHOD ABSTRACT M RETURN; END_METHOD", "has statements"),
+    ("A PROPERTY P : INT END_PROPERTY", "neither GET nor SET"),
+    ("A VAR S : FB_Shape; END_VAR", "FB_Shape is ABSTRACT"),
+    ("A VAR S : FB_Square; END_VAR S.Area := 1;", "no member Area; call it"),
+    ("A VAR S : FB_Square; END_VAR S.None();", "has no method None"),
+    ("A VAR S : FB_Square; X : INT; END_VAR X := S.Secret();", "FB_Shape.Secret is PROTECTED"),
+    ("A VAR S : FB_Square; X : INT; END_VAR X := S.Own();", "FB_Shape.Own is PRIVATE"),
+    ("A EXTENDS FB_Square METHOD Q : INT Q := Own(); END_METHOD", "FB_Shape.Own is PRIVATE"),
+    ("A VAR S : FB_Square; X : INT; END_VAR X := S.Scale(1);", "has no result"),
+    ("A VAR S : FB_Square; END_VAR S.Scale(1, 2);", "takes 1 arguments, not 2"),
+    ("A VAR S : FB_Square; END_VAR S.Scale(Into := 2);", "has no input Into; it has Amount"),
+    ("A VAR S : FB_Square; END_VAR S.Name := 'x';", "the property Name has no SET"),
+    ("A VAR S : I_Shape; B : TON; END_VAR S := B;", "let it IMPLEMENT I_Shape"),
+    ("A VAR N : I_Named; S : I_Shape; END_VAR S := N;", "I_Named is none"),
     (
-        "FUNCTION_BLOCK A EXTENDS FB_Square VAR Kind : INT; END_VAR END_FUNCTION_BLOCK",
-        "Kind is declared twice",
-    ),
-    ("FUNCTION_BLOCK A IMPLEMENTS I_None END_FUNCTION_BLOCK", "there is no interface I_None"),
-    ("FUNCTION_BLOCK A IMPLEMENTS FB_Line END_FUNCTION_BLOCK", "there is no interface FB_Line"),
-    (
-        "FUNCTION_BLOCK A IMPLEMENTS I_Shape END_FUNCTION_BLOCK",
-        "missing in A: I_Named.Name.Get, I_Shape.Area",
-    ),
-    ("FUNCTION_BLOCK A EXTENDS FB_Shape END_FUNCTION_BLOCK", "missing in A: FB_Shape.Area"),
-    (
-        "FUNCTION_BLOCK A EXTENDS FB_Square METHOD Area : DINT END_METHOD END_FUNCTION_BLOCK",
-        "other parameters",
-    ),
-    (
-        "FUNCTION_BLOCK A METHOD OVERRIDE M END_METHOD END_FUNCTION_BLOCK",
-        "no such method to override",
-    ),
-    (
-        "FUNCTION_BLOCK A METHOD M END_METHOD METHOD M END_METHOD END_FUNCTION_BLOCK",
-        "M is declared twice",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR M : INT; END_VAR METHOD M END_METHOD END_FUNCTION_BLOCK",
-        "M is declared twice",
-    ),
-    (
-        "FUNCTION_BLOCK ABSTRACT A METHOD ABSTRACT M RETURN; END_METHOD END_FUNCTION_BLOCK",
-        "has statements",
-    ),
-    ("FUNCTION_BLOCK A PROPERTY P : INT END_PROPERTY END_FUNCTION_BLOCK", "neither GET nor SET"),
-    ("FUNCTION_BLOCK A VAR S : FB_Shape; END_VAR END_FUNCTION_BLOCK", "FB_Shape is ABSTRACT"),
-    (
-        "FUNCTION_BLOCK A VAR S : FB_Square; END_VAR S.Area := 1; END_FUNCTION_BLOCK",
-        "no member Area; call it",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR S : FB_Square; END_VAR S.None(); END_FUNCTION_BLOCK",
-        "has no method None",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR S : FB_Square; X : INT; END_VAR X := S.Secret(); END_FUNCTION_BLOCK",
-        "FB_Shape.Secret is PROTECTED",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR S : FB_Square; X : INT; END_VAR X := S.Own(); END_FUNCTION_BLOCK",
-        "FB_Shape.Own is PRIVATE",
-    ),
-    (
-        "FUNCTION_BLOCK A EXTENDS FB_Square METHOD Q : INT Q := Own(); END_METHOD"
-        " END_FUNCTION_BLOCK",
-        "FB_Shape.Own is PRIVATE",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR S : FB_Square; X : INT; END_VAR X := S.Scale(1); END_FUNCTION_BLOCK",
-        "has no result",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR S : FB_Square; END_VAR S.Scale(1, 2); END_FUNCTION_BLOCK",
-        "takes 1 arguments, not 2",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR S : FB_Square; END_VAR S.Scale(Into := 2); END_FUNCTION_BLOCK",
-        "has no input Into; it has Amount",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR S : FB_Square; END_VAR S.Name := 'x'; END_FUNCTION_BLOCK",
-        "the property Name has no SET",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR S : I_Shape; B : TON; END_VAR S := B; END_FUNCTION_BLOCK",
-        "let it IMPLEMENT I_Shape",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR N : I_Named; S : I_Shape; END_VAR S := N; END_FUNCTION_BLOCK",
-        "I_Named is none",
-    ),
-    (
-        "FUNCTION_BLOCK A VAR S : I_Shape; B : BOOL; END_VAR "
-        "B := __QUERYINTERFACE(S, S); END_FUNCTION_BLOCK",
+        "A VAR S : I_Shape; B : BOOL; END_VAR B := __QUERYINTERFACE(S, S);",
         "__QUERYINTERFACE is not supported",
     ),
+    ("A SUPER^();", "A does not"),
     (
-        "FUNCTION F : INT VAR_INPUT X : INT; END_VAR F := THIS^.X; END_FUNCTION",
-        "belong to function blocks",
-    ),
-    ("FUNCTION_BLOCK A SUPER^(); END_FUNCTION_BLOCK", "A does not"),
-    (
-        "FUNCTION_BLOCK A EXTENDS FB_Shape METHOD Area : INT Area := SUPER^.Area(); "
-        "END_METHOD END_FUNCTION_BLOCK",
+        "A EXTENDS FB_Shape METHOD Area : INT Area := SUPER^.Area(); END_METHOD",
         "is ABSTRACT and has no body",
     ),
     (
-        "FUNCTION_BLOCK A METHOD FB_init VAR_INPUT r, c : BOOL; n : INT; END_VAR END_METHOD "
-        "END_FUNCTION_BLOCK FUNCTION_BLOCK B VAR X : A; END_VAR END_FUNCTION_BLOCK",
+        "A METHOD FB_init VAR_INPUT r, c : BOOL; n : INT; END_VAR END_METHOD "
+        "END_FUNCTION_BLOCK FUNCTION_BLOCK B VAR X : A; END_VAR",
         "gives FB_init of A no arguments; write A(n := ...)",
     ),
-    (
-        "FUNCTION_BLOCK A VAR X : FB_Square(n := 1); END_VAR END_FUNCTION_BLOCK",
-        "no FB_init that takes arguments",
-    ),
+    ("A VAR X : FB_Square(n := 1); END_VAR", "no FB_init that takes arguments"),
 ]
 
 
-@pytest.mark.parametrize(("source", "message"), _REFUSED)
-def test_a_mistake_is_named(
-    source: str, message: str, mistakes_of: Callable[[str], list[InputError]]
-) -> None:
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        *((f"FUNCTION_BLOCK {text} END_FUNCTION_BLOCK", message) for text, message in _REFUSED),
+        (
+            "FUNCTION F : INT VAR_INPUT X : INT; END_VAR F := THIS^.X; END_FUNCTION",
+            "belong to function blocks",
+        ),
+    ],
+)
+def test_a_mistake_is_reported(source: str, message: str, mistakes_of: Mistakes) -> None:
     errors = mistakes_of(_SHAPES + source)
-
     assert errors, "nothing was refused"
     assert message in str(errors[0])
     assert errors[0].line is not None
@@ -417,29 +356,26 @@ def test_a_mistake_is_named(
 
 
 def test_an_interface_without_a_block_is_one_message(
-    build: Callable[[str], BuiltinProgram],
+    build: Build,
 ) -> None:
     program = build(
         _SHAPES + "PROGRAM P VAR S : I_Shape; X : INT; END_VAR\nX := S.Area();\nEND_PROGRAM"
     )
-
     with pytest.raises(InputError, match="no block has been assigned") as caught:
         program.scan(0)
-
     assert caught.value.line == len(_SHAPES.splitlines()) + 2
 
 
-def test_methods_that_never_end_are_one_message(build: Callable[[str], BuiltinProgram]) -> None:
+def test_methods_that_never_end_are_one_message(build: Build) -> None:
     program = build(
         "FUNCTION_BLOCK A\nMETHOD M\nM();\nEND_METHOD\nEND_FUNCTION_BLOCK\n"
         "PROGRAM P VAR X : A; END_VAR X.M(); END_PROGRAM"
     )
-
     with pytest.raises(InputError, match="too deep"):
         program.scan(0)
 
 
-def test_a_block_as_an_input_is_a_copy(build: Callable[[str], BuiltinProgram]) -> None:
+def test_a_block_as_an_input_is_a_copy(build: Build) -> None:
     blocks = (
         "FUNCTION_BLOCK FB_Cell VAR_INPUT V : INT := 1; END_VAR END_FUNCTION_BLOCK\n"
         "FUNCTION_BLOCK FB_Taker VAR_INPUT Held : FB_Cell; END_VAR\n"
@@ -447,15 +383,12 @@ def test_a_block_as_an_input_is_a_copy(build: Callable[[str], BuiltinProgram]) -
         "Given.V := Given.V + 1; Take := Given.V; END_METHOD\nEND_FUNCTION_BLOCK\n"
     )
     body = "C.V := 5; T(Held := C); C.V := 7; X := T.Take(C); Y := T.Held.V; Z := C.V;"
-
     variables = "C : FB_Cell; T : FB_Taker; X, Y, Z : INT;"
     assert _run(build, blocks, variables, body, "X Y Z") == (8, 5, 7)
 
 
 @pytest.mark.parametrize("data", ["Data", "THIS^.Data"])
-def test_a_method_works_on_the_in_out_that_its_block_was_called_with(
-    data: str, build: Callable[[str], BuiltinProgram]
-) -> None:
+def test_a_method_works_on_the_in_out_of_its_block(data: str, build: Build) -> None:
     """Called in the body: 1 + 2; from outside it begins with what the last call was given: + 3."""
     block = (
         "FUNCTION_BLOCK A VAR_IN_OUT Data : INT; END_VAR VAR Seen : INT; END_VAR\n"
@@ -468,20 +401,18 @@ def test_a_method_works_on_the_in_out_that_its_block_was_called_with(
     assert found == (3, 3, 6)
 
 
-def test_words_of_methods_stay_names_elsewhere(build: Callable[[str], BuiltinProgram]) -> None:
+def test_words_of_methods_stay_names_elsewhere(build: Build) -> None:
     """Final, Override, Get and the like are everyday names of variables."""
     variables = "Final, Override, Internal, Public, Get, Set, Abstract : INT;"
     body = "Final := 1; Override := Final + 1; Internal := 3; Public := 4; Get := 5; Set := 6;"
-
     assert _run(build, "", variables, body, "Override Get Set") == (2, 5, 6)
 
 
-def test_a_structure_extends_another(build: Callable[[str], BuiltinProgram]) -> None:
+def test_a_structure_extends_another(build: Build) -> None:
     types = (
         "TYPE Base : STRUCT A : INT := 1; END_STRUCT; END_TYPE\n"
         "TYPE Longer EXTENDS Base : STRUCT B : INT := 2; END_STRUCT; END_TYPE\n"
     )
-
     assert _run(build, types, "L : Longer; X : INT;", "X := L.A * 10 + L.B;", "X L") == (
         12,
         {"A": 1, "B": 2},
@@ -498,9 +429,7 @@ def test_a_structure_extends_another(build: Callable[[str], BuiltinProgram]) -> 
         ("M.Set(); X := M.Get();", "X", 5),
     ],
 )
-def test_names_behind_a_namespace(
-    body: str, want: str, expected: Any, build: Callable[[str], BuiltinProgram]
-) -> None:
+def test_names_behind_a_namespace(body: str, want: str, expected: Any, build: Build) -> None:
     spaces = (
         "NAMESPACE Drives.Servo\n"
         "FUNCTION FC_Twice : INT VAR_INPUT In : INT; END_VAR FC_Twice := 2 * In; END_FUNCTION\n"
@@ -509,7 +438,6 @@ def test_names_behind_a_namespace(
         "METHOD Get : INT; Get := V; END_METHOD\nEND_FUNCTION_BLOCK\n"
         "END_NAMESPACE\nUSING Drives.Servo;\n"
     )
-
     assert (
         _run(
             build,
@@ -537,8 +465,7 @@ def test_names_behind_a_namespace(
     ],
 )
 def test_a_namespace_that_is_not_there_is_named(
-    source: str, message: str, mistakes_of: Callable[[str], list[InputError]]
+    source: str, message: str, mistakes_of: Mistakes
 ) -> None:
     (error,) = mistakes_of(source)
-
     assert message in str(error)

@@ -30,7 +30,6 @@ def test_a_program_is_one_instance_for_all_who_name_it(build: Build) -> None:
     # Each scan: + 1 in the program, + 10 in the block.
     assert (program.read("Main.Seen"), program.read("Other.N")) == (22, 22)
     assert [path for path, _ in program.walk() if path.startswith("Other")] == ["Other", "Other.N"]
-
     copy = program.instance()
     copy.restore(program.snapshot())
     copy.scan(20_000)
@@ -38,9 +37,7 @@ def test_a_program_is_one_instance_for_all_who_name_it(build: Build) -> None:
 
 
 @pytest.mark.parametrize("name", ["MAIN", "PLC_PRG"])
-def test_of_several_programs_that_no_other_calls_the_usual_one_runs(
-    name: str, build: Build
-) -> None:
+def test_of_several_programs_the_usual_one_runs(name: str, build: Build) -> None:
     program = build(_COUNT.format("Other") + _COUNT.format(name))
     program.scan(0)
     assert program.read("Main.N") == 1
@@ -275,9 +272,7 @@ def test_time_is_that_of_the_scan_and_of_a_function_too(build: Build) -> None:
         ("R := F.M(A := 1, 2);", [12]),
     ],
 )
-def test_an_argument_without_a_name_is_for_the_pin_at_its_place(
-    call: str, values: list[int], build: Build
-) -> None:
+def test_an_unnamed_argument_has_its_place(call: str, values: list[int], build: Build) -> None:
     pins = "VAR_INPUT A : INT; B : INT; END_VAR"
     program = build(
         f"FUNCTION G : INT {pins} G := 10 * A + B; END_FUNCTION\n"

@@ -134,9 +134,7 @@ def _inputs(draw: random.Random) -> dict[str, tuple[str, Any]]:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_random_calls_give_the_same_on_both_engines(
-    seed: int, tmp_path: Path, matiec: Matiec
-) -> None:
+def test_random_calls_agree_on_both_engines(seed: int, tmp_path: Path, matiec: Matiec) -> None:
     draw = random.Random(seed)
     rows, scans = _rows(), 100
     declared = "".join(f"  {name} : {kind};\n" for name, (kind, _) in _inputs(draw).items())

@@ -10,6 +10,9 @@ import pytest
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
 
+Build = Callable[[str], BuiltinProgram]
+Mistakes = Callable[[str], list[InputError]]
+
 _TYPES = """
 TYPE ST_Point : STRUCT X : INT; Y : INT; END_STRUCT; END_TYPE
 TYPE ST_Node : STRUCT Value : INT; Next : POINTER TO ST_Node; END_STRUCT; END_TYPE
@@ -54,7 +57,7 @@ _VARIABLES = """
 """
 
 
-def _run(build: Callable[[str], BuiltinProgram], body: str) -> BuiltinProgram:
+def _run(build: Build, body: str) -> BuiltinProgram:
     program = build(f"{_TYPES}\nPROGRAM P1\nVAR {_VARIABLES} END_VAR\n{body}\nEND_PROGRAM\n")
     program.scan(0)
     return program
@@ -128,11 +131,8 @@ def _run(build: Callable[[str], BuiltinProgram], body: str) -> BuiltinProgram:
         ("X := SIZEOF(S) / 2;", "X", 2),
     ],
 )
-def test_a_pointer_leads_to_its_variable(
-    body: str, want: str, expected: Any, build: Callable[[str], BuiltinProgram]
-) -> None:
+def test_a_pointer_leads_to_its_variable(body: str, want: str, expected: Any, build: Build) -> None:
     program = _run(build, body)
-
     found = tuple(program.read(f"Main.{name}") for name in want.split())
     assert (found[0] if len(found) == 1 else found) == expected
 
@@ -154,12 +154,9 @@ def test_a_pointer_leads_to_its_variable(
         ("B[1] := P <> 0 AND P^ > 0;", "the pointer is 0"),
     ],
 )
-def test_a_pointer_that_leads_nowhere_is_one_message(
-    statement: str, message: str, build: Callable[[str], BuiltinProgram]
-) -> None:
+def test_a_pointer_to_nowhere_is_reported(statement: str, message: str, build: Build) -> None:
     with pytest.raises(InputError, match=message) as caught:
         _run(build, f"X := 0;\n{statement}\n")
-
     line = f"{_TYPES}\nPROGRAM P1\nVAR {_VARIABLES} END_VAR\nX := 0;\n".count("\n") + 1
     assert caught.value.line == line
 
@@ -186,27 +183,22 @@ def test_a_pointer_that_leads_nowhere_is_one_message(
         ("MEMCPY(P, Q, 2);", "MEMCPY"),
     ],
 )
-def test_what_is_no_pointer_is_refused(
-    statement: str, message: str, mistakes_of: Callable[[str], list[InputError]]
-) -> None:
+def test_what_is_no_pointer_is_refused(statement: str, message: str, mistakes_of: Mistakes) -> None:
     errors = mistakes_of(
         f"{_TYPES}\nPROGRAM P1\nVAR {_VARIABLES} END_VAR\n{statement}\nEND_PROGRAM\n"
     )
-
     assert errors, "nothing was refused"
     assert message in str(errors[0])
 
 
-def test_a_snapshot_holds_where_pointers_lead(build: Callable[[str], BuiltinProgram]) -> None:
+def test_a_snapshot_holds_where_pointers_lead(build: Build) -> None:
     """Another instance of the program takes it back, and its own variables are meant there."""
     body = "IF P = 0 THEN P := ADR(A[1]); R REF= S.Y; PS := ADR(Points[3]); END_IF; P^ := P^ + 1;"
     body += " R := R + 2; PS^.X := PS^.X + 3;"
     first = _run(build, body)
     second = first.instance()
     second.restore(first.snapshot())
-
     second.scan(10_000)
-
     assert second.snapshot() != first.snapshot()
     assert (second.read("Main.A[1]"), second.read("Main.S.Y")) == (22, 4)
     assert second.read("Main.Points[3].X") == 6
@@ -215,10 +207,9 @@ def test_a_snapshot_holds_where_pointers_lead(build: Callable[[str], BuiltinProg
     assert second.snapshot() == first.snapshot()
 
 
-def test_a_pointer_is_read_as_the_path_it_leads_to(build: Callable[[str], BuiltinProgram]) -> None:
+def test_a_pointer_is_read_as_the_path_it_leads_to(build: Build) -> None:
     body = "P := ADR(A[2]); Q := ADR(S.Y); PA := ADR(A); PN := ADR(Two); R REF= G[2, 1];"
     program = _run(build, body)
-
     names = ("P", "Q", "PA", "PN", "R", "PP", "U")
     assert [program.read(f"Main.{name}") for name in names] == [
         "Main.A[2]",
@@ -233,7 +224,7 @@ def test_a_pointer_is_read_as_the_path_it_leads_to(build: Callable[[str], Builti
         program.write("Main.P", "Main.A[1]")
 
 
-def test_what_the_result_of_a_call_points_to(build: Callable[[str], BuiltinProgram]) -> None:
+def test_what_the_result_of_a_call_points_to(build: Build) -> None:
     program = build(
         "FUNCTION FC_Where : POINTER TO INT VAR_INPUT P : POINTER TO INT; END_VAR\n"
         "FC_Where := P + 2; END_FUNCTION\n"
@@ -248,9 +239,7 @@ def test_what_the_result_of_a_call_points_to(build: Callable[[str], BuiltinProgr
     ("body", "message"),
     [("F()();", "a call cannot stand here"), ("N := F()^;", "^ needs a pointer, not a INT")],
 )
-def test_calls_where_none_can_stand(
-    body: str, message: str, mistakes_of: Callable[[str], list[InputError]]
-) -> None:
+def test_calls_where_none_can_stand(body: str, message: str, mistakes_of: Mistakes) -> None:
     errors = mistakes_of(
         "FUNCTION F : INT F := 1; END_FUNCTION\n"
         f"PROGRAM P1 VAR N : INT; END_VAR {body} END_PROGRAM\n"
@@ -258,8 +247,8 @@ def test_calls_where_none_can_stand(
     assert message in str(errors[0])
 
 
-def test_super_of_what_is_missing_is_told_once(
-    mistakes_of: Callable[[str], list[InputError]],
+def test_super_of_what_is_missing_is_one_message(
+    mistakes_of: Mistakes,
 ) -> None:
     errors = mistakes_of(
         "FUNCTION_BLOCK FB1 EXTENDS Nowhere VAR N : INT; END_VAR N := SUPER^.N; END_FUNCTION_BLOCK"

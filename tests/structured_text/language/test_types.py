@@ -327,7 +327,7 @@ _MIXED = [
 ]
 
 
-def test_numbers_of_different_types_are_calculated_with_in_the_type_they_have_in_common(
+def test_mixed_types_are_calculated_in_their_common_type(
     evaluate: Evaluate,
 ) -> None:
     got = evaluate([(kind, code) for kind, code, _ in _MIXED], _VARIABLES)

@@ -65,9 +65,7 @@ BLOCK = BlockType(
         (POINT, {"X": 1, "Grid": [[1, 2], [3, 4]]}, "(X := 1, Grid := [1, 2, 3, 4])"),
     ],
 )
-def test_a_value_is_shown_as_it_is_written_in_structured_text(
-    kind: Type, value: Any, text: str
-) -> None:
+def test_values_are_shown_as_structured_text(kind: Type, value: Any, text: str) -> None:
     assert value_text(kind, value) == text
 
 

@@ -27,13 +27,11 @@ from structured_text.output.console import draws, escaped, quoted, spare_no_char
         ("no such thing", False),
     ],
 )
-def test_lines_are_drawn_where_all_their_characters_are(
-    encoding: str | None, expected: bool
-) -> None:
+def test_lines_need_all_their_characters(encoding: str | None, expected: bool) -> None:
     assert draws(encoding) is expected
 
 
-def test_a_character_that_is_not_known_is_written_by_its_number(
+def test_an_unknown_character_is_shown_by_its_number(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     written = io.BytesIO()
@@ -43,7 +41,7 @@ def test_a_character_that_is_not_known_is_written_by_its_number(
     assert written.getvalue() == b"M\xfcller \\u25cf"
 
 
-def test_what_the_user_has_chosen_for_such_characters_stays(
+def test_a_choice_of_the_user_is_respected(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     written = io.BytesIO()

@@ -89,9 +89,7 @@ def test_one_whose_time_was_set_back_is_looked_into_again(folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("later")
-def test_the_same_name_elsewhere_is_another_folder(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_same_name_may_be_elsewhere(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     other = folder.parent / "other/plc"
     other.mkdir(parents=True)
     (other / "d.st").touch()

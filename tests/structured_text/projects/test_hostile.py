@@ -75,9 +75,7 @@ def _refused(file: Path) -> str:
         "1e3",
     ],
 )
-def test_a_priority_is_a_whole_number_from_0_to_65535(
-    name: str, number: str, tmp_path: Path
-) -> None:
+def test_a_priority_is_a_number_up_to_65535(name: str, number: str, tmp_path: Path) -> None:
     """IEC 61131-3, tasks: an unsigned number; Python would read some of these, or crash.
 
     Source: docs/reference/limits.md, files.
@@ -92,9 +90,7 @@ def test_a_priority_is_a_whole_number_from_0_to_65535(
     "interval",
     ["ten", "-1", "nan", "inf", "1e400", "\u00b2", "0", "9" * 5_000, "9" * 17, f"0.{'1' * 50}"],
 )
-def test_an_interval_is_a_number_of_at_most_a_year(
-    name: str, interval: str, tmp_path: Path
-) -> None:
+def test_an_interval_is_a_year_at_most(name: str, interval: str, tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     text = _refused(_written(tmp_path, name, interval=interval))
     assert "the interval '" in text or "the cycle time of the task T [us] is '" in text
@@ -239,9 +235,7 @@ def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_pat
         (b'<?xml version="1.0" encoding="utf-8"?>\n<p a="\xff"/>', ":2: byte 45 is not utf-8"),
     ],
 )
-def test_what_is_not_of_its_encoding_has_its_line(
-    content: bytes, told: str, tmp_path: Path
-) -> None:
+def test_a_wrong_encoding_has_its_line(content: bytes, told: str, tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     file = tmp_path / "a.xml"
     file.write_bytes(content)

@@ -38,9 +38,7 @@ def test_what_leaves_a_type_of_8_bits(kind: str, op: str, known: str) -> None:
     ("op", "left", "right", "leaves"),
     [("/", -128, -1, True), ("/", -127, -1, False), ("MOD", -128, -1, True), ("/", -128, 2, False)],
 )
-def test_only_the_lowest_number_by_minus_1_leaves_it_in_a_division(
-    op: str, left: int, right: int, leaves: bool
-) -> None:
+def test_only_the_lowest_by_minus_1_leaves(op: str, left: int, right: int, leaves: bool) -> None:
     kind = ELEMENTARY["SINT"]
     assert overflow.arithmetic(op, left, right, kind, overflow.NANOSECONDS) is leaves
 

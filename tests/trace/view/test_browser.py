@@ -264,9 +264,7 @@ def test_everything_can_be_focused_and_has_a_name(page: Page) -> None:
     assert page.run(outline) not in ("none", "")
 
 
-def test_nothing_is_asked_of_a_network_and_nothing_goes_wrong(
-    browser: WebDriver, file: Path
-) -> None:
+def test_the_page_asks_no_network_and_logs_nothing(browser: WebDriver, file: Path) -> None:
     log: Any = browser
     log.get_log("performance")
     log.get_log("browser")

@@ -13,9 +13,7 @@ from editor import Editor
 Start = Callable[..., Editor]
 
 
-def test_a_breakpoint_on_a_line_without_a_statement_moves_to_the_next(
-    at_entry: Start, lamps: Path
-) -> None:
+def test_a_breakpoint_moves_to_the_next_statement(at_entry: Start, lamps: Path) -> None:
     """Line 27 is END_IF, 54 is ELSIF, behind 58 there is nothing."""
     editor = at_entry()
     told = editor.set(lamps, 27, 54, 50, 59)

@@ -80,9 +80,7 @@ def test_what_a_test_took_back_is_not_in_it(tmp_path: Path) -> None:
     assert tape.program.read("Main.C.Value") == value == 5
 
 
-def test_a_whole_cell_writes_the_same_areas_without_its_robot(
-    tmp_path: Path, repository: Path
-) -> None:
+def test_a_cell_repeats_its_areas_without_its_robot(tmp_path: Path, repository: Path) -> None:
     example = repository / "plc" / "examples" / "04_pick_and_place"
     cell, recorded = _cell(example, jitter="7ms", seed=3)
     with cell:

@@ -36,7 +36,7 @@ def test_a_step_over_leaves_calls_out(at_entry: Start) -> None:
     assert lines == [50, 51, 52, 57, 58, 50]
 
 
-def test_a_step_out_ends_behind_the_call_and_out_of_a_program_in_the_next_scan(
+def test_a_step_out_ends_behind_the_call_or_in_the_next_scan(
     at_entry: Start,
 ) -> None:
     """Source: programs/Lamps.st, by hand."""

@@ -68,9 +68,7 @@ def test_a_long_array_comes_page_by_page(at_entry: Start) -> None:
         ("InputArea[0]", "16#00"),
     ],
 )
-def test_an_expression_has_the_value_that_it_has_in_the_program(
-    stopped: Start, expression: str, value: str
-) -> None:
+def test_an_expression_has_its_own_value(stopped: Start, expression: str, value: str) -> None:
     """In the third scan before line 57: Value 3, Doubled 6, Lamp DIM."""
     assert stopped({"line": 57, "condition": "Doubled = 6"}).value(expression) == value
 

@@ -146,9 +146,7 @@ def test_what_a_function_cannot_do_is_named_alike_for_known_and_open_arguments(
 
 @pytest.mark.exhaustive(but=["False-noted"])
 @pytest.mark.parametrize(("asked", "status"), [(False, "noted"), (True, "unknown")])
-def test_arithmetic_that_may_leave_its_type_is_noted_or_asked_for(
-    tmp_path: Path, asked: bool, status: str
-) -> None:
+def test_overflows_are_noted_or_proved(tmp_path: Path, asked: bool, status: str) -> None:
     """Stage counts for ever, and Given may be -32768: line 15, and line 17."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"

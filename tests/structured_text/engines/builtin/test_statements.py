@@ -17,21 +17,16 @@ _PAIR = "TYPE Pair : STRUCT A : INT; B : INT := 7; END_STRUCT; END_TYPE\n"
 _LIST = "TYPE List1 : ARRAY [1..5] OF INT; END_TYPE\n"
 
 
-_CASE = "CASE B OF RUN: N := 1; STOP: N := 2; IDLE: N := 3; END_CASE;"
-
-
 def test_if_takes_the_first_branch_that_holds(run: Run) -> None:
     body = (
         "IF I < 0 THEN K := 1; ELSIF I < 10 THEN K := 2; ELSIF I < 20 THEN K := 3;"
         "ELSE K := 4; END_IF;"
     )
-
     assert [run(f"I : INT := {i}; K : INT;", body, "K") for i in (-1, 5, 15, 25)] == [1, 2, 3, 4]
 
 
 def test_case_knows_lists_ranges_and_else(run: Run) -> None:
     body = "CASE I OF 1, 3: K := 10; 5..7: K := 20; -4..-2: K := 30; ELSE K := 40; END_CASE;"
-
     values = [run(f"I : INT := {i}; K : INT;", body, "K") for i in (1, 3, 5, 7, -3, 2, 8)]
     assert values == [10, 10, 20, 20, 30, 40, 40]
 
@@ -42,7 +37,6 @@ def test_case_of_an_enumeration_steps_through_its_members(build: Build) -> None:
         "CASE C OF\n  RED: C := Colour#GREEN;\n  GREEN: C := BLUE;\n  BLUE: C := RED;\nEND_CASE;\n"
         "END_PROGRAM"
     )
-
     seen = [program.read("Main.C")]
     for k in range(3):
         program.scan(k)
@@ -230,4 +224,5 @@ def test_a_member_of_two_enumerations_is_the_one_of_the_type_that_is_asked_for(r
     body = "A := IDLE; B := IDLE; C := A = IDLE; D := B = IDLE; E := Mode2#IDLE;"
     variables = "A : Mode1 := AUTO; B : Mode2; C, D : BOOL; E : Mode2;"
     assert run(variables, body, "A B C D E", before) == ("IDLE", "IDLE", True, True, "IDLE")
-    assert run("B : Mode2; N : INT;", f"B := IDLE; {_CASE}", "N", before) == 3
+    case = "CASE B OF RUN: N := 1; STOP: N := 2; IDLE: N := 3; END_CASE;"
+    assert run("B : Mode2; N : INT;", f"B := IDLE; {case}", "N", before) == 3

@@ -42,7 +42,7 @@ def test_files_are_joined_in_the_order_that_matiec_wants(
     assert source.place(8) == (tmp_path / "program.st", 5)
 
 
-def test_a_configuration_is_added_where_the_sources_have_none(
+def test_a_missing_configuration_is_added(
     joined: tuple[Project, SourceText],
 ) -> None:
     assert "HARNESS_HIDDEN_INSTANCE WITH HARNESS_HIDDEN_TASK : PROBE;" in joined[1].text
@@ -90,9 +90,7 @@ def test_a_failure_without_a_place_is_told_with_status_and_output(
     assert error.message == "iec2c failed with status 3 and said: no library"
 
 
-def test_what_only_matiec_refuses_comes_with_file_and_line(
-    compiled: Compile, tmp_path: Path
-) -> None:
+def test_a_refusal_of_matiec_has_its_line(compiled: Compile, tmp_path: Path) -> None:
     """iec2c takes no initial value for a STRING behind another field of a structure."""
     kind = "TYPE TAGGED : STRUCT X : REAL; Tag : STRING; END_STRUCT; END_TYPE\n"
     program = "PROGRAM PROBE\n  VAR\n    P : TAGGED := (Tag := 'a');\n  END_VAR\n  P.Tag := 'b';\n"

@@ -23,7 +23,7 @@ def without_matiec(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("without_matiec")
-def test_auto_runs_on_the_built_in_engine_where_matiec_is_missing_and_says_so(
+def test_auto_falls_back_to_the_built_in_engine(
     program: Path,
 ) -> None:
     built = build([program])

@@ -62,9 +62,7 @@ def test_asking_for_a_missing_strucpp_is_one_clear_error(program: Path) -> None:
     assert str(caught.value) == why_not("strucpp") + ", or use the built-in engine"
 
 
-def test_a_release_is_found_in_the_named_folder_and_on_path(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_release_is_found_on_path(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     binary = _executable(tmp_path / "release" / "strucpp")
     blocks, headers = _rest(tmp_path / "release", "runtime/include")
     for name in ("RCX_STRUCPP", "PATH"):
@@ -86,9 +84,7 @@ def test_built_sources_are_run_by_node(monkeypatch: pytest.MonkeyPatch, tmp_path
     assert why_not("strucpp") == "STruC++ found, but no C++ compiler: set CXX or PATH"
 
 
-def test_a_wrong_rcx_strucpp_is_an_error_that_says_what_to_name(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_a_wrong_rcx_strucpp_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("RCX_STRUCPP", str(tmp_path))
     with pytest.raises(InputError, match="has neither strucpp nor dist/node"):
         find_strucpp()

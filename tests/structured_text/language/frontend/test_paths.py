@@ -13,6 +13,8 @@ from structured_text.language.paths import resolve, walk
 from structured_text.language.project import Project
 from structured_text.language.types import ElementaryType
 
+Load = Callable[..., Project]
+
 _SOURCE = """\
 TYPE Outputs : STRUCT Ready : BOOL; Servo : BOOL; END_STRUCT; END_TYPE
 TYPE Robot : STRUCT SO : Outputs; Words : ARRAY [1..3] OF WORD; END_STRUCT; END_TYPE
@@ -33,7 +35,7 @@ END_PROGRAM
 
 
 @pytest.fixture
-def project(project_of: Callable[..., Project]) -> Project:
+def project(project_of: Load) -> Project:
     return project_of(_SOURCE)
 
 
@@ -52,13 +54,11 @@ def test_names_are_found_without_case_and_given_as_declared(
     project: Project, path: str, canonical: str, steps: tuple[object, ...]
 ) -> None:
     found = resolve(project, path)
-
     assert (found.path, found.root, found.steps) == (canonical, "Main", steps)
 
 
 def test_the_address_of_a_located_variable_is_given(project: Project) -> None:
     found = resolve(project, "Main.Lamp")
-
     assert (found.address, found.type) == ("%QX1.0", ElementaryType("BOOL"))
 
 
@@ -83,12 +83,9 @@ def test_the_address_of_a_located_variable_is_given(project: Project) -> None:
         ("", "is no path"),
     ],
 )
-def test_a_wrong_path_is_refused_with_names_near_it(
-    project: Project, path: str, message: str
-) -> None:
+def test_a_wrong_path_gets_suggestions(project: Project, path: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         resolve(project, path)
-
     assert message in str(caught.value)
 
 
@@ -133,15 +130,14 @@ def test_a_global_variable_may_stand_behind_the_name_of_its_list(tmp_path: Path)
         assert message in str(caught.value)
 
 
-def test_a_global_variable_is_a_path_of_its_own_and_reached_through_var_external(
-    project_of: Callable[..., Project],
+def test_a_program_reaches_a_global_through_var_external(
+    project_of: Load,
 ) -> None:
     project = project_of(
         "PROGRAM P1\nVAR_EXTERNAL Total : INT; END_VAR\nTotal := 1;\nEND_PROGRAM\n"
         "CONFIGURATION C1 VAR_GLOBAL Total : INT; END_VAR RESOURCE R1 ON Plc\n"
         "PROGRAM A : P1; PROGRAM B : P1; END_RESOURCE END_CONFIGURATION"
     )
-
     for path in ("Total", "A.Total", "b.total"):
         found = resolve(project, path)
         assert (found.path, found.root, found.is_global) == ("Total", "Total", True)

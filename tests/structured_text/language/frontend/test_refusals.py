@@ -13,6 +13,8 @@ import pytest
 from structured_text.errors import InputError
 from structured_text.language.load import check
 
+Errors = Callable[..., list[InputError]]
+
 _FRAME = """\
 TYPE Colour : (RED, GREEN, BLUE); END_TYPE
 TYPE Mood : (CALM, BLUE_MOOD); END_TYPE
@@ -160,11 +162,8 @@ _STATEMENTS = [
 
 
 @pytest.mark.parametrize(("statement", "message"), _STATEMENTS, ids=[s for s, _ in _STATEMENTS])
-def test_a_wrong_statement_is_refused_with_its_line(
-    statement: str, message: str, errors_of: Callable[..., list[InputError]]
-) -> None:
+def test_a_wrong_statement_has_its_line(statement: str, message: str, errors_of: Errors) -> None:
     errors = errors_of(_FRAME.replace("{body}", f"I := 1;\n{statement}\nI := 2;"))
-
     assert errors, "nothing was refused"
     assert message in str(errors[0])
     assert [error.line for error in errors] == [_LINE + 1]
@@ -206,10 +205,9 @@ _DECLARATIONS = [
     ("section", "line", "message"), _DECLARATIONS, ids=[case[0] for case in _DECLARATIONS]
 )
 def test_a_wrong_variable_is_refused_with_its_line(
-    section: str, line: int, message: str, errors_of: Callable[..., list[InputError]]
+    section: str, line: int, message: str, errors_of: Errors
 ) -> None:
     errors = errors_of(f"PROGRAM Main\n{section}\nEND_PROGRAM\n")
-
     assert errors, "nothing was refused"
     assert message in str(errors[0])
     assert errors[0].line == line or message.startswith("Main uses")
@@ -266,10 +264,9 @@ _UNITS = [
 
 @pytest.mark.parametrize(("source", "line", "message"), _UNITS, ids=[case[2] for case in _UNITS])
 def test_a_wrong_declaration_is_refused_with_its_line(
-    source: str, line: int, message: str, errors_of: Callable[..., list[InputError]]
+    source: str, line: int, message: str, errors_of: Errors
 ) -> None:
     errors = errors_of(source)
-
     assert errors, "nothing was refused"
     assert message in str(errors[0])
     assert errors[0].line == line
@@ -307,17 +304,16 @@ _CONFIGURATIONS = [
     ("right", "wrong", "line", "message"), _CONFIGURATIONS, ids=[c[3] for c in _CONFIGURATIONS]
 )
 def test_a_wrong_configuration_is_refused_with_its_line(
-    right: str, wrong: str, line: int, message: str, errors_of: Callable[..., list[InputError]]
+    right: str, wrong: str, line: int, message: str, errors_of: Errors
 ) -> None:
     errors = errors_of(_CONFIGURATION.replace(right, wrong))
-
     assert errors_of(_CONFIGURATION) == []
     assert message in str(errors[0])
     assert errors[0].line == line
 
 
 def test_one_variable_under_two_names_is_refused(
-    errors_of: Callable[..., list[InputError]],
+    errors_of: Errors,
 ) -> None:
     """Copying in and out, and references, differ exactly there."""
     block = (
@@ -339,8 +335,8 @@ def test_one_variable_under_two_names_is_refused(
     assert errors("S1(X := L1[I], Y := L1[2]);") == [8]
 
 
-def test_a_global_that_a_block_also_uses_itself_cannot_be_passed_to_it(
-    errors_of: Callable[..., list[InputError]],
+def test_a_block_cannot_be_given_a_global_that_it_uses(
+    errors_of: Errors,
 ) -> None:
     source = (
         "FUNCTION_BLOCK Inner VAR_EXTERNAL Shared : INT; END_VAR\nShared := 2;\n"
@@ -353,7 +349,6 @@ def test_a_global_that_a_block_also_uses_itself_cannot_be_passed_to_it(
         "RESOURCE R1 ON Plc PROGRAM Main : P1; END_RESOURCE END_CONFIGURATION\n"
     )
     (error,) = errors_of(source)
-
     assert error.line == 8
     assert "Outer also uses the global variable Shared itself" in str(error)
 
@@ -370,13 +365,13 @@ def test_a_global_that_a_block_also_uses_itself_cannot_be_passed_to_it(
     ],
 )
 def test_behind_a_mistake_the_rest_of_the_file_is_checked(
-    source: str, lines: list[int], errors_of: Callable[..., list[InputError]]
+    source: str, lines: list[int], errors_of: Errors
 ) -> None:
     assert [error.line for error in errors_of(source)] == lines
 
 
-def test_what_runs_is_asked_only_where_nothing_else_is_wrong(
-    errors_of: Callable[..., list[InputError]],
+def test_two_programs_are_only_a_mistake_of_their_own(
+    errors_of: Errors,
 ) -> None:
     """There are two programs and no CONFIGURATION, which is one message by itself."""
     source = "PROGRAM P1\nVAR I : {0}; END_VAR\nEND_PROGRAM\nPROGRAM P2\nEND_PROGRAM\n"
@@ -387,14 +382,13 @@ def test_what_runs_is_asked_only_where_nothing_else_is_wrong(
 
 
 def test_every_error_of_all_files_is_listed_in_their_order(
-    errors_of: Callable[..., list[InputError]],
+    errors_of: Errors,
 ) -> None:
     errors = errors_of(
         "PROGRAM Main\nVAR I : INT; END_VAR\nI := TRUE;\nIF I = 1 THEN\nI := X;\nEND_IF;\n"
         "END_PROGRAM",
         "FUNCTION_BLOCK B1\nVAR W : WORD; END_VAR\nW := 1.0;\nEND_FUNCTION_BLOCK",
     )
-
     assert [(str(error.file)[-10:], error.line) for error in errors] == [
         ("source0.st", 3),
         ("source0.st", 5),
@@ -406,16 +400,13 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (missing,) = check([tmp_path / "none.st"])
     (tmp_path / "binary.st").write_bytes(b"PROGRAM \xff")
     (binary,) = check([tmp_path / "binary.st"])
-
     assert "cannot be read" in str(missing)
     assert "byte 8 is not UTF-8" in str(binary)
     assert missing.file == str(tmp_path / "none.st")
 
 
 @pytest.mark.parametrize("at", ["", "CONSTANT"])
-def test_a_constant_of_the_configuration_is_constant_in_each_program(
-    at: str, errors_of: Callable[..., list[InputError]]
-) -> None:
+def test_a_constant_of_a_configuration_stays_constant(at: str, errors_of: Errors) -> None:
     """However the program declares it; a variable of the configuration can be written."""
     source = _CONFIGURATION.replace("VAR_EXTERNAL", f"VAR_EXTERNAL {at}")
     constant = source.replace("VAR_GLOBAL Shared : INT;", "VAR_GLOBAL CONSTANT Shared : INT := 3;")
@@ -425,8 +416,8 @@ def test_a_constant_of_the_configuration_is_constant_in_each_program(
         assert all("Shared is CONSTANT" in str(error) for error in errors)
 
 
-def test_a_global_that_a_block_does_not_use_may_be_passed_to_it(
-    errors_of: Callable[..., list[InputError]],
+def test_a_global_that_a_block_does_not_use_may_be_given(
+    errors_of: Errors,
 ) -> None:
     """And so may a variable of the program's own where the block uses a global of that name."""
     frame = (
@@ -443,9 +434,7 @@ def test_a_global_that_a_block_does_not_use_may_be_passed_to_it(
 @pytest.mark.parametrize(
     ("digits", "refused"), [(200, False), (201, True)], ids=["200 characters", "201 characters"]
 )
-def test_a_literal_has_200_characters_at_most(
-    digits: int, refused: bool, errors_of: Callable[..., list[InputError]]
-) -> None:
+def test_a_literal_has_at_most_200_letters(digits: int, refused: bool, errors_of: Errors) -> None:
     literal = "0." + "1".rjust(digits - 2, "0")
     errors = errors_of(f"PROGRAM P1\nVAR L : LREAL; END_VAR\nL := {literal};\nEND_PROGRAM\n")
     assert [f"a literal of {digits} characters" in str(error) for error in errors] == (
@@ -464,7 +453,7 @@ def test_a_literal_has_200_characters_at_most(
     ],
 )
 def test_a_mistake_has_the_column_where_it_begins(
-    source: str, line: int, column: int, errors_of: Callable[..., list[InputError]]
+    source: str, line: int, column: int, errors_of: Errors
 ) -> None:
     """Counted from 1."""
     (error,) = errors_of(source)
