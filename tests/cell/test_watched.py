@@ -27,28 +27,13 @@ _EVERY = (
     "Main.Ratio,Main.Mask,Main.Text,Main.Connected,Main.Day",
 )
 _S = ("Speed", "State")
-_AT_THE_END = {
-    "Main.Scans": "5",
-    "Main.State": "W_RUN",
-    "Main.Grid[1,0]": "0",
-    "Main.Grid[1,1]": "0",
-    "Main.Grid[2,0]": "0",
-    "Main.Grid[2,1]": "-35",
-    "Main.Item.Speed": "0.1",
-    "Main.Item.State": "W_END",
-    "Main.Item.Name": "'gripper'",
-    "Main.Items[0].Speed": "0",
-    "Main.Items[1].Speed": "2.5",
-    "Main.Block.Go": "TRUE",
-    "Main.Block.Sum": "-3",
-    "Main.Block.Inner": "16#00AB",
-    "Main.Waited": "T#25ms",
-    "Main.Ratio": "0.1",
-    "Main.Mask": "16#0F",
-    "Main.Text": "'a b'",
-    "Main.Connected": "TRUE",
-    "Main.Day": "D#1970-01-01",
-}
+_AT_THE_END = {"Main.Scans": "5", "Main.State": "W_RUN", "Main.Grid[1,0]": "0",
+               "Main.Grid[1,1]": "0", "Main.Grid[2,0]": "0", "Main.Grid[2,1]": "-35",
+               "Main.Item.Speed": "0.1", "Main.Item.State": "W_END", "Main.Item.Name": "'gripper'",
+               "Main.Items[0].Speed": "0", "Main.Items[1].Speed": "2.5", "Main.Block.Go": "TRUE",
+               "Main.Block.Sum": "-3", "Main.Block.Inner": "16#00AB", "Main.Waited": "T#25ms",
+               "Main.Ratio": "0.1", "Main.Mask": "16#0F", "Main.Text": "'a b'",
+               "Main.Connected": "TRUE", "Main.Day": "D#1970-01-01"}  # fmt: skip
 
 
 @pytest.fixture
@@ -179,12 +164,6 @@ def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
         build_cell(paths, watch="GVL.X*", **options)
     with pytest.raises(InputError, match="there is no program instance GVX"):
         build_cell(paths, watch="GVX.*", **options)
-
-
-def test_one_text_is_as_good_as_a_list(build_cell: Build, raw_cell: Build) -> None:
-    cell = raw_cell(watch="Main.Data,Main.Code")
-    cell.scan()
-    assert cell.watched() == {"Main.Data": "16#00", "Main.Code": "16#0000"}
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -100,49 +100,25 @@ def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
         (block(body="  b := NOT (a = a);\n"), 5, "NOT of a comparison"),
         (block(body="  b := NOT (b AND (a < a));\n"), 5, "NOT of a comparison"),
         (block(body="  t := MID(IN := 'abc', L := 1, P := 2);\n"), 5, "MID of a literal"),
-        (
-            "FUNCTION_BLOCK FB_It\n  VAR_EXTERNAL\n    a : INT;\n  END_VAR\n  a := 1;\n"
-            "END_FUNCTION_BLOCK\n",
-            2,
-            "VAR_EXTERNAL in a block",
-        ),
-        (
-            "FUNCTION_BLOCK FB_It\n  VAR RETAIN\n    a : INT;\n  END_VAR\n  a := 1;\n"
-            "END_FUNCTION_BLOCK\n",
-            2,
-            "RETAIN in a block",
-        ),
-        (
-            "FUNCTION FC_It : INT\n  VAR_INPUT\n    a : RCX_A;\n  END_VAR\n  FC_It := 1;\n"
-            "END_FUNCTION\n",
-            3,
-            "an input of a function that is not elementary",
-        ),
-        (
-            "FUNCTION FC_It : INT\n  VAR\n    a : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n",
-            1,
-            "a function without an input",
-        ),
-        (
-            "FUNCTION FC_It : INT\n  VAR_INPUT\n    a : INT;\n  END_VAR\n"
-            "  VAR_OUTPUT\n    b : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n",
-            5,
-            "VAR_OUTPUT in a function",
-        ),
-        (
-            "TYPE\n  RCX_A : STRUCT\n    a : FB_X;\n  END_STRUCT;\nEND_TYPE\n",
-            3,
-            "a block in a structure",
-        ),
-        (
-            "TYPE\n  RCX_A : ARRAY [0..Top] OF INT;\nEND_TYPE\n",
-            2,
-            "array bounds are to be literals",
-        ),
+        ("FUNCTION_BLOCK FB_It\n  VAR_EXTERNAL\n    a : INT;\n  END_VAR\n  a := 1;\n"
+         "END_FUNCTION_BLOCK\n", 2, "VAR_EXTERNAL in a block"),
+        ("FUNCTION_BLOCK FB_It\n  VAR RETAIN\n    a : INT;\n  END_VAR\n  a := 1;\n"
+         "END_FUNCTION_BLOCK\n", 2, "RETAIN in a block"),
+        ("FUNCTION FC_It : INT\n  VAR_INPUT\n    a : RCX_A;\n  END_VAR\n  FC_It := 1;\n"
+         "END_FUNCTION\n", 3, "an input of a function that is not elementary"),
+        ("FUNCTION FC_It : INT\n  VAR\n    a : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n", 1,
+         "a function without an input"),
+        ("FUNCTION FC_It : INT\n  VAR_INPUT\n    a : INT;\n  END_VAR\n"
+         "  VAR_OUTPUT\n    b : INT;\n  END_VAR\n  FC_It := a;\nEND_FUNCTION\n", 5,
+         "VAR_OUTPUT in a function"),
+        ("TYPE\n  RCX_A : STRUCT\n    a : FB_X;\n  END_STRUCT;\nEND_TYPE\n", 3,
+         "a block in a structure"),
+        ("TYPE\n  RCX_A : ARRAY [0..Top] OF INT;\nEND_TYPE\n", 2,
+         "array bounds are to be literals"),
         ("TYPE\n  RCX_A : (A_ONE := 1, A_TWO);\nEND_TYPE\n", 2, "an enumeration with values"),
         ("TYPE\n  RCX_A : INT (0..5);\nEND_TYPE\n", 2, "a subrange"),
     ],
-)
+)  # fmt: skip
 def test_each_portability_rule_is_found(tmp_path: Path, text: str, line: int, finding: str) -> None:
     file = write(tmp_path, "It", text)
     found = lint([file], binding=True)
@@ -157,34 +133,10 @@ def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path:
 
 #: Words that edition 3 of the standard reserved and edition 2 left free, and that are no keywords
 #: here: the others end in an error before the rules are looked at.
-_NEW_WORDS = [
-    "Abstract",
-    "CHAR",
-    "Char",
-    "End_Class",
-    "END_INTERFACE",
-    "End_Method",
-    "END_NAMESPACE",
-    "Final",
-    "Internal",
-    "LDATE",
-    "Ldate_And_Time",
-    "Ldt",
-    "Ltime",
-    "LTIME_OF_DAY",
-    "Ltod",
-    "Null",
-    "Overlap",
-    "Override",
-    "Private",
-    "Protected",
-    "Public",
-    "Super",
-    "This",
-    "Using",
-    "Ustring",
-    "Wchar",
-]
+_NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Method",
+              "END_NAMESPACE", "Final", "Internal", "LDATE", "Ldate_And_Time", "Ldt", "Ltime",
+              "LTIME_OF_DAY", "Ltod", "Null", "Overlap", "Override", "Private", "Protected",
+              "Public", "Super", "This", "Using", "Ustring", "Wchar"]  # fmt: skip
 
 
 @pytest.mark.parametrize("word", _NEW_WORDS)

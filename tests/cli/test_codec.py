@@ -16,14 +16,8 @@ def test_the_ptp_example_is_encoded_as_the_manual_prints_it(capsys: Captured) ->
     """
     assert main(["encode", "MovePtp", "speed_mode=2", "speed=50", "point=19"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[:6] == [
-        "n     16#0001",
-        "n+2   16#0004",
-        "n+4   16#0000",
-        "n+6   16#0032",
-        "n+8   16#0013",
-        "then to n+30 16#0000",
-    ]
+    assert lines[:6] == ["n     16#0001", "n+2   16#0004", "n+4   16#0000", "n+6   16#0032",
+                         "n+8   16#0013", "then to n+30 16#0000"]  # fmt: skip
     assert lines[6].startswith("MovePtp (16#R001)")
     assert "  point = 19" in lines
 

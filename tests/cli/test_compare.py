@@ -63,14 +63,9 @@ def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Cap
     assert table["differences"] == table["left"] == []
     knobs = {one["key"]: one for one in table["knobs"]}
     assert knobs["servo_on_delay"]["value"] == 80.0
-    assert knobs["host_version"] == {
-        "key": "host_version",
-        "value": 0x0112,
-        "found": True,
-        "why": knobs["host_version"]["why"],
-        "others": [],
-        "instead": [],
-    }
+    assert knobs["host_version"] == {"key": "host_version", "value": 0x0112, "found": True,
+                                     "why": knobs["host_version"]["why"], "others": [],
+                                     "instead": []}  # fmt: skip
     assert not knobs["jog_limit"]["found"]
     found = RobotConfig.load(new)
     assert (found.servo_on_delay, found.host_version) == (80.0, 0x0112)

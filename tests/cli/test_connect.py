@@ -98,16 +98,9 @@ def test_a_name_that_nobody_knows_is_no_loopback(monkeypatch: pytest.MonkeyPatch
 
 
 def test_each_option_reaches_the_connection() -> None:
-    options = RunOptions(
-        [],
-        connect="127.0.0.1:5000",
-        input_instance=101,
-        output_instance=102,
-        config_instance="104",
-        config_data="0a 0B",
-        address="127.0.0.6",
-        rpi="20ms",
-    )
+    options = RunOptions([], connect="127.0.0.1:5000", input_instance=101, output_instance=102,
+                         config_instance="104", config_data="0a 0B", address="127.0.0.6",
+                         rpi="20ms")  # fmt: skip
     arguments = options.of_cell()
     where = arguments["connect"]
     assert (where.host, where.port, where.address) == ("127.0.0.1", 5000, "127.0.0.6")
@@ -218,18 +211,13 @@ class SilentScanner:
 @pytest.mark.parametrize(
     ("drops", "message"),
     [
-        (
-            "",
-            "rcx: no connection in the whole run: 127.0.0.1: packets have not come yet; does a "
-            "firewall stop UDP port 2222\n",
-        ),
-        (
-            "of a wrong length (20 bytes instead of 50)",
-            "rcx: no connection in the whole run: 127.0.0.1: no packet is taken, those that come "
-            "are of a wrong length (20 bytes instead of 50)\n",
-        ),
+        ("", "rcx: no connection in the whole run: 127.0.0.1: packets have not come yet; does a "
+         "firewall stop UDP port 2222\n"),
+        ("of a wrong length (20 bytes instead of 50)",
+         "rcx: no connection in the whole run: 127.0.0.1: no packet is taken, those that come "
+         "are of a wrong length (20 bytes instead of 50)\n"),
     ],
-)
+)  # fmt: skip
 def test_a_run_without_a_single_packet_of_the_controller_is_an_error(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, drops: str, message: str
 ) -> None:

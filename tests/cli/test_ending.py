@@ -23,15 +23,10 @@ def _ended(
         for number in closed:
             os.close(number)
 
-    return subprocess.run(
-        [sys.executable, "-c", code, *words],
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-        preexec_fn=close if closed else None,
-        env={**os.environ, **environment},
-    )
+    return subprocess.run([sys.executable, "-c", code, *words], stdin=subprocess.DEVNULL,
+                          capture_output=True, text=True, check=False,
+                          preexec_fn=close if closed else None,
+                          env={**os.environ, **environment})  # fmt: skip
 
 
 _COMMAND = "import sys; from rcx_harness.cli.start import main; sys.exit(main())"
@@ -72,13 +67,8 @@ def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) ->
     reader, writer = os.pipe()
     os.close(reader)
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", _COMMAND, *words],
-            stdin=subprocess.DEVNULL,
-            stdout=writer,
-            stderr=subprocess.PIPE,
-            check=False,
-        )
+        done = subprocess.run([sys.executable, "-c", _COMMAND, *words], stdin=subprocess.DEVNULL,
+                              stdout=writer, stderr=subprocess.PIPE, check=False)  # fmt: skip
     finally:
         os.close(writer)
     assert (done.returncode, done.stderr) == (141, b"")

@@ -139,10 +139,8 @@ switches = ["Main.Key"]
 @pytest.mark.parametrize(
     ("demanded", "broken"),
     [
-        (
-            '[[always]]\nname = "dark"\nthat = "NOT (Main.Green AND Main.Button)"\n',
-            "BROKEN in scan 5, at 400 ms|always dark: NOT (Main.Green AND Main.Button) is not so",
-        ),
+        ('[[always]]\nname = "dark"\nthat = "NOT (Main.Green AND Main.Button)"\n',
+         "BROKEN in scan 5, at 400 ms|always dark: NOT (Main.Green AND Main.Button) is not so"),
         (  # the lamp is due at 200 ms, in scan 3
             '[[eventually]]\nname = "lit"\nafter = "Main.Button AND Main.Key"\n'
             'that = "Main.Green"\nwithin = "100ms"\n',
@@ -153,13 +151,10 @@ switches = ["Main.Key"]
             'that = "Main.Green"\nwithin = "200ms"\n',
             "BROKEN in scan 5, at 400 ms|has not come within 200 ms; Main.Green = FALSE",
         ),
-        (
-            '[[eventually]]\nafter = "Main.Button AND Main.Key"\n'
-            'that = "Main.Green OR NOT Main.Button OR NOT Main.Key"\nwithin = "200ms"\n',
-            "",
-        ),
+        ('[[eventually]]\nafter = "Main.Button AND Main.Key"\n'
+         'that = "Main.Green OR NOT Main.Button OR NOT Main.Key"\nwithin = "200ms"\n', ""),
     ],
-)
+)  # fmt: skip
 def test_what_a_file_demands_is_judged_and_rcx_run_shows_it(
     folder: Path, capsys: Captured, demanded: str, broken: str
 ) -> None:
@@ -259,29 +254,20 @@ def test_a_program_that_stops_is_told_with_its_line(folder: Path, capsys: Captur
 @pytest.mark.parametrize(
     ("variables", "body"),
     [
-        (
-            "On : FB_ServoOn; Move : FB_MovePtp;",
-            "On(Robot := Robot, Execute := Go, Timeout := T#500ms);\n"
-            "  Move(Robot := Robot, Execute := On.Done, Point := 1, Timeout := T#500ms);",
-        ),
-        (
-            "Up : FB_PowerUp; Port : FB_WriteIoPortBit;",
-            "Up(Robot := Robot, Execute := Go, Timeout := T#1s);\n"
-            "  Port(Robot := Robot, Execute := Back, PortNumber := 2, Timeout := T#1s);",
-        ),
-        (
-            "Stop : FB_EmergencyStop; Up : FB_ServoOnFromEmergencyStop;",
-            "Stop(Robot := Robot, Execute := Go);\n  Up(Robot := Robot, Execute := Back);",
-        ),
-        (
-            "Jog : FB_Jog; Reset : FB_AlarmReset; Pulse : TP; Off : TOF; Ups : CTU;",
-            "Pulse(IN := Go, PT := T#200ms);\n  Off(IN := Pulse.Q, PT := T#300ms);\n"
-            "  Ups(CU := Off.Q, R := Back, PV := 2);\n"
-            "  Jog(Robot := Robot, Enable := Pulse.Q);\n"
-            "  Reset(Robot := Robot, Execute := Ups.Q);",
-        ),
+        ("On : FB_ServoOn; Move : FB_MovePtp;",
+         "On(Robot := Robot, Execute := Go, Timeout := T#500ms);\n"
+         "  Move(Robot := Robot, Execute := On.Done, Point := 1, Timeout := T#500ms);"),
+        ("Up : FB_PowerUp; Port : FB_WriteIoPortBit;",
+         "Up(Robot := Robot, Execute := Go, Timeout := T#1s);\n"
+         "  Port(Robot := Robot, Execute := Back, PortNumber := 2, Timeout := T#1s);"),
+        ("Stop : FB_EmergencyStop; Up : FB_ServoOnFromEmergencyStop;",
+         "Stop(Robot := Robot, Execute := Go);\n  Up(Robot := Robot, Execute := Back);"),
+        ("Jog : FB_Jog; Reset : FB_AlarmReset; Pulse : TP; Off : TOF; Ups : CTU;",
+         "Pulse(IN := Go, PT := T#200ms);\n  Off(IN := Pulse.Q, PT := T#300ms);\n"
+         "  Ups(CU := Off.Q, R := Back, PV := 2);\n" "  Jog(Robot := Robot, Enable := Pulse.Q);\n"
+         "  Reset(Robot := Robot, Execute := Ups.Q);"),
     ],
-)
+)  # fmt: skip
 def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body: str) -> None:
     """One scan of each state is repeated with anything in what the state leaves out."""
     file = _written(folder, _ROBOT.format(variables=variables, body=body))
@@ -312,22 +298,13 @@ def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     ("program", "words", "code", "said"),
     [
         (_COUNT, ["--input", "Main.Button"], 0, "explored to the end"),
-        (
-            _LATE,
-            ["--input", "Main.Button", "--input", "Main.Key", "--always", "NOT Green"],
-            1,
-            "BROKEN in scan 5",
-        ),
-        (
-            _ROBOT.format(
-                variables="On : FB_ServoOn;", body="On(Robot := Robot, Execute := Go AND NOT Back);"
-            ),
-            ["--input", "Main.Go", "--input", "Main.Back", "--bound", "60"],
-            0,
-            "BOUND REACHED",
-        ),
+        (_LATE, ["--input", "Main.Button", "--input", "Main.Key", "--always", "NOT Green"], 1,
+         "BROKEN in scan 5"),
+        (_ROBOT.format(variables="On : FB_ServoOn;",
+                       body="On(Robot := Robot, Execute := Go AND NOT Back);"),
+         ["--input", "Main.Go", "--input", "Main.Back", "--bound", "60"], 0, "BOUND REACHED"),
     ],
-)
+)  # fmt: skip
 def test_the_number_of_workers_changes_nothing(
     folder: Path,
     capsys: Captured,

@@ -74,13 +74,8 @@ def test_it_is_not_green_without_a_key(cell):
 
 #: Of line 7 the tests see TRUE and TRUE, FALSE and TRUE: the key may be left out. Of line 11 they
 #: see 0 to 3; line 12 is run by none of them.
-_SURVIVORS = {
-    (7, "Green := Button;"),
-    (11, "IF Count >= 5 THEN"),
-    (11, "IF Count > 6 THEN"),
-    (11, "IF Count > 4 THEN"),
-    (11, "IF FALSE THEN"),
-}
+_SURVIVORS = {(7, "Green := Button;"), (11, "IF Count >= 5 THEN"), (11, "IF Count > 6 THEN"),
+              (11, "IF Count > 4 THEN"), (11, "IF FALSE THEN")}  # fmt: skip
 
 
 @pytest.fixture

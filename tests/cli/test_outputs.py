@@ -66,14 +66,9 @@ def test_a_full_disk_leaves_the_old_file_only(repository: Path, tmp_path: Path, 
     for name in ("old", "new"):
         there = tmp_path / "out" / name
         command = _run(repository, tmp_path, f"--{kind}", str(there))
-        done = subprocess.run(
-            [sys.executable, "-m", "rcx_harness", *command],
-            capture_output=True,
-            text=True,
-            check=False,
-            preexec_fn=_limit,
-            env=_environment(),
-        )
+        done = subprocess.run([sys.executable, "-m", "rcx_harness", *command], capture_output=True,
+                              text=True, check=False, preexec_fn=_limit,
+                              env=_environment())  # fmt: skip
         said = f"rcx: {there}: cannot be written: File too large\n"
         assert (done.returncode, without_progress(done.stderr)) == (2, said)
     assert file.read_bytes() == before
@@ -81,14 +76,9 @@ def test_a_full_disk_leaves_the_old_file_only(repository: Path, tmp_path: Path, 
 
 
 def test_of_a_new_cell_nothing_is_left_where_the_disk_fills_up(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "rcx_harness", "new", str(tmp_path / "a" / "cell")],
-        capture_output=True,
-        text=True,
-        check=False,
-        preexec_fn=_limit,
-        env=_environment(),
-    )
+    done = subprocess.run([sys.executable, "-m", "rcx_harness", "new",
+                           str(tmp_path / "a" / "cell")], capture_output=True, text=True,
+                          check=False, preexec_fn=_limit, env=_environment())  # fmt: skip
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.endswith(": cannot be written: File too large\n")
     assert list(tmp_path.iterdir()) == []
@@ -188,13 +178,8 @@ def test_after_an_error_nothing_more_is_said(tmp_path: Path) -> None:
 
 def _ends_in_one_line(command: list[str]) -> None:
     with _FULL.open("w") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "rcx_harness", *command],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
+        done = subprocess.run([sys.executable, "-m", "rcx_harness", *command], stdout=full,
+                              stderr=subprocess.PIPE, text=True, check=False)  # fmt: skip
     assert (done.returncode, done.stderr) == (
         2,
         "rcx: standard output cannot be written: No space left on device\n",

@@ -21,7 +21,6 @@ from rcx_harness.cli.app import main
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.enip import Adapter
 from rcx_harness.trace import read_trace
-from structured_text.errors import InputError
 from structured_text.projects.sources import st_files
 
 Captured = pytest.CaptureFixture[str]
@@ -242,14 +241,6 @@ def test_a_run_writes_over_its_own_outputs_and_over_empty_files(run: Run, tmp_pa
     assert [file.read_bytes() for file in files] == first
 
 
-def test_a_cell_does_not_overwrite_what_is_no_trace(program: Path, tmp_path: Path) -> None:
-    file = tmp_path / "notes.txt"
-    file.write_text("mine")
-    with pytest.raises(InputError, match="is there already, and is no trace"):
-        Cell.build(program, lib=tmp_path, engine="builtin", trace=file)
-    assert file.read_text() == "mine"
-
-
 def test_an_entry_after_the_end_is_reported(run: Run, tmp_path: Path, capsys: Captured) -> None:
     stimulus = tmp_path / "t.toml"
     stimulus.write_text("[[at]]\ntime = '50s'\nset = { 'Main.Data' = 1 }\n")
@@ -337,20 +328,10 @@ def test_the_help_lists_the_events(capsys: Captured, monkeypatch: pytest.MonkeyP
 
 
 def test_the_command_is_installed_and_ends_without_a_traceback(repository: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "rcx_harness", "run", "none.st"],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=repository,
-    )
+    done = subprocess.run([sys.executable, "-m", "rcx_harness", "run", "none.st"],
+                          capture_output=True, text=True, check=False, cwd=repository)  # fmt: skip
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "rcx: none.st: no such file\n"
-    shown = subprocess.run(
-        [sys.executable, "-m", "rcx_harness", "--version"],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=repository,
-    )
+    shown = subprocess.run([sys.executable, "-m", "rcx_harness", "--version"], capture_output=True,
+                           text=True, check=True, cwd=repository)  # fmt: skip
     assert shown.stdout.startswith("rcx 0.")

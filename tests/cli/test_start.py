@@ -35,13 +35,8 @@ _HEAVY |= {"aiohttp", "pymodbus", "pydantic", "http.server"}
 
 def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
     """What each of the commands imports besides what those before it have."""
-    done = subprocess.run(
-        [sys.executable, "-c", _RUN, json.dumps(commands)],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, **environment},
-    )
+    done = subprocess.run([sys.executable, "-c", _RUN, json.dumps(commands)], capture_output=True,
+                          text=True, check=True, env={**os.environ, **environment})  # fmt: skip
     report = json.loads(done.stdout)
     assert [code for code, _ in report] == [0] * len(commands)
     return [set(modules) for _, modules in report]

@@ -36,31 +36,17 @@ _LOST = {
     "plcopen": [],
     "twincat": [_CONFIGURATION],
     "scl": [f"86: VAR Old of PROGRAM Mine: {_ANEW}", _CONFIGURATION],
-    "l5x": [
-        f"39: {_BLOCK}: Kept has an initial value that is no single number",
-        "80: PROGRAM Mine: needs FB_Mine, which is not carried",
-        _CONFIGURATION,
-    ],
-    "omron": [
-        _CONFIGURATION,
-        f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
-        f"86: VAR Old of PROGRAM Mine: {_ANEW}",
-    ],
-    "mitsubishi": [
-        _CONFIGURATION,
-        f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
-        f"86: VAR Old of PROGRAM Mine: {_ANEW}",
-    ],
-    "keyence": [
-        _CONFIGURATION,
-        f"39: VAR Kept of {_BLOCK}: {_ANEW}",
-        f"40: VAR Count of {_BLOCK}: {_ANEW}",
-        f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
-        f"58: VAR_OUTPUT Total of {_BLOCK}: {_ANEW}",
-        f"86: VAR Old of PROGRAM Mine: {_ANEW}",
-        f"87: VAR Hours of PROGRAM Mine: {_ANEW}",
-    ],
-}
+    "l5x": [f"39: {_BLOCK}: Kept has an initial value that is no single number",
+            "80: PROGRAM Mine: needs FB_Mine, which is not carried", _CONFIGURATION],
+    "omron": [_CONFIGURATION, f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+              f"86: VAR Old of PROGRAM Mine: {_ANEW}"],
+    "mitsubishi": [_CONFIGURATION, f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+                   f"86: VAR Old of PROGRAM Mine: {_ANEW}"],
+    "keyence": [_CONFIGURATION, f"39: VAR Kept of {_BLOCK}: {_ANEW}",
+                f"40: VAR Count of {_BLOCK}: {_ANEW}", f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
+                f"58: VAR_OUTPUT Total of {_BLOCK}: {_ANEW}",
+                f"86: VAR Old of PROGRAM Mine: {_ANEW}", f"87: VAR Hours of PROGRAM Mine: {_ANEW}"],
+}  # fmt: skip
 
 _OUTSIDE = """\
 FUNCTION_BLOCK FB_Shared

@@ -61,39 +61,17 @@ def habits(tmp_path: Path) -> Path:
     [
         ("codesys", [(8, False, "(/* */)")]),
         ("twincat", [(6, False, "CTU is not on the list"), (8, False, "(/* */)")]),
-        (
-            "rockwell",
-            [
-                (4, True, "POINTER TO"),
-                (6, False, "CTU is not on the list"),
-                (9, False, "an implicit conversion"),
-                (10, False, "a bit by its number"),
-                (11, False, "no ; after END"),
-            ],
-        ),
-        (
-            "siemens",
-            [
-                (4, False, "POINTER TO"),
-                (8, False, "(/* */)"),
-                (9, False, "an implicit conversion"),
-                (10, False, "a bit by its number"),
-                (11, False, "no ; after END"),
-            ],
-        ),
-        (
-            "matiec",
-            [
-                (3, True, "a comment with //"),
-                (4, True, "POINTER TO"),
-                (8, True, "(/* */)"),
-                (9, True, "an implicit conversion"),
-                (10, True, "a bit by its number"),
-                (11, True, "no ; after END"),
-            ],
-        ),
+        ("rockwell", [(4, True, "POINTER TO"), (6, False, "CTU is not on the list"),
+                      (9, False, "an implicit conversion"), (10, False, "a bit by its number"),
+                      (11, False, "no ; after END")]),
+        ("siemens", [(4, False, "POINTER TO"), (8, False, "(/* */)"),
+                     (9, False, "an implicit conversion"), (10, False, "a bit by its number"),
+                     (11, False, "no ; after END")]),
+        ("matiec", [(3, True, "a comment with //"), (4, True, "POINTER TO"), (8, True, "(/* */)"),
+                    (9, True, "an implicit conversion"), (10, True, "a bit by its number"),
+                    (11, True, "no ; after END")]),
     ],
-)
+)  # fmt: skip
 def test_all_findings_are_told_with_line_and_what_to_write(
     habits: Path, capsys: Captured, tool: str, expected: list[tuple[int, bool, str]]
 ) -> None:

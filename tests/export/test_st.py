@@ -41,13 +41,6 @@ def test_the_file_declares_the_whole_library(single: Path, original: list[Path])
     assert "SPDX-License-Identifier: MIT" in single.read_text()[:300]
 
 
-def test_a_changed_body_would_be_seen(tmp_path: Path) -> None:
-    (plain,) = write(written("st"), tmp_path / "plain.st")
-    changed = tmp_path / "changed.st"
-    changed.write_text(plain.read_text().replace("Trouble := WORD#16#8003", "Trouble := Offline"))
-    assert shapes([changed]) != shapes([plain])
-
-
 def test_every_declaration_stands_after_those_it_needs(sources: Sources) -> None:
     names = {part.name for part in sources.parts}
     known: set[str] = set()

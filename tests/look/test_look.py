@@ -23,7 +23,6 @@ from rcx_harness.look.look import ScanOptions, output_image
 from rcx_harness.look.look import scan as look
 from rcx_harness.look.text import (
     area_lines,
-    byte_change_lines,
     change_lines,
     identity_lines,
     telegram_lines,
@@ -170,59 +169,41 @@ def test_a_refusal_is_told_in_words(
     assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize(
-    ("extended", "hint"),
-    [
-        ((0x112,), "try --rpi 10ms"),
-        ((0x111,), "try --rpi 10ms"),
-        ((0x112, 0x0000, 10_000, 0, 10_000, 0), "try --rpi 10ms"),
-        (
-            (0x112, 0x0303, 0xD400, 0x0030, 0xD400, 0x0030),
-            "the longest that it takes is 3200 ms; try --rpi 3200ms",
-        ),
-        ((0x112, 0x0400, 5_000, 0, 20_000, 0), "the one that it takes is 20 ms; try --rpi 20ms"),
-    ],
-)
-def test_a_refused_interval_comes_with_one_to_try(
-    running: Adapter, monkeypatch: pytest.MonkeyPatch, extended: tuple[int, ...], hint: str
-) -> None:
-    """A byte of meaning for each direction, then the two intervals in words; 3.2 s is 0x0030D400.
+_OTHER_SIZE = "its areas have another size: try --size "
+_EDS = "its EDS file has the sizes; give them with --input-size and --output-size"
 
-    Source: CIP volume 1, chapter 3, 5.6, extended status 0x112; the words are admission.py's
+
+@pytest.mark.parametrize(
+    ("extended", "size", "hint"),
+    [
+        ((0x112,), 48, "try --rpi 10ms"),
+        ((0x111,), 48, "try --rpi 10ms"),
+        ((0x112, 0x0000, 10_000, 0, 10_000, 0), 48, "try --rpi 10ms"),
+        # 3.2 s is 0x0030D400
+        ((0x112, 0x0303, 0xD400, 0x0030, 0xD400, 0x0030), 48,
+         "the longest that it takes is 3200 ms; try --rpi 3200ms"),
+        ((0x112, 0x0400, 5_000, 0, 20_000, 0), 48,
+         "the one that it takes is 20 ms; try --rpi 20ms"),
+        *(((code,), size, hint)
+          for code in (0x109, 0x127, 0x128)
+          for size, hint in ((48, f"{_OTHER_SIZE}256"), (256, f"{_OTHER_SIZE}48"), (64, _EDS))),
+    ],
+)  # fmt: skip
+def test_a_refused_interval_or_size_comes_with_one_to_try(
+    running: Adapter,
+    monkeypatch: pytest.MonkeyPatch,
+    extended: tuple[int, ...],
+    size: int,
+    hint: str,
+) -> None:
+    """A byte of meaning for each direction, then the two intervals in words.
+
+    Source: CIP volume 1, chapter 3, 5.6, extended status 0x112; the words are admission.py's;
+    0x109, 0x127 and 0x128: a size
     """
 
     def refuse(scanner: Scanner) -> None:
         raise CipError("Forward Open", 0x01, extended)
-
-    monkeypatch.setattr(Scanner, "open", refuse)
-    host, port = running.address
-    with pytest.raises(InputError) as refused:
-        look(ScanOptions(host, port=port), lambda line: None)
-    assert refused.value.hint == hint
-
-
-@pytest.mark.exhaustive(
-    but=[
-        "256-its areas have another size: try --size 48-265",
-        "48-its areas have another size: try --size 256-295",
-    ]
-)
-@pytest.mark.parametrize("code", [0x109, 0x127, 0x128])
-@pytest.mark.parametrize(
-    ("size", "hint"),
-    [
-        (48, "its areas have another size: try --size 256"),
-        (256, "its areas have another size: try --size 48"),
-        (64, "its EDS file has the sizes; give them with --input-size and --output-size"),
-    ],
-)
-def test_a_refused_size_comes_with_what_to_try(
-    running: Adapter, monkeypatch: pytest.MonkeyPatch, code: int, size: int, hint: str
-) -> None:
-    """Source: CIP volume 1, chapter 3, 5.6, extended status 0x109, 0x127 and 0x128: a size."""
-
-    def refuse(scanner: Scanner) -> None:
-        raise CipError("Forward Open", 0x01, (code,))
 
     monkeypatch.setattr(Scanner, "open", refuse)
     host, port = running.address
@@ -277,21 +258,15 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
         (["--input-size", "0"], "an assembly of 0 bytes cannot be exchanged"),
         (["--output-size", "1401"], "an assembly of 1401 bytes cannot be exchanged"),
         (["--input-instance", "0"], "0 is no instance of an assembly"),
-        (
-            ["--config-instance", "x"],
-            "--config-instance x is no instance; write it as 151, or none",
-        ),
+        (["--config-instance", "x"],
+         "--config-instance x is no instance; write it as 151, or none"),
         (["--config-instance", "65536"], "65536 is no instance of an assembly"),
         (["--config-instance", "9" * 5_000], f"--config-instance {'9' * 40} is no instance; write"),
         (["--config-data", "01"], "configuration data need the instance that they are for"),
-        (
-            ["--config-instance", "1", "--config-data", "01"],
-            "configuration data are an even number",
-        ),
-        (
-            ["--config-instance", "1", "--config-data", "00" * 512],
-            "configuration data are an even number of bytes, at most 510",
-        ),
+        (["--config-instance", "1", "--config-data", "01"],
+         "configuration data are an even number"),
+        (["--config-instance", "1", "--config-data", "00" * 512],
+         "configuration data are an even number of bytes, at most 510"),
         (["--config-instance", "1", "--config-data", "xy"], "--config-data 'xy' are no bytes"),
         (["--from", "here"], "--from 'here' is no IPv4 address; write it as 192.168.0.10"),
         (["--for", "nan"], "--for: not a duration: 'nan'; write it as 10ms, 1.5s or 1m30s"),
@@ -300,7 +275,7 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
         (["--config-instance", "\u0661"], "--config-instance \u0661 is no instance; write it"),
         (["--size", "-5"], "an area of -5 bytes does not exist; use 48, or 256"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_asked_for_is_told_before_anything_is_sent(
     capsys: Captured, monkeypatch: pytest.MonkeyPatch, options: list[str], message: str
 ) -> None:
@@ -397,10 +372,6 @@ def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     assert told[at + 1] == "  cannot be read"
 
 
-def test_changed_bytes_are_told_by_their_number() -> None:
-    assert list(byte_change_lines(bytes(3), b"\x00\x0a\xff")) == ["byte 1 = 0x0A", "byte 2 = 0xFF"]
-
-
 @pytest.mark.exhaustive(but=["5", "none"])
 @pytest.mark.parametrize("instance", ["none", "None", "1", "5", "151"])
 def test_a_configuration_instance_may_be_named(scan: Run, instance: str) -> None:
@@ -457,34 +428,33 @@ def test_the_last_telegram_is_told_in_plain_language() -> None:
     assert line.startswith("  remote status 16#4000: abnormal end, alarm 12.600")
 
 
+_TAIL = ": vendor 636, device type 43, product code 5, revision 1.1, serial number 16#12345678"
+_ESCAPES = b"\x1b[2J\r\nrcx: fake\x9b31m\xe9"
+_NO_MASTER = "owned by no master, no I/O connection"
+
+
 @pytest.mark.parametrize(
-    ("status", "words"),
+    ("status", "name", "lines"),
     [
-        ("3000", "status 16#0030: owned by no master, no I/O connection"),
-        ("6100", "status 16#0061: owned by a master, an I/O connection is in run"),
-        ("0000", "status 16#0000: owned by no master"),
+        ("3000", b"RCX", [f"RCX{_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
+        ("6100", b"RCX",
+         [f"RCX{_TAIL}", "status 16#0061: owned by a master, an I/O connection is in run"]),
+        ("0000", b"RCX", [f"RCX{_TAIL}", "status 16#0000: owned by no master"]),
+        ("3000", b"", [f"(no name){_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
+        # A name is a text of ISO 8859-1 from whatever device answers.
+        ("3000", _ESCAPES,
+         [f"\\x1b[2J\\r\\nrcx: fake\\x9b31m\u00e9{_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
+        ("", b"", ["identity: 7c 02"]),
     ],
-)
-def test_the_identity_is_told_in_words(status: str, words: str) -> None:
-    attributes = bytes.fromhex(f"7C02 2B00 0500 0101 {status} 78563412 03") + b"RCX"
-    assert list(identity_lines(attributes)) == [
-        "RCX: vendor 636, device type 43, product code 5, revision 1.1, serial number 16#12345678",
-        words,
-    ]
-
-
-def test_a_name_with_escape_sequences_is_shown_escaped() -> None:
-    """It is a text of ISO 8859-1 from whatever device answers."""
-    name = b"\x1b[2J\r\nrcx: fake\x9b31m\xe9"
-    attributes = bytes.fromhex("7C02 2B00 0500 0101 3000 78563412") + bytes([len(name)]) + name
-    first, _ = identity_lines(attributes)
-    assert first.startswith("\\x1b[2J\\r\\nrcx: fake\\x9b31m\u00e9: vendor 636")
-    assert first.isprintable()
-
-
-def test_a_device_without_a_name_is_shown_as_such() -> None:
-    first, _ = identity_lines(bytes.fromhex("7C02 2B00 0500 0101 3000 78563412 00"))
-    assert first.startswith("(no name): vendor 636")
+    ids=["no connection", "a master in run", "no master", "no name", "escapes", "cut short"],
+)  # fmt: skip
+def test_the_identity_is_shown_in_words(status: str, name: bytes, lines: list[str]) -> None:
+    attributes = bytes.fromhex("7C02")
+    if status:
+        attributes += bytes.fromhex(f"2B00 0500 0101 {status} 78563412")
+        attributes += bytes([len(name)]) + name
+    assert list(identity_lines(attributes)) == lines
+    assert all(line.isprintable() for line in lines)
 
 
 @pytest.mark.parametrize("written", [b"", b"\1\2"])
@@ -496,10 +466,6 @@ def test_a_device_that_gives_less_of_an_assembly_is_shown_nevertheless(
     lines = capsys.readouterr().out.splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith("master to robot"))
     assert lines[at + 1] == ("     0  01 02" if written else "  cannot be read")
-
-
-def test_an_identity_cut_short_is_shown_as_it_is() -> None:
-    assert list(identity_lines(b"\x7c\x02")) == ["identity: 7c 02"]
 
 
 def test_inputs_are_written_by_any_of_their_names() -> None:

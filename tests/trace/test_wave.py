@@ -80,15 +80,8 @@ def test_watched_variables_are_in_the_scopes_of_their_paths(tmp_path: Path) -> N
     trace = Trace({}, watched=types)
     wave = Wave(tmp_path / "w.vcd", trace=trace)
     first = [{"Speed": 0, "State": "IDLE"}], False, 0, 0.0, timedelta(0), "", 0
-    last = (
-        [{"Speed": -7, "State": "RUN"}],
-        True,
-        0x20,
-        1.5,
-        timedelta(milliseconds=1500),
-        "a b\u20ac",
-        -7,
-    )
+    last = ([{"Speed": -7, "State": "RUN"}], True, 0x20, 1.5, timedelta(milliseconds=1500),
+            "a b\u20ac", -7)  # fmt: skip
     for number, values in enumerate((first, last, last)):
         record = dict(zip(types, values, strict=True))
         wave.take(Scan(number * 10_000, number, bytes(48), bytes(48), record))

@@ -240,16 +240,11 @@ def _decision(text: str, tmp_path: Path) -> Decision:
         pytest.param("A OR B", [0b00, 0b11], "", "", id="or, both at once"),
         pytest.param("A XOR B", [0b00, 0b01, 0b10], "AB", "AB", id="xor"),
         pytest.param("NOT A AND B", [0b10, 0b11, 0b00], "AB", "AB", id="not"),
-        pytest.param(
-            "A AND B OR C AND D",
-            [0b0011, 0b0010, 0b0001, 0b1110, 0b1001, 0b0110],
-            "ABCD",
-            "ABD",
-            id="masking takes two evaluations that differ in masked conditions",
-        ),
+        pytest.param("A AND B OR C AND D", [0b0011, 0b0010, 0b0001, 0b1110, 0b1001, 0b0110], "ABCD",
+                     "ABD", id="masking takes two evaluations that differ in masked conditions"),
         pytest.param("A AND B OR C", [0b011, 0b111], "", "", id="C is masked"),
     ],
-)
+)  # fmt: skip
 def test_mcdc_asks_that_each_condition_decides_both_ways(
     text: str, vectors: list[int], masking: str, unique: str, tmp_path: Path
 ) -> None:
@@ -343,16 +338,8 @@ def test_lcov_reads_the_tracefile(measured: Measure, tmp_path: Path) -> None:
     file = tmp_path / "coverage.lcov"
     file.write_text(tracefile([result], tmp_path / "lib"))
     text = file.read_text().splitlines()
-    assert {
-        "FN:14,FB_Probe",
-        "DA:18,0",
-        "DA:16,1",
-        "LF:13",
-        "LH:11",
-        "BRF:9",
-        "BRH:4",
-        "FNDA:1,FB_Probe",
-    } <= {*text}
+    assert {"FN:14,FB_Probe", "DA:18,0", "DA:16,1", "LF:13", "LH:11", "BRF:9", "BRH:4",
+            "FNDA:1,FB_Probe"} <= {*text}  # fmt: skip
     tool = shutil.which("lcov")
     if tool is None:
         pytest.skip("lcov not found: the summary by lcov itself is left out")

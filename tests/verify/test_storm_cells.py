@@ -49,23 +49,14 @@ def test_what_is_older_than_the_cells_is_looked_at_again_after_them(tmp_path: Pa
 @pytest.mark.parametrize(
     ("name", "text", "shown"),
     [
-        (
-            "demands.py",
-            "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 1 / 0\n",
-            ":4: fed: ZeroDivisionError",
-        ),
-        (
-            "demands.py",
-            "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 5\n",
-            ":2: fed: a property returns int",
-        ),
-        (
-            "demands.toml",
-            '[[always]]\nname = "fed"\nthat = "Main.Nothing = 1"\n',
-            ": fed: Main.Nothing = 1: ",
-        ),
+        ("demands.py", "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 1 / 0\n",
+         ":4: fed: ZeroDivisionError"),
+        ("demands.py", "import rcx_harness as rcx\n@rcx.always\ndef fed(cell):\n    return 5\n",
+         ":2: fed: a property returns int"),
+        ("demands.toml", '[[always]]\nname = "fed"\nthat = "Main.Nothing = 1"\n',
+         ": fed: Main.Nothing = 1: "),
     ],
-)
+)  # fmt: skip
 def test_an_error_of_a_property_names_the_users_file(
     tmp_path: Path, name: str, text: str, shown: str
 ) -> None:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import Any
 
 import pytest
 
-import fit_cases
 from faulty_answers import WRONG, recorded_wrong
 from fit_cases import CASES, judged
 from rcx_harness.look.compare.delays import DELAYS
@@ -16,7 +14,6 @@ from rcx_harness.look.compare.fit import fit
 from rcx_harness.look.compare.replay import Replay
 from rcx_harness.look.compare.text import fit_lines
 from rcx_harness.robot import RobotConfig
-from rcx_harness.robot.config import SECTIONS
 from rcx_harness.robot.handshake import Handshake
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.signals import REQUESTS
@@ -38,37 +35,32 @@ def _exchanged(broken: pytest.MonkeyPatch) -> None:
 
 #: Ten bugs of a controller, by what is wrong; none of them is another reading of the manual.
 BUGS: dict[str, Patch] = {
-    "an emergency stop leaves the servos ON": _with(
-        Machine, "switch_servos_off", lambda _: lambda *args, **kwargs: None
-    ),
-    "SO(03) stays OFF in an emergency stop": _with(
-        Machine, "raise_alarm", lambda _: lambda *args, **kwargs: None
-    ),
-    "servo ON in the emergency stop": _with(
-        Machine, "may_switch_servo_on", lambda _: lambda machine: True
-    ),
+    "an emergency stop leaves the servos ON": _with(Machine, "switch_servos_off",
+                                                    lambda _: lambda *args, **kwargs: None),
+    "SO(03) stays OFF in an emergency stop": _with(Machine, "raise_alarm", lambda _: lambda *args,
+                                                   **kwargs: None),
+    "servo ON in the emergency stop": _with(Machine, "may_switch_servo_on",
+                                            lambda _: lambda machine: True),
     "SO(04) is ON only while the servos are OFF": lambda broken: broken.setattr(
         Machine, "mp_ready", property(lambda machine: not machine.servo_on)
     ),
     "a stop does not stop the program": _with(Machine, "_stop", lambda _: lambda machine: None),
-    "the response is all 0": _with(
-        Handshake, "_end", lambda end: lambda self, status, _: end(self, status, (0,) * 15)
-    ),
+    "the response is all 0": _with(Handshake, "_end", lambda end: lambda self, status,
+                                   _: end(self, status, (0,) * 15)),
     "a command whose status was not reset is followed by another": _with(
         Handshake,
         "_look_for_reset",
         lambda reset: lambda self, machine, _: reset(self, machine, (0,) * 16),
     ),
-    "the end status has a bit too many": _with(
-        Handshake, "_end", lambda end: lambda self, status, words: end(self, status | 1, words)
-    ),
+    "the end status has a bit too many": _with(Handshake, "_end", lambda end: lambda self, status,
+                                               words: end(self, status | 1, words)),
     "the dedicated inputs SI(15) and SI(16) are taken for each other": _exchanged,
     "the release of an emergency stop resets its alarm": _with(
         Machine,
         "_on_emergency_release_delay",
         lambda release: lambda self: (release(self), self.alarms.active.clear())[0],
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.exhaustive(but=["values0", "values1"])
@@ -213,16 +205,6 @@ def test_without_a_bug_nothing_is_left() -> None:
     master = RecordedMaster(7)
     busy_run(master)
     assert Replay(master.recording(), master.happenings).run(RobotConfig()).differences == []
-
-
-def test_the_thirty_files_differ_in_every_section() -> None:
-    assert len(CASES) == 30
-    changed = {key for _, values in CASES for key in values}
-    for section in SECTIONS:
-        own = {one.name for one in fields(section)}
-        if section.__name__ != "Robot":
-            assert own & changed, section.__name__
-    assert set(fit_cases.DESCRIPTIONS) == {name for name, _ in CASES} | {"a program that waits"}
 
 
 def test_an_exercised_controller_agrees_with_itself() -> None:

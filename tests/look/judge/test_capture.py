@@ -79,20 +79,14 @@ def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str)
         (bytes(28), 0x0806, "no IP"),
         (bytes(28), 0x8864, "no IP"),
         (ip("10.0.0.1", "10.0.0.2", 1, bytes(8)), 0x0800, "other protocols"),
-        (
-            DATAGRAM[:6] + b"\x20\x00" + DATAGRAM[8:],
-            0x0800,
-            "IP fragments, which are not put together",
-        ),
-        (
-            DATAGRAM[:6] + b"\x00\x07" + DATAGRAM[8:],
-            0x0800,
-            "IP fragments, which are not put together",
-        ),
+        (DATAGRAM[:6] + b"\x20\x00" + DATAGRAM[8:], 0x0800,
+         "IP fragments, which are not put together"),
+        (DATAGRAM[:6] + b"\x00\x07" + DATAGRAM[8:], 0x0800,
+         "IP fragments, which are not put together"),
         (b"\x65" + DATAGRAM[1:], 0x0800, "damaged IP headers"),
         (ip("10.0.0.1", "10.0.0.2", 17, bytes(3)), 0x0800, "damaged IP headers"),
     ],
-)
+)  # fmt: skip
 def test_what_is_not_read_is_counted_by_its_name(
     tmp_path: Path, packet: bytes, kind: int, told: str
 ) -> None:

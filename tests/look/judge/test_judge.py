@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -105,20 +104,13 @@ def test_a_good_start_and_a_good_movement_break_no_rule(tmp_path: Path) -> None:
     verdict = Verdict(tmp_path, made)
     assert verdict.rules == []
     told = [line[16:] for line in verdict.lines[2:]]
-    assert told == [
-        "SO(01) ON   CPU_OK status output",
-        "SO(04) ON   MP RDY status output",
-        "SO(10) ON   AUTO mode status output",
-        "SI(00) ON   Emergency stop input",
-        "SI(06) ON   Stop input",
-        "SI(01) ON   Servo ON input",
-        "SO(02) ON   Servo ON status output",
-        "SI(01) OFF  Servo ON input",
-        "MovePtp (16#R001): MOVE, PTP, point designation; point 19",
-        "  running, 20.5 ms after the code",
-        "  normal end, 300 ms later",
-        "  ready, 10.5 ms after the reset",
-    ]
+    assert told == ["SO(01) ON   CPU_OK status output", "SO(04) ON   MP RDY status output",
+                    "SO(10) ON   AUTO mode status output", "SI(00) ON   Emergency stop input",
+                    "SI(06) ON   Stop input", "SI(01) ON   Servo ON input",
+                    "SO(02) ON   Servo ON status output", "SI(01) OFF  Servo ON input",
+                    "MovePtp (16#R001): MOVE, PTP, point designation; point 19",
+                    "  running, 20.5 ms after the code", "  normal end, 300 ms later",
+                    "  ready, 10.5 ms after the reset"]  # fmt: skip
 
 
 def test_response_times_are_those_of_the_packets(tmp_path: Path) -> None:
@@ -175,83 +167,39 @@ _ENDED = ("robot", 1_020, SERVO, _END)
 
 #: What happens from 1 s on, the rule that it breaks, and words of the finding.
 _BROKEN: dict[str, tuple[list[Change], str, str]] = {
-    "an edge after 90 ms": (
-        [("plc", 1_000, 0x8041, {}), ("plc", 1_090, 0x41, {})],
-        "interval",
-        "plc, packet 219: interval: SI(17) OFF only 90 ms after SI(17) ON",
-    ),
-    "two edges at once": (
-        [("plc", 1_000, 0xA041, {})],
-        "interval",
-        "SI(15) ON and SI(17) ON in one scan",
-    ),
+    "an edge after 90 ms": ([("plc", 1_000, 0x8041, {}), ("plc", 1_090, 0x41, {})], "interval",
+                            "plc, packet 219: interval: SI(17) OFF only 90 ms after SI(17) ON"),
+    "two edges at once": ([("plc", 1_000, 0xA041, {})], "interval",
+                          "SI(15) ON and SI(17) ON in one scan"),
     "a reserved bit": ([("plc", 1_000, 0x45, {})], "reserved", "reserved bit (n+32) 2 was set"),
-    "a reserved byte": (
-        [("plc", 1_000, 0x41, {46: 1})],
-        "reserved",
-        "the reserved bytes n+46, n+47 became 01 00",
-    ),
-    "a start against the stop": (
-        [("plc", 1_000, 0x01, {}), ("plc", 1_200, 0x0401, {})],
-        "start against stop",
-        "SI(12) ON while SI(06) is OFF",
-    ),
-    "a code taken back": (
-        [_OUT, ("robot", 1_020, SERVO, _RUN), ("plc", 1_100, 0x41, {})],
-        "command held",
-        "the code changed from 16#0001 to 16#0000",
-    ),
-    "data changed": (
-        [_OUT, ("plc", 1_020, 0x41, {0: 1, 8: 5})],
-        "command held",
-        "n+8 changed with the code 16#0001 out",
-    ),
-    "a code before the ready status": (
-        [_OUT, _ENDED, ("plc", 1_040, 0x41, {}), ("plc", 1_060, 0x41, {0: 2})],
-        "ready before code",
-        "the code 16#0002 went out while the status read was",
-    ),
-    "an unknown status": (
-        [_OUT, ("robot", 1_020, SERVO, {0: 0x0300})],
-        "status",
-        "robot, packet 206: status: the status went from 16#0000 to",
-    ),
-    "a status without a command": (
-        [("robot", 1_020, SERVO, _RUN)],
-        "status",
-        "to 16#0100 without a remote command",
-    ),
-    "an end without a reset": (
-        [_OUT, _ENDED, ("robot", 1_040, SERVO, {})],
-        "status",
-        "although the code 16#0001 is still out",
-    ),
-    "two ends": (
-        [_OUT, _ENDED, ("robot", 1_040, SERVO, _ABNORMAL)],
-        "status",
-        "after an end only 16#0000 can come",
-    ),
-    "a run without an end": (
-        [_OUT, ("robot", 1_020, SERVO, _RUN), ("robot", 1_040, SERVO, {})],
-        "status",
-        "without an end, and no code was changed",
-    ),
-    "a late response": (
-        [_OUT, _ENDED, ("robot", 1_040, SERVO, {0: 0x0200, 4: 7})],
-        "response",
-        "words changed after the status 16#0200",
-    ),
-    "a reserved output": (
-        [("robot", 1_000, SERVO | 0x20, {})],
-        "reserved",
-        "reserved bits of m+32 are set: 2#00100000",
-    ),
-    "a reserved output byte": (
-        [("robot", 1_000, SERVO, {46: 0x0100})],
-        "reserved",
-        "the reserved bytes m+46, m+47 are 00 01",
-    ),
-}
+    "a reserved byte": ([("plc", 1_000, 0x41, {46: 1})], "reserved",
+                        "the reserved bytes n+46, n+47 became 01 00"),
+    "a start against the stop": ([("plc", 1_000, 0x01, {}), ("plc", 1_200, 0x0401, {})],
+                                 "start against stop", "SI(12) ON while SI(06) is OFF"),
+    "a code taken back": ([_OUT, ("robot", 1_020, SERVO, _RUN), ("plc", 1_100, 0x41, {})],
+                          "command held", "the code changed from 16#0001 to 16#0000"),
+    "data changed": ([_OUT, ("plc", 1_020, 0x41, {0: 1, 8: 5})], "command held",
+                     "n+8 changed with the code 16#0001 out"),
+    "a code before the ready status": ([_OUT, _ENDED, ("plc", 1_040, 0x41, {}),
+                                        ("plc", 1_060, 0x41, {0: 2})], "ready before code",
+                                       "the code 16#0002 went out while the status read was"),
+    "an unknown status": ([_OUT, ("robot", 1_020, SERVO, {0: 0x0300})], "status",
+                          "robot, packet 206: status: the status went from 16#0000 to"),
+    "a status without a command": ([("robot", 1_020, SERVO, _RUN)], "status",
+                                   "to 16#0100 without a remote command"),
+    "an end without a reset": ([_OUT, _ENDED, ("robot", 1_040, SERVO, {})], "status",
+                               "although the code 16#0001 is still out"),
+    "two ends": ([_OUT, _ENDED, ("robot", 1_040, SERVO, _ABNORMAL)], "status",
+                 "after an end only 16#0000 can come"),
+    "a run without an end": ([_OUT, ("robot", 1_020, SERVO, _RUN), ("robot", 1_040, SERVO, {})],
+                             "status", "without an end, and no code was changed"),
+    "a late response": ([_OUT, _ENDED, ("robot", 1_040, SERVO, {0: 0x0200, 4: 7})], "response",
+                        "words changed after the status 16#0200"),
+    "a reserved output": ([("robot", 1_000, SERVO | 0x20, {})], "reserved",
+                          "reserved bits of m+32 are set: 2#00100000"),
+    "a reserved output byte": ([("robot", 1_000, SERVO, {46: 0x0100})], "reserved",
+                               "the reserved bytes m+46, m+47 are 00 01"),
+}  # fmt: skip
 
 
 def _recorded(name: str, until_us: int = 0) -> Recording:
@@ -417,14 +365,9 @@ def test_the_json_has_the_same_in_numbers(tmp_path: Path) -> None:
     assert (found["packets"], found["cyclic_packets"], found["violation_count"]) == (242, 240, 1)
     (one,) = found["controllers"]
     assert (one["address"], one["size"], one["commands"]) == ("192.168.0.10", 48, 0)
-    assert one["times"]["SI(01) ON: SO(02) ON"] == {
-        "count": 1,
-        "unanswered": 0,
-        "exact": True,
-        "median_us": 50_500,
-        "p99_us": 50_500,
-        "longest_us": 50_500,
-    }
+    assert one["times"]["SI(01) ON: SO(02) ON"] == {"count": 1, "unanswered": 0, "exact": True,
+                                                    "median_us": 50_500, "p99_us": 50_500,
+                                                    "longest_us": 50_500}  # fmt: skip
     assert one["connections"][0]["to_controller"]["lost"] == 0
     assert found["violations"][0]["rule"] == "reserved"
     assert found["violations"][0]["t_us"] == 1_000_000

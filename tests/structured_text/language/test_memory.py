@@ -157,27 +157,19 @@ def test_beyond_the_memory_a_run_ends(statement: str, message: str, build: Build
         ("TYPE U1 : UNION A : INT; P : POINTER TO INT; END_UNION END_TYPE", "cannot be a POINTER"),
         ("TYPE U1 : UNION A : INT; T : TON; END_UNION END_TYPE", "cannot be a TON"),
         ("TYPE U1 : UNION A : INT := 1; B : INT := 2; END_UNION END_TYPE", "more than one field"),
-        (
-            "TYPE U1 : UNION A : INT; B : INT; END_UNION END_TYPE\n"
-            "PROGRAM P VAR U : U1 := (A := 1, B := 2); END_VAR ; END_PROGRAM",
-            "takes one initial value",
-        ),
+        ("TYPE U1 : UNION A : INT; B : INT; END_UNION END_TYPE\n"
+         "PROGRAM P VAR U : U1 := (A := 1, B := 2); END_VAR ; END_PROGRAM",
+         "takes one initial value"),
         ("TYPE U1 : UNION A : INT; U : U1; END_UNION END_TYPE", "cannot contain itself: U1"),
-        (
-            "PROGRAM P VAR F : TON; P1 : POINTER TO BYTE; END_VAR P1 := ADR(F); END_PROGRAM",
-            "a POINTER TO BYTE cannot lead to a TON",
-        ),
-        (
-            "PROGRAM P VAR R : REAL; B : REFERENCE TO DWORD; END_VAR B REF= R; END_PROGRAM",
-            "cannot lead to a REAL",
-        ),
-        (
-            "FUNCTION F1 : STRING F1 := 'a'; END_FUNCTION\n"
-            "PROGRAM P VAR B : BYTE; END_VAR B := F1()[0]; END_PROGRAM",
-            "a text without a variable has no characters",
-        ),
+        ("PROGRAM P VAR F : TON; P1 : POINTER TO BYTE; END_VAR P1 := ADR(F); END_PROGRAM",
+         "a POINTER TO BYTE cannot lead to a TON"),
+        ("PROGRAM P VAR R : REAL; B : REFERENCE TO DWORD; END_VAR B REF= R; END_PROGRAM",
+         "cannot lead to a REAL"),
+        ("FUNCTION F1 : STRING F1 := 'a'; END_FUNCTION\n"
+         "PROGRAM P VAR B : BYTE; END_VAR B := F1()[0]; END_PROGRAM",
+         "a text without a variable has no characters"),
     ],
-)
+)  # fmt: skip
 def test_what_has_no_bytes_is_refused(source: str, message: str, mistakes_of: Mistakes) -> None:
     errors = mistakes_of(source)
     assert errors, "nothing was refused"

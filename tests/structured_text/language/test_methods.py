@@ -92,43 +92,30 @@ def _run(build: Build, before: str, variables: str, body: str, want: str) -> Any
         pytest.param("X := F.Add();", "X F.Count", (105, 5), id="defaults"),
         pytest.param("F.Add(2); F.Add(Amount := 3);", "F.Count", 5, id="as a statement"),
         pytest.param("F.Split(47, Tens => X, Ones => Y, Calls := Z);", "X Y Z", (4, 7, 1)),
-        pytest.param(
-            "F.Split(Value := 47, Ones => A[2], Calls := A[1]);", "A", [1, 7], id="to elements"
-        ),
+        pytest.param("F.Split(Value := 47, Ones => A[2], Calls := A[1]);", "A", [1, 7],
+                     id="to elements"),
         pytest.param("F.Split(5, X, Y, Z);", "X Y Z", (0, 5, 1), id="all positional"),
-        pytest.param(
-            "X := F.Remember(); Y := F.Remember(); Z := G.Remember();", "X Y Z", (11, 12, 11)
-        ),
-        pytest.param(
-            "F(Stride := 4); F.Fill(Into := A);", "A", [4, 4], id="an array as VAR_IN_OUT"
-        ),
-        pytest.param(
-            "X := F.Largest(B); Y := B[1];", "X Y", (9, 8), id="an array as input is a copy"
-        ),
+        pytest.param("X := F.Remember(); Y := F.Remember(); Z := G.Remember();", "X Y Z",
+                     (11, 12, 11)),
+        pytest.param("F(Stride := 4); F.Fill(Into := A);", "A", [4, 4],
+                     id="an array as VAR_IN_OUT"),
+        pytest.param("X := F.Largest(B); Y := B[1];", "X Y", (9, 8),
+                     id="an array as input is a copy"),
         pytest.param("X := F.Twice();", "X F.Count", (203, 3), id="own methods"),
         pytest.param("F(Stride := 9); X := F.Half;", "X", 4, id="GET"),
         pytest.param("F.Half := 6;", "F.Count", 12, id="SET"),
         pytest.param("F.Half := F.Half + 1; F.Half := F.Half + 1;", "F.Count", 4),
         pytest.param("F.Half := 2; F.UseHalf();", "F.Count", 10, id="a property inside"),
         pytest.param("X := F.Down(5);", "X", 5, id="a method that calls itself"),
-        pytest.param(
-            "B1 := F.Add(1) > 0 AND G.Add(2) < 0; X := F.Count; Y := G.Count;",
-            "B1 X Y",
-            (False, 1, 2),
-            id="AND calls both",
-        ),
-        pytest.param(
-            "B1 := F.Add(1) < 0 AND G.Add(2) > 0; X := F.Count; Y := G.Count;",
-            "B1 X Y",
-            (False, 1, 2),
-            id="AND calls both, also behind FALSE",
-        ),
+        pytest.param("B1 := F.Add(1) > 0 AND G.Add(2) < 0; X := F.Count; Y := G.Count;", "B1 X Y",
+                     (False, 1, 2), id="AND calls both"),
+        pytest.param("B1 := F.Add(1) < 0 AND G.Add(2) > 0; X := F.Count; Y := G.Count;", "B1 X Y",
+                     (False, 1, 2), id="AND calls both, also behind FALSE"),
         pytest.param("WHILE F.Add(1) < 200 AND F.Count < 7 DO X := X + 1; END_WHILE;", "X", 6),
-        pytest.param(
-            "X := F.Add(Amount := G.Add(1) - 100);", "X F.Count", (101, 1), id="one in another"
-        ),
+        pytest.param("X := F.Add(Amount := G.Add(1) - 100);", "X F.Count", (101, 1),
+                     id="one in another"),
     ],
-)
+)  # fmt: skip
 def test_a_method_runs_on_its_instance(body: str, want: str, expected: Any, build: Build) -> None:
     variables = "F, G : FB_Counter; X, Y, Z : INT; B1 : BOOL; A : ARRAY [1..2] OF INT;"
     variables += " B : ARRAY [1..3] OF INT := [8, 9, 7];"
@@ -203,29 +190,24 @@ END_FUNCTION
         pytest.param("S := Square; S.Scale(3); X := Square.Size;", "X", 6, id="by an interface"),
         pytest.param("S := Square; N := S; T := N.Name;", "T", "shape", id="to a base interface"),
         pytest.param("B1 := S = 0; S := Square; B2 := S <> 0;", "B1 B2", (True, True)),
-        pytest.param(
-            "S := Square; S2 := Square; B1 := S = S2; B2 := S <> S2;", "B1 B2", (True, False)
-        ),
+        pytest.param("S := Square; S2 := Square; B1 := S = S2; B2 := S <> S2;", "B1 B2",
+                     (True, False)),
         pytest.param("S := Square; S := 0; B1 := S = 0;", "B1", True, id="taken away"),
         pytest.param(
             "All[1] := Square; All[2] := Line; FOR X := 1 TO 2 DO Y := Y + All[X].Area(); END_FOR;",
             "Y",
             9,
         ),
-        pytest.param(
-            "User(Shape := Line, Any := Square); X := User.Area; Y := User.Runs;", "X Y", (5, 11)
-        ),
-        pytest.param(
-            "X := FC_Total(First := Square, Second := Line);", "X", 9, id="given to a function"
-        ),
-        pytest.param(
-            "R REF= Line; X := R.Area(); R(); Y := R.Runs;", "X Y", (5, 0), id="by a reference"
-        ),
-        pytest.param(
-            "P := ADR(Square); X := P^.Area(); P^(Size := 3); Y := P^.Size;", "X Y", (4, 3)
-        ),
+        pytest.param("User(Shape := Line, Any := Square); X := User.Area; Y := User.Runs;", "X Y",
+                     (5, 11)),
+        pytest.param("X := FC_Total(First := Square, Second := Line);", "X", 9,
+                     id="given to a function"),
+        pytest.param("R REF= Line; X := R.Area(); R(); Y := R.Runs;", "X Y", (5, 0),
+                     id="by a reference"),
+        pytest.param("P := ADR(Square); X := P^.Area(); P^(Size := 3); Y := P^.Size;", "X Y",
+                     (4, 3)),
     ],
-)
+)  # fmt: skip
 def test_what_is_called_is_that_of_the_instance(
     body: str, want: str, expected: Any, build: Build
 ) -> None:
@@ -319,22 +301,16 @@ _REFUSED = [
     ("A VAR S : FB_Square; END_VAR S.Name := 'x';", "the property Name has no SET"),
     ("A VAR S : I_Shape; B : TON; END_VAR S := B;", "let it IMPLEMENT I_Shape"),
     ("A VAR N : I_Named; S : I_Shape; END_VAR S := N;", "I_Named is none"),
-    (
-        "A VAR S : I_Shape; B : BOOL; END_VAR B := __QUERYINTERFACE(S, S);",
-        "__QUERYINTERFACE is not supported",
-    ),
+    ("A VAR S : I_Shape; B : BOOL; END_VAR B := __QUERYINTERFACE(S, S);",
+     "__QUERYINTERFACE is not supported"),
     ("A SUPER^();", "A does not"),
-    (
-        "A EXTENDS FB_Shape METHOD Area : INT Area := SUPER^.Area(); END_METHOD",
-        "is ABSTRACT and has no body",
-    ),
-    (
-        "A METHOD FB_init VAR_INPUT r, c : BOOL; n : INT; END_VAR END_METHOD "
-        "END_FUNCTION_BLOCK FUNCTION_BLOCK B VAR X : A; END_VAR",
-        "gives FB_init of A no arguments; write A(n := ...)",
-    ),
+    ("A EXTENDS FB_Shape METHOD Area : INT Area := SUPER^.Area(); END_METHOD",
+     "is ABSTRACT and has no body"),
+    ("A METHOD FB_init VAR_INPUT r, c : BOOL; n : INT; END_VAR END_METHOD "
+     "END_FUNCTION_BLOCK FUNCTION_BLOCK B VAR X : A; END_VAR",
+     "gives FB_init of A no arguments; write A(n := ...)"),
     ("A VAR X : FB_Square(n := 1); END_VAR", "no FB_init that takes arguments"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -438,16 +414,8 @@ def test_names_behind_a_namespace(body: str, want: str, expected: Any, build: Bu
         "METHOD Get : INT; Get := V; END_METHOD\nEND_FUNCTION_BLOCK\n"
         "END_NAMESPACE\nUSING Drives.Servo;\n"
     )
-    assert (
-        _run(
-            build,
-            spaces,
-            "Delay : Tc2_Standard.TON; M : Drives.Servo.FB_Words; X : INT;",
-            body,
-            want,
-        )
-        == expected
-    )
+    assert (_run(build, spaces, "Delay : Tc2_Standard.TON; M : Drives.Servo.FB_Words; X : INT;",
+                 body, want) == expected)  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -158,17 +158,11 @@ def test_a_function_gives_what_the_standard_says(evaluate: Evaluate) -> None:
     assert not wrong
 
 
-_LENGTHS = [
-    ("USINT", "SIZEOF(BOOL)", 1),
-    ("UDINT", "SIZEOF(LREAL)", 8),
-    ("UDINT", "SIZEOF(A1)", 24),
-    ("UDINT", "SIZEOF(Mixed)", 16),
-    ("UDINT", "SIZEOF(M1)", 16),
-    ("UDINT", "SIZEOF(S1)", 127),
-    ("DINT", "LOWER_BOUND(A1, 1)", -1),
-    ("DINT", "UPPER_BOUND(A1, 1)", 1),
-    ("INT", "UPPER_BOUND(A1, 2)", 5),
-]
+_LENGTHS = [("USINT", "SIZEOF(BOOL)", 1), ("UDINT", "SIZEOF(LREAL)", 8),
+            ("UDINT", "SIZEOF(A1)", 24), ("UDINT", "SIZEOF(Mixed)", 16),
+            ("UDINT", "SIZEOF(M1)", 16), ("UDINT", "SIZEOF(S1)", 127),
+            ("DINT", "LOWER_BOUND(A1, 1)", -1), ("DINT", "UPPER_BOUND(A1, 1)", 1),
+            ("INT", "UPPER_BOUND(A1, 2)", 5)]  # fmt: skip
 
 
 def test_sizes_and_bounds_are_constants(evaluate: Evaluate) -> None:

@@ -25,15 +25,10 @@ STATE = EnumType("STATE", ("IDLE", "RUN"), (0, 10))
 GRID = ArrayType("GRID", ((1, 2), (0, 1)), INT)
 LONG = ArrayType("LONG", ((1, LONGEST + 1),), INT)
 POINT = StructType("POINT", (("X", INT), ("Grid", GRID)))
-BLOCK = BlockType(
-    "BLOCK",
-    (
-        Variable("Go", ElementaryType("BOOL"), "VAR_INPUT"),
-        Variable("Robot", POINT, "VAR_IN_OUT"),
-        Variable("Limit", INT, "VAR_EXTERNAL"),
-        Variable("Count", INT, "VAR"),
-    ),
-)
+BLOCK = BlockType("BLOCK", (Variable("Go", ElementaryType("BOOL"), "VAR_INPUT"),
+                            Variable("Robot", POINT, "VAR_IN_OUT"),
+                            Variable("Limit", INT, "VAR_EXTERNAL"),
+                            Variable("Count", INT, "VAR")))  # fmt: skip
 
 
 @pytest.mark.parametrize(

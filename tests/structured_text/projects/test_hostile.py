@@ -32,14 +32,8 @@ _L5X = """\
 <ScheduledProgram Name="Own"/></ScheduledPrograms></Task></Tasks></Controller>
 </RSLogix5000Content>"""
 _FILES = {"a.xml": _PLCOPEN, "a.TcTTO": _TWINCAT, "a.L5X": _L5X}
-_USUAL = {
-    "encoding": "utf-8",
-    "said": "",
-    "interval": "10",
-    "priority": "1",
-    "tags": "",
-    "code": "",
-}
+_USUAL = {"encoding": "utf-8", "said": "", "interval": "10", "priority": "1", "tags": "",
+          "code": ""}  # fmt: skip
 
 
 def _written(folder: Path, name: str, **changed: str) -> Path:

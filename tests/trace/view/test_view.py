@@ -66,13 +66,8 @@ def test_telegrams_are_told_in_plain_words() -> None:
     Source: guide 4.2.1; manual chapter 4, 4.
     """
     move = _area(words=(0x0001, 0x0004, 0, 50, 19))
-    page = _shown(
-        _scan(0),
-        _scan(10_000, si=move),
-        _scan(20_000, move, _area(words=(0x0100,))),
-        _scan(30_000, move, _area(words=(0x4000, 12, 600))),
-        _scan(40_000),
-    )
+    page = _shown(_scan(0), _scan(10_000, si=move), _scan(20_000, move, _area(words=(0x0100,))),
+                  _scan(30_000, move, _area(words=(0x4000, 12, 600))), _scan(40_000))  # fmt: skip
     commands = page.changes("Remote command")
     assert [t_us for t_us, _ in commands] == [-1, 10_000, 40_000]
     assert commands[1][1].startswith("MovePtp (16#R001): MOVE, PTP")
@@ -97,14 +92,8 @@ def test_broken_rules_have_their_text_and_the_section_of_the_manual() -> None:
 def test_variables_are_shown_as_in_structured_text_by_blocks_and_structures() -> None:
     stage = {"enum": "STAGE", "members": {"IDLE": 0, "RUN": 1}}
     pins = {"struct": "FB", "members": {"Execute": "BOOL", "Busy": "BOOL", "Time": "TIME"}}
-    watch = {
-        "Main.Stage": stage,
-        "Main.Count": "DINT",
-        "Main.Word": "WORD",
-        "Main.Speed": "REAL",
-        "Main.Name": "STRING",
-        "Main.Move": pins,
-    }
+    watch = {"Main.Stage": stage, "Main.Count": "DINT", "Main.Word": "WORD", "Main.Speed": "REAL",
+             "Main.Name": "STRING", "Main.Move": pins}  # fmt: skip
     names = list(watch)
     before = ["IDLE", 5, 255, 0.5, "a", {"Execute": False, "Busy": False, "Time": "T#1500ms"}]
     after = ["RUN", 3, 256, "nan", "b", {"Execute": True, "Busy": False, "Time": "T#1500ms"}]

@@ -111,14 +111,8 @@ def test_values_of_all_kinds_come_again(tmp_path: Path) -> None:
     cell, recorded = _cell(program)
     from datetime import date, timedelta
 
-    given = {
-        "T": timedelta(milliseconds=1500),
-        "D": date(2024, 2, 29),
-        "S": "it's",
-        "R": -0.0,
-        "P": {"A": 3, "B": 0.5},
-        "F": [1, 2, 3],
-    }
+    given = {"T": timedelta(milliseconds=1500), "D": date(2024, 2, 29), "S": "it's", "R": -0.0,
+             "P": {"A": 3, "B": 0.5}, "F": [1, 2, 3]}  # fmt: skip
     with cell:
         cell["Main.R"] = 0.0
         for name, value in given.items():

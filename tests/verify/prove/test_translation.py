@@ -33,26 +33,16 @@ def _agrees(tmp_path: Path, source: str, scans: int = 80) -> None:
 
 def _operations(kind: str) -> str:
     """Every operation of an integer type."""
-    lines = [
-        "R[0] := A + B;",
-        "R[1] := A - B;",
-        "R[2] := A * B;",
-        "R[3] := A MOD B;",
-        "R[4] := MAX(A, B, C);",
-        "R[5] := MIN(A, B, C);",
-        "R[6] := LIMIT(A, B, C);",
-        "R[7] := SEL(A > B, A, C);",
-        "R[8] := ABS(A);",
-        "R[9] := ADD(A, B, C);",
-        "R[10] := MUL(A, B, C);",
-        "R[11] := (A + B - C) * (A - 1);",
-        "IF B <> 0 THEN R[12] := A / B; END_IF;",
-        "IF B <> 0 AND A / 3 > 0 THEN R[13] := DIV(A, B); END_IF;",
-        "IF A > B OR A = C THEN R[14] := SUB(A, C); ELSE R[14] := MOD(A, C); END_IF;",
-        "R[15] := MOVE(A);",
-        "Q[0] := A < B; Q[1] := A <= B; Q[2] := A = B; Q[3] := A <> B;",
-        "Q[4] := GT(A, B, C); Q[5] := GE(A, B); Q[6] := NE(A, B); Q[7] := LT(A, B, C);",
-    ]
+    lines = ["R[0] := A + B;", "R[1] := A - B;", "R[2] := A * B;", "R[3] := A MOD B;",
+             "R[4] := MAX(A, B, C);", "R[5] := MIN(A, B, C);", "R[6] := LIMIT(A, B, C);",
+             "R[7] := SEL(A > B, A, C);", "R[8] := ABS(A);", "R[9] := ADD(A, B, C);",
+             "R[10] := MUL(A, B, C);", "R[11] := (A + B - C) * (A - 1);",
+             "IF B <> 0 THEN R[12] := A / B; END_IF;",
+             "IF B <> 0 AND A / 3 > 0 THEN R[13] := DIV(A, B); END_IF;",
+             "IF A > B OR A = C THEN R[14] := SUB(A, C); ELSE R[14] := MOD(A, C); END_IF;",
+             "R[15] := MOVE(A);", "Q[0] := A < B; Q[1] := A <= B; Q[2] := A = B; Q[3] := A <> B;",
+             "Q[4] := GT(A, B, C); Q[5] := GE(A, B); Q[6] := NE(A, B); Q[7] := LT(A, B, C);",
+    ]  # fmt: skip
     if kind in ("SINT", "INT", "DINT", "LINT"):
         lines.append("R[16] := -A;")
     return "\n".join(lines)

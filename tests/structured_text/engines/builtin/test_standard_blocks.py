@@ -138,7 +138,7 @@ def test_a_standard_block(
     outputs: dict[str, Any],
     step: int,
 ) -> None:
-    """Source: IEC 61131-3 (2003), 2.5.2.3.1 to 2.5.2.3.4; figure 15: only an edge starts a timer."""
+    """Source: IEC 61131-3 (2003), 2.5.2.3.1 to 2.5.2.3.4; figure 15: an edge starts a timer."""
     assert _trace(build, kind, levels, changes, list(outputs), step) == outputs
 
 
@@ -178,6 +178,6 @@ def test_before_its_first_call_each_pin_is_false_or_0_of_its_type(
 ) -> None:
     """Source: IEC 61131-3 (2003), 2.4.3.1, table 13: default initial values."""
     program = build(f"PROGRAM P1\nVAR B1 : {kind}; END_VAR\nEND_PROGRAM")
-    for pin, value in ({name: False for name in flags.split()} | others).items():
+    for pin, value in (dict.fromkeys(flags.split(), False) | others).items():
         found = program.read(f"Main.B1.{pin}")
         assert (type(found), found) == (type(value), value), pin

@@ -319,14 +319,8 @@ def test_sources_come_in_any_order(compiled: Compile) -> None:
 def test_walk_names_every_variable_parents_first(compiled: Compile) -> None:
     program = compiled(COUNTING)
     paths = [path for path, _ in program.walk()]
-    assert paths[:6] == [
-        "Main.Image",
-        "Main.Words",
-        "Main.Part",
-        "Main.Part.Count",
-        "Main.Part.Name",
-        "Main.Part.Mode",
-    ]
+    assert paths[:6] == ["Main.Image", "Main.Words", "Main.Part", "Main.Part.Count",
+                         "Main.Part.Name", "Main.Part.Mode"]  # fmt: skip
     for path in paths:
         program.read(path)
 

@@ -90,23 +90,12 @@ def test_a_wrong_path_gets_suggestions(project: Project, path: str, message: str
 
 
 def test_walk_gives_parents_before_children_and_arrays_whole(project: Project) -> None:
-    assert [path for path, _ in walk(project)] == [
-        "Main.R1",
-        "Main.R1.SO",
-        "Main.R1.SO.Ready",
-        "Main.R1.SO.Servo",
-        "Main.R1.Words",
-        "Main.Grid",
-        "Main.D1",
-        "Main.D1.Go",
-        "Main.D1.Delay",
-        "Main.D1.Delay.IN",
-        "Main.D1.Delay.PT",
-        "Main.D1.Delay.Q",
-        "Main.D1.Delay.ET",
-        "Main.Nested",
-        "Main.Lamp",
-    ]
+    assert [path for path, _ in walk(project)] == ["Main.R1", "Main.R1.SO", "Main.R1.SO.Ready",
+                                                   "Main.R1.SO.Servo", "Main.R1.Words", "Main.Grid",
+                                                   "Main.D1", "Main.D1.Go", "Main.D1.Delay",
+                                                   "Main.D1.Delay.IN", "Main.D1.Delay.PT",
+                                                   "Main.D1.Delay.Q", "Main.D1.Delay.ET",
+                                                   "Main.Nested", "Main.Lamp"]  # fmt: skip
 
 
 def test_a_global_variable_may_stand_behind_the_name_of_its_list(tmp_path: Path) -> None:

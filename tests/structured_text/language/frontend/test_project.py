@@ -47,13 +47,8 @@ def test_files_come_in_the_order_of_their_dependencies(
         "TYPE Inner : INT; END_TYPE",
     )
     project = project_of(*sources)
-    assert [file.name for file in project.files] == [
-        "source4.st",
-        "source3.st",
-        "source2.st",
-        "source1.st",
-        "source0.st",
-    ]
+    assert [file.name for file in project.files] == ["source4.st", "source3.st", "source2.st",
+                                                     "source1.st", "source0.st"]  # fmt: skip
     assert [unit.name for unit in project.units] == ["Inner", "Kind", "Twice", "Block1", "P1"]
     assert list(project.blocks) == ["BLOCK1", "P1"]
 

@@ -221,45 +221,25 @@ _UNITS = [
     ("TYPE A1 : INT;", 1, "the file ends in the middle"),
     ("TYPE A1 : (ONE := 32767, TWO); END_TYPE", 1, "a member is outside INT (-32768 to 32767)"),
     ("TYPE A1 : (ONE := 255, TWO) USINT; END_TYPE", 1, "a member is outside USINT (0 to 255)"),
-    (
-        "FUNCTION F1 : INT VAR_IN_OUT A : INT; END_VAR VAR_INPUT B : INT; END_VAR\n"
-        "F1 := A + B; END_FUNCTION\n"
-        "PROGRAM P1 VAR I : INT; END_VAR\nI := F1(B := 1);\nEND_PROGRAM",
-        4,
-        "the input A of F1 is missing",
-    ),
-    (
-        "TYPE A1 : STRUCT B : TON; END_STRUCT; END_TYPE\n"
-        "PROGRAM P1 VAR A : A1; C : BOOL; END_VAR\nC := A.B();\nEND_PROGRAM",
-        3,
-        "this is no method, and has no value",
-    ),
-    (
-        "PROGRAM P1\nVAR CONSTANT N : BOOL := TRUE; END_VAR VAR A : INT := N; END_VAR\n"
-        "A := A;\nEND_PROGRAM",
-        2,
-        "a INT is expected here, not a BOOL",
-    ),
-    (
-        "PROGRAM P1\nVAR CONSTANT A : TON; END_VAR\nEND_PROGRAM",
-        2,
-        "a block cannot stand in VAR CONSTANT of a PROGRAM",
-    ),
-    (
-        "FUNCTION F1 : INT VAR_INPUT A : INT; END_VAR\nF1 := F1(A);\nEND_FUNCTION",
-        1,
-        "recursion is not supported: F1 uses F1",
-    ),
-    (
-        "FUNCTION_BLOCK B1 VAR A : B2; END_VAR\nEND_FUNCTION_BLOCK\n"
-        "FUNCTION_BLOCK B2 VAR A : B1; END_VAR\nEND_FUNCTION_BLOCK",
-        1,
-        "recursion is not supported: B1 uses B2 uses B1",
-    ),
+    ("FUNCTION F1 : INT VAR_IN_OUT A : INT; END_VAR VAR_INPUT B : INT; END_VAR\n"
+     "F1 := A + B; END_FUNCTION\n" "PROGRAM P1 VAR I : INT; END_VAR\nI := F1(B := 1);\nEND_PROGRAM",
+     4, "the input A of F1 is missing"),
+    ("TYPE A1 : STRUCT B : TON; END_STRUCT; END_TYPE\n"
+     "PROGRAM P1 VAR A : A1; C : BOOL; END_VAR\nC := A.B();\nEND_PROGRAM", 3,
+     "this is no method, and has no value"),
+    ("PROGRAM P1\nVAR CONSTANT N : BOOL := TRUE; END_VAR VAR A : INT := N; END_VAR\n"
+     "A := A;\nEND_PROGRAM", 2, "a INT is expected here, not a BOOL"),
+    ("PROGRAM P1\nVAR CONSTANT A : TON; END_VAR\nEND_PROGRAM", 2,
+     "a block cannot stand in VAR CONSTANT of a PROGRAM"),
+    ("FUNCTION F1 : INT VAR_INPUT A : INT; END_VAR\nF1 := F1(A);\nEND_FUNCTION", 1,
+     "recursion is not supported: F1 uses F1"),
+    ("FUNCTION_BLOCK B1 VAR A : B2; END_VAR\nEND_FUNCTION_BLOCK\n"
+     "FUNCTION_BLOCK B2 VAR A : B1; END_VAR\nEND_FUNCTION_BLOCK", 1,
+     "recursion is not supported: B1 uses B2 uses B1"),
     ("CLASS A1 END_CLASS", 1, "CLASS is not supported (classes"),
     ("PROGRAM P1\nEND_PROGRAM\nPROGRAM P2\nEND_PROGRAM", 3, "several programs"),
     ("INITIAL_STEP A1:", 1, "INITIAL_STEP is not supported (Sequential Function Chart)"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("source", "line", "message"), _UNITS, ids=[case[2] for case in _UNITS])
