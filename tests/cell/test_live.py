@@ -174,9 +174,7 @@ def dedicated(area: bytes) -> int:
 
 
 @pytest.mark.exhaustive
-def test_an_unplugged_cable_is_a_loss_of_the_link(
-    cell: Cell,
-) -> None:
+def test_an_unplugged_cable_is_a_loss_of_the_link(cell: Cell) -> None:
     """Both ends time out by themselves.
 
     Source: manual chapter 1, 5.2

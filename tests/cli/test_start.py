@@ -139,9 +139,7 @@ def test_the_list_of_commands_gives_each_sentence_whole(capsys: pytest.CaptureFi
     assert [name for name, (_, first) in COMMANDS.items() if f"{name} {first}" not in said] == []
 
 
-def test_each_command_is_in_one_of_five_panels(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_each_command_is_in_one_of_five_panels(capsys: pytest.CaptureFixture[str]) -> None:
     """Source: the help's own headings; `Commands:` would be the panel of those without one."""
     assert main(["--help"]) == 0
     shown: dict[str, list[str]] = {}
@@ -196,9 +194,7 @@ def test_every_command_of_the_folder_is_in_the_table() -> None:
     assert [*app.commands] == [*COMMANDS]
 
 
-def test_help_ends_with_what_its_module_adds(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_help_ends_with_what_its_module_adds(capsys: pytest.CaptureFixture[str]) -> None:
     """Source: `rcx export --help` ends with the targets, `rcx run --help` with the events."""
     assert main(["export", "--help"]) == 0
     assert "Targets:" in capsys.readouterr().out.partition("--force")[2]

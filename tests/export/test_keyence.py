@@ -88,9 +88,7 @@ def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, s
             assert kind in _TYPES | made, (path, name)
 
 
-def test_words_are_uint_and_device_names_are_changed(
-    files: Mapping[str, str],
-) -> None:
+def test_words_are_uint_and_device_names_are_changed(files: Mapping[str, str]) -> None:
     """Source: docs/how-to/export.md, `keyence`."""
     assert "SHL(UINT#16#01, Digit) AND UINT#16#00FF" in files["core/FC_RcxBitMask.st"]
     assert "Rest := (NOT Mask AND UINT#16#00FF);" in files["core/FC_RcxByteWithBit.st"]

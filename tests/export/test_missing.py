@@ -313,9 +313,7 @@ def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Pat
     assert back.read("Main.It.Timed") == 2000, "[ms]"
 
 
-def test_twincat_lists_global_variables_and_drops_non_retain(
-    tmp_path: Path,
-) -> None:
+def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> None:
     file = tmp_path / "Outside.st"
     file.write_text(_OUTSIDE.replace("VAR_GLOBAL\n", "VAR_GLOBAL NON_RETAIN (* NON_RETAIN *)\n"))
     output = export("twincat", program=[file], only_needed=True)

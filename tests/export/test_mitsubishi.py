@@ -82,9 +82,7 @@ def test_a_byte_is_a_word_whose_upper_half_is_kept_empty(files: Mapping[str, str
     assert "FC_RcxWord := SHL(HighByte, 8) OR LowByte;" in files["core/FC_RcxWord.st"]
 
 
-def test_variables_of_functions_begin_anew_at_each_call(
-    files: Mapping[str, str],
-) -> None:
+def test_variables_of_functions_begin_anew_at_each_call(files: Mapping[str, str]) -> None:
     """Source: IEC 61131-3, 2.5.1.1: variables of functions are initialised at each call."""
     begin = files["core/FC_RcxCharCode.st"].partition(" *)\n")[2].splitlines()[:3]
     assert begin == ["  FC_RcxCharCode := WORD#16#0;", "  Place := 0;", "  Letter := '';"]

@@ -160,9 +160,7 @@ def test_types_are_known_to_the_tool_or_made(files: Mapping[str, str], whole: bo
         assert (found[2] if found else kind) in _TYPES | made
 
 
-def test_text_functions_get_the_types_that_they_want(
-    files: Mapping[str, str],
-) -> None:
+def test_text_functions_get_the_types_that_they_want(files: Mapping[str, str]) -> None:
     """Source: Omron W501, 6-3-12: a name of an instruction is refused."""
     assert "Letter := MID(Text, 1, INT_TO_UINT(Position));" in files["core/FC_RcxCharCode.st"]
     assert "Place := UINT_TO_INT(FIND('PQR" in files["core/FC_RcxCharCode.st"]

@@ -183,9 +183,7 @@ def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None
     assert program.read("Main.Own.FB_RcxJob") is True
 
 
-def test_a_literal_of_a_type_with_the_prefix_is_renamed_right(
-    tmp_path: Path,
-) -> None:
+def test_a_literal_of_a_type_with_the_prefix_is_renamed_right(tmp_path: Path) -> None:
     """RCX_UNIT stays, UNIT_MM does not."""
     source = tmp_path / "Mine.st"
     source.write_text(

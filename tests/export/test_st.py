@@ -102,9 +102,7 @@ def test_of_several_files_none_is_written_if_one_is_there(tmp_path: Path) -> Non
     ]
 
 
-def test_a_folder_and_a_file_do_not_replace_each_other(
-    tmp_path: Path,
-) -> None:
+def test_a_folder_and_a_file_do_not_replace_each_other(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="name a file"):
         write(Output({"": "1"}), tmp_path, force=True)
     (tmp_path / "file").write_text("mine")

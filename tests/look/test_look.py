@@ -21,12 +21,7 @@ from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
 from rcx_harness.look.look import ScanOptions, output_image
 from rcx_harness.look.look import scan as look
-from rcx_harness.look.text import (
-    area_lines,
-    change_lines,
-    identity_lines,
-    telegram_lines,
-)
+from rcx_harness.look.text import area_lines, change_lines, identity_lines, telegram_lines
 from rcx_harness.trace import Scan, read_trace
 from structured_text.errors import InputError
 

@@ -243,9 +243,7 @@ def test_to_leave_out_what_changes_nothing_is_no_mistake(house: Path) -> None:
     assert [one.line - first for one in found] == [6, 7, 11, 12, 14]
 
 
-def test_a_sample_has_each_operator_and_repeats_with_its_seed(
-    house: Path,
-) -> None:
+def test_a_sample_has_each_operator_and_repeats_with_its_seed(house: Path) -> None:
     library = sorted((house / "plc" / "lib").rglob("*.st"))
     file = house / "plc" / "lib" / "area" / "FB_Sample.st"
     first, again, other = (Mutants(house, library).sample(file, 15, seed) for seed in (1, 1, 2))

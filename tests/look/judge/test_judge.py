@@ -307,9 +307,7 @@ def test_an_end_is_timed_once_and_a_reserved_bit_told_once(tmp_path: Path) -> No
     assert verdict.times("MovePtp: from code to end") == (1, 20_500, 20_500)
 
 
-def test_a_command_from_before_the_recording_breaks_no_rule(
-    tmp_path: Path,
-) -> None:
+def test_a_command_from_before_the_recording_breaks_no_rule(tmp_path: Path) -> None:
     """A command that was changed before goes on with 16#0100, then 16#0000 (guide 1.1)."""
     story = Story()
     story.open(0)
@@ -391,9 +389,7 @@ def _cycles(file: Path, *cycles: tuple[dict[int, int], int]) -> Judgement:
     return judge(JudgeOptions(file), lambda text: None)
 
 
-def test_in_a_trace_the_plc_reads_the_status_one_cycle_late(
-    tmp_path: Path,
-) -> None:
+def test_in_a_trace_the_plc_reads_the_status_one_cycle_late(tmp_path: Path) -> None:
     """A controller takes a code and shows 0x0100 in the same cycle.
 
     Source: guide 1.2, a command can be run in the ready status only.
@@ -414,9 +410,7 @@ def test_in_a_trace_the_plc_reads_the_status_one_cycle_late(
     assert found.rule == "command held"
 
 
-def test_a_code_with_its_data_waits_for_the_ready_status(
-    tmp_path: Path,
-) -> None:
+def test_a_code_with_its_data_waits_for_the_ready_status(tmp_path: Path) -> None:
     """Source: guide 1.2, a command can be run in the ready status only."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})

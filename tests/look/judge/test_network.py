@@ -137,9 +137,7 @@ def test_a_reader_beside_the_owner_does_not_count_as_what_the_plc_reads(tmp_path
     assert not any("SO(02) OFF" in line for line in heard.lines)
 
 
-def test_equal_identifiers_of_two_controllers_are_distinct(
-    tmp_path: Path,
-) -> None:
+def test_equal_identifiers_of_two_controllers_are_distinct(tmp_path: Path) -> None:
     """Each adapter chooses its identifiers for itself."""
     first, second = _quiet(Story()), _quiet(Story(controller="192.168.0.11"), 3_000, 5)
     second.both(100_000, FREE, area(dedicated=0x0112))
@@ -257,9 +255,7 @@ def test_areas_of_64_bytes_are_named_whatever_the_options_say(
         Heard(tmp_path, _headless(story) if begins_later else story, **options)
 
 
-def test_a_size_other_than_the_option_is_reported(
-    tmp_path: Path,
-) -> None:
+def test_a_size_other_than_the_option_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"192\.168\.0\.10 have 48 bytes: --size 48$"):
         Heard(tmp_path, _headless(_quiet(Story())), hosts=[HOST], sizes=(256,))
 

@@ -64,9 +64,7 @@ def test_tls_needs_three_files_that_are_there(pem: Path) -> None:
         Cluster("tcp://127.0.0.1:8786", cert=pem).check()
 
 
-def test_a_missing_extra_is_reported(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     monkeypatch.delitem(sys.modules, "structured_text.farm.dask", raising=False)
     farm = Farm(cluster=Cluster("tcp://127.0.0.1:8786"))

@@ -23,9 +23,7 @@ from structured_text.farm.work import LostError, RemoteError
 
 
 @pytest.mark.parametrize("workers", [0, 1, 3])
-def test_results_come_in_the_order_of_the_items(
-    workers: int,
-) -> None:
+def test_results_come_in_the_order_of_the_items(workers: int) -> None:
     expected = [(4, 24), (0, 1), (3, 6), (5, 120), (2, 2)]
     assert list(Farm(workers).run(math.factorial, [4, 0, 3, 5, 2])) == expected
 
@@ -80,9 +78,7 @@ def test_the_item_of_a_killed_worker_is_redone(tmp_path: Path, deaths: int, work
     assert not list(tmp_path.iterdir())
 
 
-def test_an_item_that_kills_three_workers_is_named(
-    tmp_path: Path,
-) -> None:
+def test_an_item_that_kills_three_workers_is_named(tmp_path: Path) -> None:
     for number in range(4):
         (tmp_path / str(number)).touch()
     running = Farm(2).run(Killed(tmp_path), range(8))

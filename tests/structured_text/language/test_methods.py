@@ -331,9 +331,7 @@ def test_a_mistake_is_reported(source: str, message: str, mistakes_of: Mistakes)
     assert errors[0].line >= len(_SHAPES.splitlines())
 
 
-def test_an_interface_without_a_block_is_one_message(
-    build: Build,
-) -> None:
+def test_an_interface_without_a_block_is_one_message(build: Build) -> None:
     program = build(
         _SHAPES + "PROGRAM P VAR S : I_Shape; X : INT; END_VAR\nX := S.Area();\nEND_PROGRAM"
     )

@@ -218,9 +218,7 @@ def test_calls_where_none_can_stand(body: str, message: str, mistakes_of: Mistak
     assert message in str(errors[0])
 
 
-def test_super_of_what_is_missing_is_one_message(
-    mistakes_of: Mistakes,
-) -> None:
+def test_super_of_what_is_missing_is_one_message(mistakes_of: Mistakes) -> None:
     errors = mistakes_of(
         "FUNCTION_BLOCK FB1 EXTENDS Nowhere VAR N : INT; END_VAR N := SUPER^.N; END_FUNCTION_BLOCK"
     )

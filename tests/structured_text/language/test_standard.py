@@ -223,9 +223,7 @@ def test_a_missing_value_is_a_fault(tmp_path: Path, statement: str, message: str
         program.scan(0)
 
 
-def test_own_functions_win_over_those_of_the_third_edition(
-    evaluate: Evaluate,
-) -> None:
+def test_own_functions_win_over_those_of_the_third_edition(evaluate: Evaluate) -> None:
     before = (
         "FUNCTION TO_INT : INT VAR_INPUT A : INT; END_VAR TO_INT := A * 2; END_FUNCTION\n"
         "FUNCTION ATAN2 : INT VAR_INPUT A : INT; END_VAR ATAN2 := A + 1; END_FUNCTION\n"
@@ -278,9 +276,7 @@ def test_the_other_timers_too(kind: str, levels: str, tmp_path: Path) -> None:
     assert "".join("1" if q else "0" for (q,) in rows) == levels
 
 
-def test_an_own_ctu_has_its_own_pins(
-    build: Callable[[str], BuiltinProgram],
-) -> None:
+def test_an_own_ctu_has_its_own_pins(build: Callable[[str], BuiltinProgram]) -> None:
     """RESET of a CTU is another name of its R."""
     program = build(
         "FUNCTION_BLOCK CTU_Own VAR_INPUT RESET : BOOL; END_VAR VAR_OUTPUT Q : BOOL; END_VAR\n"

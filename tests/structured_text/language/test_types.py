@@ -297,9 +297,7 @@ _MIXED = [
 ]
 
 
-def test_mixed_types_are_calculated_in_their_common_type(
-    evaluate: Evaluate,
-) -> None:
+def test_mixed_types_are_calculated_in_their_common_type(evaluate: Evaluate) -> None:
     got = evaluate([(kind, code) for kind, code, _ in _MIXED], _VARIABLES)
     wrong = [
         (code, value, expected)

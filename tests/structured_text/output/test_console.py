@@ -31,9 +31,7 @@ def test_lines_need_all_their_characters(encoding: str | None, expected: bool) -
     assert draws(encoding) is expected
 
 
-def test_an_unknown_character_is_shown_by_its_number(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_an_unknown_character_is_shown_by_its_number(monkeypatch: pytest.MonkeyPatch) -> None:
     written = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, "cp1252"))
     spare_no_character()
@@ -41,9 +39,7 @@ def test_an_unknown_character_is_shown_by_its_number(
     assert written.getvalue() == b"M\xfcller \\u25cf"
 
 
-def test_a_choice_of_the_user_is_respected(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_choice_of_the_user_is_respected(monkeypatch: pytest.MonkeyPatch) -> None:
     written = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, "ascii", errors="replace"))
     spare_no_character()

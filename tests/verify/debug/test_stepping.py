@@ -36,9 +36,7 @@ def test_a_step_over_leaves_calls_out(at_entry: Start) -> None:
     assert lines == [50, 51, 52, 57, 58, 50]
 
 
-def test_a_step_out_ends_behind_the_call_or_in_the_next_scan(
-    at_entry: Start,
-) -> None:
+def test_a_step_out_ends_behind_the_call_or_in_the_next_scan(at_entry: Start) -> None:
     """Source: programs/Lamps.st, by hand."""
     editor = at_entry()
     editor.go("stepIn")

@@ -151,9 +151,7 @@ def test_a_worker_that_is_added_meanwhile_gets_work() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_worker_does_one_item_at_a_time_despite_threads(
-    tmp_path: Path,
-) -> None:
+def test_a_worker_does_one_item_at_a_time_despite_threads(tmp_path: Path) -> None:
     import io
 
     from rich.console import Console

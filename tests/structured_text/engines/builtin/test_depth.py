@@ -130,9 +130,7 @@ def test_of_many_branches_the_one_that_fits_is_done(run: Run, form: str, chosen:
     assert run(variables, body, "Y N") == (chosen if chosen < 500 else -1, 1)
 
 
-def test_only_the_first_branch_that_fits_runs(
-    run: Run,
-) -> None:
+def test_only_the_first_branch_that_fits_runs(run: Run) -> None:
     tests = [f"X = {k} THEN X := 150; N := N + 1;" for k in range(300)]
     body = "IF " + "\nELSIF ".join(tests) + "\nEND_IF;"
     assert run("X : INT := 7; N : INT;", body, "X N") == (150, 1)

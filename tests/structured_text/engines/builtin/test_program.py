@@ -71,9 +71,7 @@ def test_a_snapshot_holds_everything_and_can_be_restored_again_and_again(build: 
     assert then != later
 
 
-def test_a_snapshot_fits_other_instances_but_not_other_programs(
-    build: Build,
-) -> None:
+def test_a_snapshot_fits_other_instances_but_not_other_programs(build: Build) -> None:
     program = build(_SOURCE)
     program.scan(0)
     twin = program.instance()

@@ -42,9 +42,7 @@ def test_files_are_joined_in_the_order_that_matiec_wants(
     assert source.place(8) == (tmp_path / "program.st", 5)
 
 
-def test_a_missing_configuration_is_added(
-    joined: tuple[Project, SourceText],
-) -> None:
+def test_a_missing_configuration_is_added(joined: tuple[Project, SourceText]) -> None:
     assert "HARNESS_HIDDEN_INSTANCE WITH HARNESS_HIDDEN_TASK : PROBE;" in joined[1].text
 
 

@@ -23,9 +23,7 @@ def without_matiec(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("without_matiec")
-def test_auto_falls_back_to_the_built_in_engine(
-    program: Path,
-) -> None:
+def test_auto_falls_back_to_the_built_in_engine(program: Path) -> None:
     built = build([program])
     assert built.program.engine == "builtin"
     assert built.notice == ("matiec not found (RCX_MATIEC, PATH): running on the built-in engine")

@@ -119,9 +119,7 @@ def test_a_global_variable_may_stand_behind_the_name_of_its_list(tmp_path: Path)
         assert message in str(caught.value)
 
 
-def test_a_program_reaches_a_global_through_var_external(
-    project_of: Load,
-) -> None:
+def test_a_program_reaches_a_global_through_var_external(project_of: Load) -> None:
     project = project_of(
         "PROGRAM P1\nVAR_EXTERNAL Total : INT; END_VAR\nTotal := 1;\nEND_PROGRAM\n"
         "CONFIGURATION C1 VAR_GLOBAL Total : INT; END_VAR RESOURCE R1 ON Plc\n"

@@ -35,9 +35,7 @@ def test_sources_without_a_program_cannot_be_loaded_but_checked(tmp_path: Path) 
         load([file])
 
 
-def test_files_come_in_the_order_of_their_dependencies(
-    project_of: Load,
-) -> None:
+def test_files_come_in_the_order_of_their_dependencies(project_of: Load) -> None:
     sources = (
         "PROGRAM P1\nVAR B : Block1; END_VAR\nB(X := 1);\nEND_PROGRAM",
         "FUNCTION_BLOCK Block1\nVAR_INPUT X : INT; END_VAR\nVAR K : Kind; END_VAR\n"
@@ -148,9 +146,7 @@ def test_a_variable_goes_before_a_list_of_its_name(build_of: Build) -> None:
     assert program.read("Main.source0.N") == 6
 
 
-def test_a_label_of_a_case_may_be_a_global_constant(
-    build_of: Build,
-) -> None:
+def test_a_label_of_a_case_may_be_a_global_constant(build_of: Build) -> None:
     """By itself, and behind the name of its list."""
     program = build_of(
         "VAR_GLOBAL CONSTANT Full : INT := 3; END_VAR\n",

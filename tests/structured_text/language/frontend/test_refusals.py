@@ -292,9 +292,7 @@ def test_a_wrong_configuration_is_refused_with_its_line(
     assert errors[0].line == line
 
 
-def test_one_variable_under_two_names_is_refused(
-    errors_of: Errors,
-) -> None:
+def test_one_variable_under_two_names_is_refused(errors_of: Errors) -> None:
     """Copying in and out, and references, differ exactly there."""
     block = (
         "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"
@@ -315,9 +313,7 @@ def test_one_variable_under_two_names_is_refused(
     assert errors("S1(X := L1[I], Y := L1[2]);") == [8]
 
 
-def test_a_block_cannot_be_given_a_global_that_it_uses(
-    errors_of: Errors,
-) -> None:
+def test_a_block_cannot_be_given_a_global_that_it_uses(errors_of: Errors) -> None:
     source = (
         "FUNCTION_BLOCK Inner VAR_EXTERNAL Shared : INT; END_VAR\nShared := 2;\n"
         "END_FUNCTION_BLOCK\n"
@@ -350,9 +346,7 @@ def test_behind_a_mistake_the_rest_of_the_file_is_checked(
     assert [error.line for error in errors_of(source)] == lines
 
 
-def test_two_programs_are_only_a_mistake_of_their_own(
-    errors_of: Errors,
-) -> None:
+def test_two_programs_are_only_a_mistake_of_their_own(errors_of: Errors) -> None:
     """There are two programs and no CONFIGURATION, which is one message by itself."""
     source = "PROGRAM P1\nVAR I : {0}; END_VAR\nEND_PROGRAM\nPROGRAM P2\nEND_PROGRAM\n"
     assert ["there is no type NONE1" in str(one) for one in errors_of(source.format("NONE1"))] == [
@@ -361,9 +355,7 @@ def test_two_programs_are_only_a_mistake_of_their_own(
     assert ["several programs" in str(one) for one in errors_of(source.format("INT"))] == [True]
 
 
-def test_every_error_of_all_files_is_listed_in_their_order(
-    errors_of: Errors,
-) -> None:
+def test_every_error_of_all_files_is_listed_in_their_order(errors_of: Errors) -> None:
     errors = errors_of(
         "PROGRAM Main\nVAR I : INT; END_VAR\nI := TRUE;\nIF I = 1 THEN\nI := X;\nEND_IF;\n"
         "END_PROGRAM",
@@ -396,9 +388,7 @@ def test_a_constant_of_a_configuration_stays_constant(at: str, errors_of: Errors
         assert all("Shared is CONSTANT" in str(error) for error in errors)
 
 
-def test_a_global_that_a_block_does_not_use_may_be_given(
-    errors_of: Errors,
-) -> None:
+def test_a_global_that_a_block_does_not_use_may_be_given(errors_of: Errors) -> None:
     """And so may a variable of the program's own where the block uses a global of that name."""
     frame = (
         "FUNCTION_BLOCK Inner VAR_IN_OUT X : INT; END_VAR{uses}\nX := 2;\nEND_FUNCTION_BLOCK\n"
