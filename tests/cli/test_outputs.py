@@ -37,13 +37,20 @@ def _limit() -> None:
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
 
-def _environment() -> dict[str, str]:
-    """Return the environment of a process with a full disk.
+def _with_a_full_disk(*command: str) -> subprocess.CompletedProcess[str]:
+    """Run `rcx` in a process with a full disk.
 
     Python does not notice that a file of compiled code was cut, and each later test
     that imports the module would fail. So it writes none.
     """
-    return {**os.environ, "RCX_CACHE": "off", "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(
+        [sys.executable, "-m", "rcx_harness", *command],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=_limit,
+        env={**os.environ, "RCX_CACHE": "off", "PYTHONDONTWRITEBYTECODE": "1"},
+    )
 
 
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
@@ -66,9 +73,7 @@ def test_a_full_disk_leaves_the_old_file_only(repository: Path, tmp_path: Path, 
     for name in ("old", "new"):
         there = tmp_path / "out" / name
         command = _run(repository, tmp_path, f"--{kind}", str(there))
-        done = subprocess.run([sys.executable, "-m", "rcx_harness", *command], capture_output=True,
-                              text=True, check=False, preexec_fn=_limit,
-                              env=_environment())  # fmt: skip
+        done = _with_a_full_disk(*command)
         said = f"rcx: {there}: cannot be written: File too large\n"
         assert (done.returncode, without_progress(done.stderr)) == (2, said)
     assert file.read_bytes() == before
@@ -76,9 +81,7 @@ def test_a_full_disk_leaves_the_old_file_only(repository: Path, tmp_path: Path, 
 
 
 def test_of_a_new_cell_nothing_is_left_where_the_disk_fills_up(tmp_path: Path) -> None:
-    done = subprocess.run([sys.executable, "-m", "rcx_harness", "new",
-                           str(tmp_path / "a" / "cell")], capture_output=True, text=True,
-                          check=False, preexec_fn=_limit, env=_environment())  # fmt: skip
+    done = _with_a_full_disk("new", str(tmp_path / "a" / "cell"))
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.endswith(": cannot be written: File too large\n")
     assert list(tmp_path.iterdir()) == []
@@ -201,16 +204,9 @@ def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
         _ends_in_one_line(["serve", "--address", address])
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "eds-/proc/none/below",
-        "new-/dev/full",
-        "eds-/dev/full/below",
-        "new-/proc/none/below",
-        "new-/dev/full/below",
-        "eds-/dev/full",
-    ]
-)
+@pytest.mark.exhaustive(but=["eds-/proc/none/below", "new-/dev/full", "eds-/dev/full/below",
+                             "new-/proc/none/below", "new-/dev/full/below",
+                             "eds-/dev/full"])  # fmt: skip
 @pytest.mark.parametrize("place", ["/dev/full", "/dev/full/below", "/proc/none/below"])
 @pytest.mark.parametrize(
     "command",

@@ -127,14 +127,10 @@ def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captur
     assert adapter.read_to_robot() == output_image(["SI00=1", "SIW(2)=5"], 48)
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "options0-0x0128, the size from the device does not fit the assembly",
-        "options2-0x0112, the packet interval is not acceptable",
-        "options11-an area of 64 bytes does not exist",
-        "options14-no connection to the EtherNet/IP adapter",
-    ]
-)
+@pytest.mark.exhaustive(but=["options0-0x0128, the size from the device does not fit the assembly",
+                             "options2-0x0112, the packet interval is not acceptable",
+                             "options11-an area of 64 bytes does not exist",
+                             "options14-no connection to the EtherNet/IP adapter"])  # fmt: skip
 @pytest.mark.parametrize(
     ("options", "message"),
     [

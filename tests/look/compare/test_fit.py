@@ -136,13 +136,9 @@ def test_delays_fit_changed_commands_too(values: dict[str, Any], others: dict[st
     assert replay.run(RobotConfig(**others), free=frozenset(DELAYS)).differences == []
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "SO(04) is ON only while the servos are OFF",
-        "a stop does not stop the program",
-        "servo ON in the emergency stop",
-    ]
-)
+@pytest.mark.exhaustive(but=["SO(04) is ON only while the servos are OFF",
+                             "a stop does not stop the program",
+                             "servo ON in the emergency stop"])  # fmt: skip
 @pytest.mark.parametrize("bug", BUGS)
 def test_a_controller_with_a_bug_fits_no_file(bug: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever its keys are, something is left over."""

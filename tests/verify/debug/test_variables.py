@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,23 +13,20 @@ from editor import Editor, RefusedError
 Start = Callable[..., Editor]
 
 
+def _values(rows: dict[str, dict[str, Any]]) -> dict[str, str]:
+    return {name: row["value"] for name, row in rows.items()}
+
+
 def test_the_scopes_of_a_block_and_of_its_caller(stopped: Start) -> None:
     editor = stopped({"line": 31, "condition": "Value = 2 AND k = 2"})
-    assert {name: one["value"] for name, one in editor.scope("Inputs, outputs").items()} == {
-        "Up": "TRUE",
-        "Value": "2",
-    }
+    assert _values(editor.scope("Inputs, outputs")) == {"Up": "TRUE", "Value": "2"}
     inner = editor.scope("Variables")
     assert inner["k"]["value"] == "2"
     # Two rounds of this scan are done, and the third of the scan before.
     assert inner["Steps"]["value"] == "[2, 2, 1]"
     assert inner["Steps"]["type"] == "ARRAY [1..3] OF DINT"
     steps = editor.below(inner["Steps"])
-    assert {name: one["value"] for name, one in steps.items()} == {
-        "[1]": "2",
-        "[2]": "2",
-        "[3]": "1",
-    }
+    assert _values(steps) == {"[1]": "2", "[2]": "2", "[3]": "1"}
     assert steps["[3]"]["evaluateName"] == "Steps[3]"
     outer = editor.scope("Variables", level=1)
     assert outer["Lamp"]["value"] == "DARK"
@@ -38,10 +36,7 @@ def test_the_scopes_of_a_block_and_of_its_caller(stopped: Start) -> None:
 
 def test_a_function_shows_what_lasts_for_its_call(stopped: Start) -> None:
     editor = stopped({"line": 11, "condition": "X = 3"})
-    assert {name: one["value"] for name, one in editor.scope("Variables").items()} == {
-        "Sum": "3",
-        "Twice": "0",
-    }
+    assert _values(editor.scope("Variables")) == {"Sum": "3", "Twice": "0"}
 
 
 def test_a_long_array_comes_page_by_page(at_entry: Start) -> None:

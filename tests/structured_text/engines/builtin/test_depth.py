@@ -23,18 +23,9 @@ def _nested(opening: str, core: str, closing: str, depth: int) -> str:
     return opening * depth + core + closing * depth
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "((((((((((((-0",
-        "-(-(-(-(-(-(-",
-        "ADD(X, X, X,-",
-        "F1(F1(F1(F1(-",
-        "ABS(ABS(ABS(-1",
-        "ABS(ABS(ABS(-0",
-        "A[A[A[A[A[A[-",
-        "M * M * M * -",
-    ]
-)
+@pytest.mark.exhaustive(but=["((((((((((((-0", "-(-(-(-(-(-(-", "ADD(X, X, X,-", "F1(F1(F1(F1(-",
+                             "ABS(ABS(ABS(-1", "ABS(ABS(ABS(-0", "A[A[A[A[A[A[-",
+                             "M * M * M * -"])  # fmt: skip
 @pytest.mark.parametrize(
     ("expression", "value"),
     [
@@ -169,24 +160,14 @@ _TOO_DEEP = [
 ]
 
 
-@pytest.mark.exhaustive(
-    but=[
-        "check-body4-16 loops-20",
-        "check-body3-16 loops-20",
-        "check-body9-a literal of 5003 characters-3",
-        "check-body5-16 loops-20",
-        "run-body3-16 loops-20",
-        "run-body9-a literal of 5003 characters-3",
-        "run-body4-16 loops-20",
-        "run-body5-16 loops-20",
-        "check-body0-64 statements-67",
-        "run-body0-64 statements-67",
-        "check-body1-64 statements-66",
-        "run-body2-64 statements-67",
-        "check-body2-64 statements-67",
-        "check-body10-constant expression is too large-3",
-    ]
-)
+@pytest.mark.exhaustive(but=["check-body4-16 loops-20", "check-body3-16 loops-20",
+                             "check-body9-a literal of 5003 characters-3",
+                             "check-body5-16 loops-20", "run-body3-16 loops-20",
+                             "run-body9-a literal of 5003 characters-3", "run-body4-16 loops-20",
+                             "run-body5-16 loops-20", "check-body0-64 statements-67",
+                             "run-body0-64 statements-67", "check-body1-64 statements-66",
+                             "run-body2-64 statements-67", "check-body2-64 statements-67",
+                             "check-body10-constant expression is too large-3"])  # fmt: skip
 @pytest.mark.parametrize(("body", "message", "line"), _TOO_DEEP)
 @pytest.mark.parametrize("command", ["check", "run"])
 def test_what_is_too_deep_is_refused_with_its_line(
