@@ -349,16 +349,32 @@ def test_methods_that_never_end_are_one_message(build: Build) -> None:
         program.scan(0)
 
 
-def test_a_block_as_an_input_is_a_copy(build: Build) -> None:
-    blocks = (
-        "FUNCTION_BLOCK FB_Cell VAR_INPUT V : INT := 1; END_VAR END_FUNCTION_BLOCK\n"
-        "FUNCTION_BLOCK FB_Taker VAR_INPUT Held : FB_Cell; END_VAR\n"
-        "METHOD Take : INT VAR_INPUT Given : FB_Cell; END_VAR\n"
-        "Given.V := Given.V + 1; Take := Given.V; END_METHOD\nEND_FUNCTION_BLOCK\n"
-    )
-    body = "C.V := 5; T(Held := C); C.V := 7; X := T.Take(C); Y := T.Held.V; Z := C.V;"
-    variables = "C : FB_Cell; T : FB_Taker; X, Y, Z : INT;"
-    assert _run(build, blocks, variables, body, "X Y Z") == (8, 5, 7)
+@pytest.mark.parametrize(
+    ("before", "variables", "body", "want", "values"),
+    [
+        pytest.param(
+            "FUNCTION_BLOCK FB_Cell VAR_INPUT V : INT := 1; END_VAR END_FUNCTION_BLOCK\n"
+            "FUNCTION_BLOCK FB_Taker VAR_INPUT Held : FB_Cell; END_VAR\n"
+            "METHOD Take : INT VAR_INPUT Given : FB_Cell; END_VAR\n"
+            "Given.V := Given.V + 1; Take := Given.V; END_METHOD\nEND_FUNCTION_BLOCK\n",
+            "C : FB_Cell; T : FB_Taker; X, Y, Z : INT;",
+            "C.V := 5; T(Held := C); C.V := 7; X := T.Take(C); Y := T.Held.V; Z := C.V;",
+            "X Y Z", (8, 5, 7), id="a block as an input is a copy"),
+        pytest.param(
+            "", "Final, Override, Internal, Public, Get, Set, Abstract : INT;",
+            "Final := 1; Override := Final + 1; Internal := 3; Public := 4; Get := 5; Set := 6;",
+            "Override Get Set", (2, 5, 6), id="words of methods stay names elsewhere"),
+        pytest.param(
+            "TYPE Base : STRUCT A : INT := 1; END_STRUCT; END_TYPE\n"
+            "TYPE Longer EXTENDS Base : STRUCT B : INT := 2; END_STRUCT; END_TYPE\n",
+            "L : Longer; X : INT;", "X := L.A * 10 + L.B;",
+            "X L", (12, {"A": 1, "B": 2}), id="a structure extends another"),
+    ],
+)  # fmt: skip
+def test_a_program_has_these_values(
+    build: Build, before: str, variables: str, body: str, want: str, values: tuple[Any, ...]
+) -> None:
+    assert _run(build, before, variables, body, want) == values
 
 
 @pytest.mark.parametrize("data", ["Data", "THIS^.Data"])
@@ -373,24 +389,6 @@ def test_a_method_works_on_the_in_out_of_its_block(data: str, build: Build) -> N
     body = "X(Data := I); J := I; K := X.Raise(3);"
     found = _run(build, block, "X : A; I : INT := 1; J, K : INT;", body, "J X.Seen K")
     assert found == (3, 3, 6)
-
-
-def test_words_of_methods_stay_names_elsewhere(build: Build) -> None:
-    """Final, Override, Get and the like are everyday names of variables."""
-    variables = "Final, Override, Internal, Public, Get, Set, Abstract : INT;"
-    body = "Final := 1; Override := Final + 1; Internal := 3; Public := 4; Get := 5; Set := 6;"
-    assert _run(build, "", variables, body, "Override Get Set") == (2, 5, 6)
-
-
-def test_a_structure_extends_another(build: Build) -> None:
-    types = (
-        "TYPE Base : STRUCT A : INT := 1; END_STRUCT; END_TYPE\n"
-        "TYPE Longer EXTENDS Base : STRUCT B : INT := 2; END_STRUCT; END_TYPE\n"
-    )
-    assert _run(build, types, "L : Longer; X : INT;", "X := L.A * 10 + L.B;", "X L") == (
-        12,
-        {"A": 1, "B": 2},
-    )
 
 
 @pytest.mark.parametrize(

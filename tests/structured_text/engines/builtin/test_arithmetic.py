@@ -39,28 +39,36 @@ def test_numbers_without_a_type_are_divided_in_the_same_way(
     assert found == (quotient, rest, 1 + 2 * quotient)
 
 
-def test_modulo_zero_is_zero_as_the_standard_says(run: Run) -> None:
-    assert run(
-        "A : INT := 7; B : INT; U : UINT := 7; V : UINT;", "A := A MOD B; U := U MOD V;", "A U"
-    ) == (0, 0)
-
-
-def test_a_number_without_a_type_takes_that_of_what_it_is_calculated_with(run: Run) -> None:
-    """Also in a comparison, where nothing else says which; 32767 + 1 wraps as INT."""
-    assert run(
-        "I : INT := 32767; T1 : TIME := T#2s; B, C, D : BOOL;",
-        "B := 1 + I = -32768; C := -1 < 2 * I + 1; D := MAX(1, I) = I;",
-        "B C D",
-    ) == (True, False, True)
-
-
-def test_precedence_is_that_of_the_standard(run: Run) -> None:
-    assert run(
-        "I : INT; B : BOOL; C : BOOL; R : REAL; D : BOOL;",
-        "I := 2 + 3 * 4 - 10 / 5; B := TRUE OR FALSE AND FALSE; C := 1 + 1 = 2 AND NOT FALSE;\n"
-        "R := -2.0 ** 2.0; D := TRUE XOR TRUE AND FALSE;",
-        "I B C R D",
-    ) == (12, True, True, 4.0, True)
+@pytest.mark.parametrize(
+    ("variables", "body", "want", "values"),
+    [
+        pytest.param("A : INT := 7; B : INT; U : UINT := 7; V : UINT;",
+                     "A := A MOD B; U := U MOD V;", "A U", (0, 0), id="modulo 0 is 0"),
+        # Also in a comparison, where nothing else says which type; 32767 + 1 wraps as INT.
+        pytest.param("I : INT := 32767; T1 : TIME := T#2s; B, C, D : BOOL;",
+                     "B := 1 + I = -32768; C := -1 < 2 * I + 1; D := MAX(1, I) = I;",
+                     "B C D", (True, False, True), id="an untyped number takes the other's type"),
+        pytest.param("X : INT := 7; R : REAL := 0.5; A, B, C, D : BOOL;",
+                     "A := 5 < X; B := X < 5; C := 1.5 > R; D := R > 1.5;",
+                     "A B C D", (True, False, True, False), id="an untyped number on either side"),
+        pytest.param("I : INT; B : BOOL; C : BOOL; R : REAL; D : BOOL;",
+                     "I := 2 + 3 * 4 - 10 / 5; B := TRUE OR FALSE AND FALSE; R := -2.0 ** 2.0;"
+                     "C := 1 + 1 = 2 AND NOT FALSE; D := TRUE XOR TRUE AND FALSE;",
+                     "I B C R D", (12, True, True, 4.0, True), id="precedence"),
+        pytest.param("A : WORD := 16#F0F0; B : WORD := 16#FF00; C, D, E, F : WORD;",
+                     "C := A AND B; D := A OR B; E := A XOR B; F := NOT A;",
+                     "C D E F", (0xF000, 0xFFF0, 0x0FF0, 0x0F0F), id="bit by bit"),
+        # Half a nanosecond is none, also 4000 times; as matiec does.
+        pytest.param("A : TIME := T#1ms; F : REAL := 5.0E-7; G : REAL := 2.0E6; S1, Q1 : TIME;"
+                     "I : INT;",
+                     "FOR I := 1 TO 4000 DO S1 := S1 + A * F; Q1 := Q1 + A / G; END_FOR;",
+                     "S1 Q1", (timedelta(0), timedelta(0)), id="durations are whole nanoseconds"),
+    ],
+)  # fmt: skip
+def test_an_expression_has_the_values_of_the_standard(
+    run: Run, variables: str, body: str, want: str, values: tuple[Any, ...]
+) -> None:
+    assert run(variables, body, want) == values
 
 
 @pytest.mark.parametrize(
@@ -115,27 +123,6 @@ def test_a_conversion_gives_what_fits_the_target(
 def test_code_in_many_brackets_has_its_value(run: Run, depth: int) -> None:
     code = "(" * depth + "X" + " + X)" * depth
     assert run("X : DINT := 3; Y : DINT;", f"Y := {code};", "Y") == 3 * (depth + 1)
-
-
-def test_bit_strings_are_combined_bit_by_bit(run: Run) -> None:
-    assert run(
-        "A : WORD := 16#F0F0; B : WORD := 16#FF00; C : WORD; D : WORD; E : WORD; F : WORD;",
-        "C := A AND B; D := A OR B; E := A XOR B; F := NOT A;",
-        "C D E F",
-    ) == (0xF000, 0xFFF0, 0x0FF0, 0x0F0F)
-
-
-def test_a_number_without_a_type_may_stand_on_either_side_of_a_comparison(run: Run) -> None:
-    variables = "X : INT := 7; R : REAL := 0.5; A, B, C, D : BOOL;"
-    body = "A := 5 < X; B := X < 5; C := 1.5 > R; D := R > 1.5;"
-    assert run(variables, body, "A B C D") == (True, False, True, False)
-
-
-def test_a_part_of_a_duration_is_cut_to_whole_nanoseconds(run: Run) -> None:
-    """Half of one is none, also 4000 times; as matiec does."""
-    body = "FOR I := 1 TO 4000 DO S1 := S1 + A * F; Q1 := Q1 + A / G; END_FOR;"
-    variables = "A : TIME := T#1ms; F : REAL := 5.0E-7; G : REAL := 2.0E6; S1, Q1 : TIME; I : INT;"
-    assert run(variables, body, "S1 Q1") == (timedelta(0), timedelta(0))
 
 
 @pytest.mark.parametrize(

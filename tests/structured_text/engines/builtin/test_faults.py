@@ -58,7 +58,7 @@ def test_a_fault_has_the_line_of_its_statement(build: Build, statement: str, mes
         program.scan(0)
     assert message in str(caught.value)
     assert caught.value.line == 10
-    assert str(caught.value.file).endswith("program.st")
+    assert str(caught.value.file).endswith("source0.st")
 
 
 def test_a_fault_comes_in_the_scan_in_which_it_happens(build: Build) -> None:

@@ -199,33 +199,31 @@ def test_variables_at_one_address_are_one(build: Build) -> None:
     assert (program.read("Main.A"), program.read("Main.Seen")) == (42, 42)
 
 
-def test_a_program_may_have_variables_at_addresses_only(build: Build) -> None:
-    program = build(
-        "PROGRAM P1\nVAR A AT %MW0 : WORD; B AT %MW1 : WORD; END_VAR\n"
-        "A := B; B := WORD#5;\nEND_PROGRAM"
-    )
-    program.scan(0)
-    program.scan(10_000)
-    assert program.read("Main.A") == 5
-
-
-def test_a_variable_at_an_address_is_read_in_another_program(build: Build) -> None:
-    program = build(
-        "PROGRAM P1\nVAR A AT %MW5 : INT; END_VAR\nA := A + 1;\nEND_PROGRAM\n"
-        "PROGRAM P2\nVAR Seen : INT; END_VAR\nSeen := P1.A;\nEND_PROGRAM\n"
-        "CONFIGURATION C1 RESOURCE R1 ON Plc\n"
-        "PROGRAM P1 : P1; PROGRAM Y : P2; END_RESOURCE END_CONFIGURATION"
-    )
-    program.scan(0)
-    assert program.read("Y.Seen") == 1
-
-
-def test_a_global_structure_is_shared_by_programs(build: Build) -> None:
-    program = build(
-        "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"
-        "PROGRAM P1\nVAR_EXTERNAL G1 : Pair; END_VAR\nG1.A := G1.A + 1;\nEND_PROGRAM\n"
-        "CONFIGURATION C1 VAR_GLOBAL G1 : Pair := (A := 5); END_VAR RESOURCE R1 ON Plc\n"
-        "PROGRAM X : P1; PROGRAM Y : P1; END_RESOURCE END_CONFIGURATION"
-    )
-    program.scan(0)
-    assert program.read("G1") == {"A": 7, "B": 0}
+@pytest.mark.parametrize(
+    ("source", "scans", "path", "value"),
+    [
+        pytest.param(
+            "PROGRAM P1\nVAR A AT %MW0 : WORD; B AT %MW1 : WORD; END_VAR\n"
+            "A := B; B := WORD#5;\nEND_PROGRAM",
+            2, "Main.A", 5, id="variables at addresses only"),
+        pytest.param(
+            "PROGRAM P1\nVAR A AT %MW5 : INT; END_VAR\nA := A + 1;\nEND_PROGRAM\n"
+            "PROGRAM P2\nVAR Seen : INT; END_VAR\nSeen := P1.A;\nEND_PROGRAM\n"
+            "CONFIGURATION C1 RESOURCE R1 ON Plc\n"
+            "PROGRAM P1 : P1; PROGRAM Y : P2; END_RESOURCE END_CONFIGURATION",
+            1, "Y.Seen", 1, id="an address of another program"),
+        pytest.param(
+            "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"
+            "PROGRAM P1\nVAR_EXTERNAL G1 : Pair; END_VAR\nG1.A := G1.A + 1;\nEND_PROGRAM\n"
+            "CONFIGURATION C1 VAR_GLOBAL G1 : Pair := (A := 5); END_VAR RESOURCE R1 ON Plc\n"
+            "PROGRAM X : P1; PROGRAM Y : P1; END_RESOURCE END_CONFIGURATION",
+            1, "G1", {"A": 7, "B": 0}, id="a global structure shared by programs"),
+    ],
+)  # fmt: skip
+def test_programs_share_what_has_one_address(
+    build: Build, source: str, scans: int, path: str, value: object
+) -> None:
+    program = build(source)
+    for scan in range(scans):
+        program.scan(scan * 10_000)
+    assert program.read(path) == value

@@ -124,18 +124,18 @@ def test_located_variables_of_a_program_that_others_name_are_known(
     [("qualified_only", False), ("linkalways", True), ("init_on_onlchange", True)],
 )
 def test_only_one_attribute_keeps_global_names_behind_that_of_their_list(
-    pragma: str, bare: bool, errors_of: Callable[..., list[InputError]]
+    pragma: str, bare: bool, mistakes_of: Callable[..., list[InputError]]
 ) -> None:
     """Source: TwinCAT and CODESYS, attribute 'qualified_only'; the list is called as its file."""
     lists = f"{{attribute '{pragma}'}}\nVAR_GLOBAL Level : INT; END_VAR\n"
     program = "PROGRAM P1\n{0} := 1;\nEND_PROGRAM\n"
-    assert errors_of(lists, program.format("source0.Level")) == []
-    assert [error.line for error in errors_of(lists, program.format("Level"))] == [2] * (not bare)
+    assert mistakes_of(lists, program.format("source0.Level")) == []
+    assert [error.line for error in mistakes_of(lists, program.format("Level"))] == [2] * (not bare)
 
 
-def test_a_variable_goes_before_a_list_of_its_name(build_of: Build) -> None:
+def test_a_variable_goes_before_a_list_of_its_name(build: Build) -> None:
     """The property is set (+ 1), not the global variable of that name."""
-    program = build_of(
+    program = build(
         "VAR_GLOBAL Level : INT; END_VAR\n",
         "FUNCTION_BLOCK Tank VAR N : INT; END_VAR\n"
         "PROPERTY Level : INT GET Level := N; END_GET SET N := Level + 1; END_SET END_PROPERTY\n"
@@ -146,9 +146,9 @@ def test_a_variable_goes_before_a_list_of_its_name(build_of: Build) -> None:
     assert program.read("Main.source0.N") == 6
 
 
-def test_a_label_of_a_case_may_be_a_global_constant(build_of: Build) -> None:
+def test_a_label_of_a_case_may_be_a_global_constant(build: Build) -> None:
     """By itself, and behind the name of its list."""
-    program = build_of(
+    program = build(
         "VAR_GLOBAL CONSTANT Full : INT := 3; END_VAR\n",
         "PROGRAM P1 VAR I : INT := 3; A, B : INT; END_VAR\n"
         "CASE I OF 1: A := 1; Full: A := 2; END_CASE;\n"
