@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness import Cell, InputError, RobotConfig
+from rcx_harness import Cell, RobotConfig
 from rcx_harness.robot.config import Axis
 from rcx_harness.trace import read_trace
 
@@ -85,8 +85,3 @@ def test_a_cell_that_was_set_back_shows_them_anew(raw_cell: Build) -> None:
     cell.robot.positions[0] = 9
     cell.run("20ms")
     assert shown(cell) == [(0, 0, 0), (9, 0, 0)]
-
-
-def test_another_unit_is_refused(raw_cell: Build) -> None:
-    with pytest.raises(InputError, match="positions are in 'inch'; use pulses or mm"):
-        raw_cell(positions="inch")

@@ -196,11 +196,6 @@ def test_an_unknown_option_is_exit_code_2(run: Run, capsys: Captured) -> None:
     assert "--fast" in capsys.readouterr().err
 
 
-def test_a_missing_program_is_told(capsys: Captured) -> None:
-    assert main(["run", "/nowhere/p.st"]) == 2
-    assert capsys.readouterr().err == "rcx: /nowhere/p.st: no such file\n"
-
-
 def test_an_input_is_never_overwritten(run: Run, program: Path, capsys: Captured) -> None:
     before = program.read_bytes()
     assert run("--for", "100ms", "--trace", str(program)) == 2

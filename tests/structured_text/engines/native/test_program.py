@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.engines.base import Program
 from structured_text.engines.native.program import NativeProgram
 from structured_text.errors import InputError
 from structured_text.language.types import ElementaryType, Located
@@ -54,14 +53,6 @@ PROGRAM PROBE
   Speed := Speed + 3;
 END_PROGRAM
 """
-
-
-def test_it_is_a_program_of_the_interface(compiled: Compile) -> None:
-    program = compiled(COUNTING)
-    assert isinstance(program, Program)
-    assert program.engine in ("matiec", "strucpp")
-    assert program.tick_us is None
-    assert list(program.instances()) == ["Main"]
 
 
 def test_values_are_read_by_path(compiled: Compile) -> None:
