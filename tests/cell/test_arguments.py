@@ -82,7 +82,9 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
 
 
 @pytest.mark.parametrize(("call", "said"), _CALLS)
-def test_what_cannot_be_is_refused(cell: Cell, call: Callable[[Cell], object], said: str) -> None:
+def test_an_impossible_argument_is_refused(
+    cell: Cell, call: Callable[[Cell], object], said: str
+) -> None:
     """Source: the docstring of each method."""
     with pytest.raises(InputError, match=said):
         call(cell)

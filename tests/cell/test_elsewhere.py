@@ -150,7 +150,7 @@ def test_the_program_sees_a_loss_and_reconnects(far: Build, adapter: Adapter, to
 
 
 @pytest.mark.exhaustive
-def test_inputs_are_held_or_cleared_at_a_loss_as_asked(far: Build, adapter: Adapter) -> None:
+def test_inputs_are_cleared_at_a_loss_on_request(far: Build, adapter: Adapter) -> None:
     cell = far(timeout="200ms", on_loss="clear")
     _echoes(cell, adapter, 0x33)
     adapter.shared.link = LinkState.CUT
@@ -171,7 +171,7 @@ def test_another_size_is_refused_with_what_to_try(
 
 
 @pytest.mark.exhaustive
-def test_other_assemblies_are_asked_for(build_cell: Build, program: Path, adapter: Adapter) -> None:
+def test_other_assemblies_are_requested(build_cell: Build, program: Path, adapter: Adapter) -> None:
     host, port = adapter.address
     for where, word in (
         (Elsewhere(host, port, input_instance=101), "producing"),
@@ -196,14 +196,14 @@ def test_a_controller_that_has_a_master_is_left_to_it(
         assert master.read().connected
 
 
-def test_nobody_there_is_one_message(build_cell: Build, program: Path) -> None:
+def test_a_missing_controller_is_one_message(build_cell: Build, program: Path) -> None:
     with Adapter(48, cyclic=0) as gone:
         where = Elsewhere(*gone.address)
     with pytest.raises(InputError, match="no connection to the EtherNet/IP adapter"):
         build_cell(program, connect=where)
 
 
-def test_what_only_a_virtual_controller_can_do_is_refused(far: Build, tmp_path: Path) -> None:
+def test_events_need_a_virtual_controller(far: Build, tmp_path: Path) -> None:
     cell = far()
     for event in ("emergency_stop", "link_down"):
         with pytest.raises(InputError, match="nothing befalls a controller that runs elsewhere"):

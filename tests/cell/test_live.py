@@ -240,7 +240,7 @@ def test_there_is_no_snapshot_of_a_real_network(cell: Cell) -> None:
         (["--realtime", "--link", "enip", "--timeout", "1m"], "cannot be asked for"),
     ],
 )
-def test_what_does_not_go_with_real_time_is_bad_input(
+def test_wrong_options_in_real_time_are_bad_input(
     repository: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2

@@ -24,7 +24,7 @@ def shown(cell: Cell) -> list[tuple[float, ...]]:
     return [one.positions for one in cell.trace.cycles() if one.positions is not None]
 
 
-def test_a_trace_has_no_positions_unless_they_are_asked_for(raw_cell: Build) -> None:
+def test_a_trace_has_positions_on_request_only(raw_cell: Build) -> None:
     cell = raw_cell()
     cell.run("50ms")
     assert not any("positions" in line for line in cell.trace.lines())
@@ -41,7 +41,7 @@ def test_a_trace_has_no_positions_unless_they_are_asked_for(raw_cell: Build) -> 
         ("mm", ["Robot 1 X [mm]", "Robot 1 Y [mm]", "Robot 2 X [mm]"], (1.5, -0.5, 0.007)),
     ],
 )
-def test_they_are_shown_when_they_have_changed(
+def test_positions_are_shown_when_they_change(
     raw_cell: Build, unit: str, titles: list[str], moved: tuple[float, ...]
 ) -> None:
     cell = raw_cell(robot=TWO, positions=unit)

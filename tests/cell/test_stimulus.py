@@ -155,7 +155,7 @@ def test_given_bytes_are_part_of_a_snapshot(cell: Cell, schedule: Schedule) -> N
     assert cell.trace.scans()[-1].so[:3].hex() == "01a520"
 
 
-def test_entries_that_a_run_does_not_come_to_are_told(cell: Cell, tmp_path: Path) -> None:
+def test_entries_after_the_end_are_reported(cell: Cell, tmp_path: Path) -> None:
     """What is set at the very end is not done any more: a run ends before its last instant."""
     times = ("900ms", "1s", "50s")
     text = "".join(
@@ -172,7 +172,7 @@ def test_entries_that_a_run_does_not_come_to_are_told(cell: Cell, tmp_path: Path
     assert stimulus.late(50_000_001) == ""
 
 
-def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, schedule: Schedule) -> None:
+def test_checks_before_the_run_change_nothing(cell: Cell, schedule: Schedule) -> None:
     schedule('[[at]]\ntime = "1s"\nset = { "Main.Bits0" = 1 }\nrobot = "power_off"\n')
     assert cell["Main.Bits0"] == 0
     cell.run("100ms")
@@ -211,7 +211,7 @@ def test_what_is_tried_before_the_run_leaves_no_mark(cell: Cell, schedule: Sched
         ("[[at]]\ntime = '0ms'\nworkpieces = { 3 = 1, 03 = 2 }", "workpieces has axis 3 twice"),
     ],
 )
-def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, message: str) -> None:
+def test_a_wrong_entry_has_its_file_and_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         load(tmp_path, text)
     assert f"stimulus.toml{message}" in str(caught.value) or message in str(caught.value)
@@ -238,7 +238,7 @@ def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, mes
         (f"hold = 'SOW({'9' * 5000})'", "no signal is called"),
     ],
 )
-def test_what_does_not_exist_is_told_before_the_run(
+def test_unknown_names_are_reported_before_the_run(
     cell: Cell, tmp_path: Path, entry: str, message: str
 ) -> None:
     stimulus = load(tmp_path, f"[[at]]\ntime = '0ms'\n\n[[at]]\ntime = '9s'\n{entry}\n")
@@ -248,6 +248,6 @@ def test_what_does_not_exist_is_told_before_the_run(
     assert message in str(caught.value)
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         Stimulus.load(tmp_path / "none.toml")

@@ -183,7 +183,7 @@ def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: 
     assert set(at["Main.Connected"]) == {"▔"}
 
 
-def test_what_changes_all_the_time_makes_no_columns_of_its_own(watched: Build) -> None:
+def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
     """Scans and Blink change in each scan, State in the third one."""
     cell = watched("Main.Scans,Main.Blink,Main.State", robot=RobotConfig(boot_time=0.0))
     timeline = Timeline(cell.trace)

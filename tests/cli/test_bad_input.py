@@ -107,7 +107,7 @@ def test_a_link_in_a_loop_is_not_replaced(here: Path, capsys: Captured, words: l
         ("/proc/nothing", "No such file or directory"),
     ],
 )
-def test_what_cannot_be_written_is_named_with_the_reason(
+def test_an_unwritable_place_is_reported_with_the_reason(
     here: Path, capsys: Captured, words: list[str], where: str, place: str, reason: str
 ) -> None:
     """Standard output is none of the reasons.

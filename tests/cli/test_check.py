@@ -29,7 +29,7 @@ def test_the_library_keeps_its_own_rules(repository: Path, capsys: Captured) -> 
     assert "no errors, no broken rules, no warnings" in capsys.readouterr().out
 
 
-def test_every_error_is_told_and_the_exit_code_is_2(tmp_path: Path, capsys: Captured) -> None:
+def test_every_error_is_listed_and_the_exit_code_is_2(tmp_path: Path, capsys: Captured) -> None:
     body = "  a := TRUE;\n  b := 1;\n"
     file = write(tmp_path, "FB_It", block(body=body))
     assert main(["check", str(file)]) == 2

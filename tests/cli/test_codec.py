@@ -94,7 +94,7 @@ def test_a_telegram_is_shown_in_plain_words(capsys: Captured, words: str, shown:
         (["decode", *["0"] * 17], "17 words are given; a telegram has 1 to 16"),
     ],
 )
-def test_what_is_no_telegram_is_refused(capsys: Captured, args: list[str], message: str) -> None:
+def test_a_wrong_telegram_is_refused(capsys: Captured, args: list[str], message: str) -> None:
     assert main(args) == 2
     printed = capsys.readouterr()
     assert message in printed.err

@@ -29,7 +29,7 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_it_shows_both_sides_of_the_first_differences(trace: Path, capsys: Captured) -> None:
+def test_both_sides_of_the_first_differences_are_shown(trace: Path, capsys: Captured) -> None:
     assert main(["compare", str(trace)]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert "controller 1 is the recorded one, 2 the virtual one" in lines
@@ -134,7 +134,7 @@ def test_a_capture_of_256_bytes_is_compared_whole(tmp_path: Path, capsys: Captur
     assert "SOW(127)" in output
 
 
-def test_what_a_person_did_is_given_as_events(tmp_path: Path, capsys: Captured) -> None:
+def test_events_explain_a_persons_actions(tmp_path: Path, capsys: Captured) -> None:
     master = RecordedMaster()
     master.run(200)
     master.happen("manual_mode")

@@ -87,7 +87,7 @@ def test_the_loopback_and_yes_need_no_answer(
     confirm(Elsewhere(host), yes=yes)
 
 
-def test_a_name_that_nobody_knows_is_no_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_name_is_no_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
     def unknown(host: str) -> str:
         raise OSError
 
@@ -130,7 +130,7 @@ def test_each_option_reaches_the_connection() -> None:
         (["--connect", "127.0.0.1", "--m", "0", "--m", "48"], "2 offsets m, but 1 robot"),
     ],
 )
-def test_what_cannot_be_asked_for_is_one_message(
+def test_wrong_options_are_one_message(
     repository: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2
@@ -236,7 +236,7 @@ def test_a_run_without_a_single_packet_of_the_controller_is_an_error(
     assert trace.exists(), "what was seen is written all the same"
 
 
-def test_ctrl_c_ends_the_run_with_zeros_and_all_that_was_asked_for(
+def test_ctrl_c_ends_the_run_with_zeros_and_all_outputs(
     repository: Path,
     tmp_path: Path,
     adapter: Adapter,

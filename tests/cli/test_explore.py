@@ -108,7 +108,7 @@ def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> No
         assert "explored to the end" not in said
 
 
-def test_what_is_always_to_hold_is_broken_by_a_shortest_run(folder: Path, capsys: Captured) -> None:
+def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured) -> None:
     """By hand: one input changes in a scan, then 300 ms pass, in scans of 100 ms."""
     file = _written(folder, _LATE)
     always = "NOT (Main.Green AND Button)"
@@ -155,7 +155,7 @@ switches = ["Main.Key"]
          'that = "Main.Green OR NOT Main.Button OR NOT Main.Key"\nwithin = "200ms"\n', ""),
     ],
 )  # fmt: skip
-def test_what_a_file_demands_is_judged_and_rcx_run_shows_it(
+def test_a_demand_of_a_file_is_judged_and_run_again(
     folder: Path, capsys: Captured, demanded: str, broken: str
 ) -> None:
     (folder / "mine.toml").write_text(_LATE_DEMANDS + demanded)
@@ -241,7 +241,7 @@ def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys:
     assert "interval: " in capsys.readouterr().out
 
 
-def test_a_program_that_stops_is_told_with_its_line(folder: Path, capsys: Captured) -> None:
+def test_a_program_that_stops_is_reported_with_its_line(folder: Path, capsys: Captured) -> None:
     """By hand: the third press leaves the array of two."""
     file = _written(folder, _STOPS)
     assert main(["explore", file, "--input", "Main.Button"]) == 1

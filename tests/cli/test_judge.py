@@ -126,7 +126,7 @@ def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
         (b'{"format":"rcx-trace/1"}\n{"t_us":0,"scan":0,"so":"00","si":"00"}\n', "1 and 1 bytes"),
     ],
 )
-def test_what_cannot_be_judged_is_one_line_and_2(
+def test_a_wrong_recording_is_one_line_and_exit_code_2(
     tmp_path: Path, capsys: Captured, content: bytes | None, message: str
 ) -> None:
     file = tmp_path / "file.jsonl"
@@ -176,7 +176,7 @@ def test_without_the_library_it_says_how_to_get_it(
     )
 
 
-def test_progress_is_told_while_it_takes_long(
+def test_slow_work_shows_its_progress(
     good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A line every two seconds of a clock that goes a second at each look."""

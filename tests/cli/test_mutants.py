@@ -110,7 +110,9 @@ def _survivors() -> set[tuple[int, str]]:
 
 
 @pytest.mark.exhaustive
-def test_survivors_are_told_and_a_better_test_finds_them(project: Path, capsys: Captured) -> None:
+def test_survivors_are_listed_until_a_better_test_finds_them(
+    project: Path, capsys: Captured
+) -> None:
     command = ["mutants", "plc", "--json", "found.json", "--", "pytest", "-q"]
     before = {path for path in project.rglob("*") if "__pycache__" not in path.parts}
     assert main(command) == 1

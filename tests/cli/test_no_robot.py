@@ -52,7 +52,7 @@ def test_a_program_without_areas_runs_with_all_pictures(motor: str, capsys: Capt
     assert main(["view", "t.jsonl", "-o", "again.html"]) == 0
 
 
-def test_what_has_to_hold_is_judged_and_coverage_counted(motor: str, capsys: Captured) -> None:
+def test_properties_and_coverage_work_without_a_robot(motor: str, capsys: Captured) -> None:
     options = ["--stimulus", "s.toml", "--for", "1s", "--properties", "p.toml", "--coverage"]
     assert main(["run", motor, "--no-robot", *options]) == 1
     out = capsys.readouterr().out
@@ -112,7 +112,7 @@ def test_all_states_of_a_program_alone_are_explored(motor: str, capsys: Captured
     assert "controller" not in out
 
 
-def test_what_an_exploration_finds_runs_again(motor: str, capsys: Captured) -> None:
+def test_a_counterexample_runs_again(motor: str, capsys: Captured) -> None:
     options = ["--input", "Main.Start", "--properties", "p.toml", "--workers", "0"]
     assert main(["explore", motor, "--no-robot", *options]) == 1
     out = capsys.readouterr().out

@@ -80,7 +80,7 @@ def test_a_full_disk_leaves_the_old_file_only(repository: Path, tmp_path: Path, 
     assert [one.name for one in file.parent.iterdir()] == ["old"]
 
 
-def test_of_a_new_cell_nothing_is_left_where_the_disk_fills_up(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_nothing_of_a_new_cell(tmp_path: Path) -> None:
     done = _with_a_full_disk("new", str(tmp_path / "a" / "cell"))
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.endswith(": cannot be written: File too large\n")
@@ -138,7 +138,7 @@ def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monk
     assert list(tmp_path.iterdir()) == [place]
 
 
-def test_what_is_no_file_is_written_to_and_stays(tmp_path: Path) -> None:
+def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
     """As `--trace /dev/stdout`; here a pipe."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
@@ -155,7 +155,7 @@ def test_what_is_no_file_is_written_to_and_stays(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [pipe]
 
 
-def test_of_several_files_none_takes_its_place_before_all_are_written(tmp_path: Path) -> None:
+def test_several_files_are_replaced_together(tmp_path: Path) -> None:
     """Folders that were made for them go, too; what others put there stays."""
     old, new = tmp_path / "old", tmp_path / "a" / "b" / "new"
     old.write_text("old")
@@ -314,7 +314,7 @@ def test_a_library_without_the_block_is_named_not_the_program(
 
 
 @pytest.mark.parametrize("command", ["check", "run"])
-def test_what_no_library_has_is_the_programs_mistake(
+def test_an_unknown_block_is_the_programs_mistake(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
     (tmp_path / "lib").mkdir()

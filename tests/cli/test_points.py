@@ -88,7 +88,7 @@ def test_a_backup_keeps_a_file_that_appears(robot: Robot, tmp_path: Path, capsys
     assert len(list(tmp_path.iterdir())) == 2
 
 
-def test_what_cannot_be_written_is_found_before_anything_is_read(
+def test_an_unwritable_file_is_found_before_reading(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
@@ -166,7 +166,7 @@ def test_a_comment_that_is_empty_in_the_file_goes(robot: Robot, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("text", ["A\x07", "A\0B", "A\t", "\x7f"])
-def test_a_comment_that_cannot_be_written_again_is_left_out_and_told(
+def test_a_comment_that_cannot_be_written_back_is_left_out(
     robot: Robot, tmp_path: Path, capsys: Captured, text: str
 ) -> None:
     """Source: guide 4.3.2."""
@@ -223,7 +223,7 @@ def test_a_lost_connection_exits_with_1(robot: Robot, tmp_path: Path, capsys: Ca
         (["restore", "--write"], "what was being written may be stored; run it again to go on"),
     ],
 )
-def test_what_was_stopped_says_what_has_become_of_it(
+def test_a_stopped_command_says_what_remains(
     robot: Robot, tmp_path: Path, capsys: Captured, action: list[str], left: str
 ) -> None:
     file = tmp_path / "a.toml"

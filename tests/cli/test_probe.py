@@ -63,7 +63,7 @@ def test_the_list_has_every_question_and_sends_nothing(capsys: Captured) -> None
     assert "free-axes              Would let an axis go free, which may fall." in out
 
 
-def test_each_step_is_confirmed_and_only_what_is_confirmed_is_asked(
+def test_only_confirmed_steps_are_asked(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     asked = types("yes", "y", "n")
@@ -100,7 +100,7 @@ def test_motion_takes_the_word_move_for_each_step(
     assert line.controller.machine.data.accumulated.motor_power_on_count == 1
 
 
-def test_who_does_not_agree_to_the_safety_text_does_nothing(
+def test_without_agreement_nothing_is_done(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     types("no")

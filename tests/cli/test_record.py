@@ -85,7 +85,7 @@ def test_hosts_and_ports_can_be_chosen(tools: Path, tmp_path: Path) -> None:
     ],
 )
 @pytest.mark.usefixtures("tools")
-def test_where_nothing_can_be_captured_it_says_why(
+def test_a_failed_capture_says_why(
     tmp_path: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["record", str(tmp_path / "cell.pcapng"), *options]) == 2

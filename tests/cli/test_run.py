@@ -140,7 +140,7 @@ def test_positions_are_in_every_output(run: Run, tmp_path: Path, capsys: Capture
     assert "Position_X_mm" in paths["vcd"].read_text()
 
 
-def test_sizes_that_differ_are_told(run: Run, tmp_path: Path, capsys: Captured) -> None:
+def test_different_sizes_are_reported(run: Run, tmp_path: Path, capsys: Captured) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text("size = 256\n")
     assert run("--for", "300ms", "--size", "48", "--robot", str(robot)) == 0

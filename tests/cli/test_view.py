@@ -69,7 +69,7 @@ def test_an_older_page_is_written_anew(trace: Path, tmp_path: Path, capsys: Capt
 
 
 @pytest.mark.parametrize("there", [True, False])
-def test_it_opens_in_the_browser_where_there_is_one(
+def test_the_page_opens_in_the_browser(
     trace: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, there: bool
 ) -> None:
     opened: list[str] = []
@@ -120,7 +120,7 @@ def test_a_recording_of_rcx_scan_is_judged_too(tmp_path: Path) -> None:
     ]
 
 
-def test_of_a_trace_whose_writer_was_ended_the_rest_is_shown(trace: Path, capsys: Captured) -> None:
+def test_an_unfinished_trace_is_shown_up_to_its_end(trace: Path, capsys: Captured) -> None:
     trace.write_text(_LINES + '{"t_us":20000,"scan":2,"so":"00', encoding="utf-8")
     assert main(["view", str(trace)]) == 2
     page = trace.with_name("run.html")
@@ -144,7 +144,7 @@ def test_of_a_trace_whose_writer_was_ended_the_rest_is_shown(trace: Path, capsys
         ((_HEAD[:-2] + ',"watch":{"X":7}}\n' + _FIRST).encode(), "header says of variables"),
     ],
 )
-def test_what_is_no_recording_is_one_line_and_nothing_is_written(
+def test_a_wrong_recording_is_one_line_and_no_page(
     tmp_path: Path, capsys: Captured, content: bytes, message: str
 ) -> None:
     file = tmp_path / "run.jsonl"
@@ -156,7 +156,7 @@ def test_what_is_no_recording_is_one_line_and_nothing_is_written(
     assert [one.name for one in tmp_path.iterdir()] == ["run.jsonl"]
 
 
-def test_what_is_not_there_is_one_line(tmp_path: Path, capsys: Captured) -> None:
+def test_a_missing_recording_is_one_line(tmp_path: Path, capsys: Captured) -> None:
     for name in ("nothing.jsonl", "."):
         assert main(["view", str(tmp_path / name), "-o", str(tmp_path / "page.html")]) == 2
         assert re.search("cannot be read|is a folder, not a file", capsys.readouterr().err)

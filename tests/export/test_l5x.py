@@ -53,7 +53,7 @@ def test_each_instruction_is_declared_before_it_is_used(root: ET.Element, source
 
 
 @pytest.mark.exhaustive
-def test_one_import_brings_the_whole_library(tmp_path: Path) -> None:
+def test_an_import_brings_the_whole_library(tmp_path: Path) -> None:
     """Every tag is declared, and every value is of the type that its place wants.
 
     Source: 1756-PM010, importing: the instructions that one refers to come with it.
@@ -91,14 +91,14 @@ def test_an_instance_begins_with_the_values_of_its_instruction(root: ET.Element)
         assert given == first[one.get("DataType")], one.get("DataType")
 
 
-def test_what_is_for_ladder_only_is_not_in_structured_text(root: ET.Element) -> None:
+def test_structured_text_has_no_ladder_instructions(root: ET.Element) -> None:
     """Source: Studio 5000 help, File Fill; Runtime Controller Configuration and Status."""
     code = "\n".join(re.sub(r"\(\*.*?\*\)", "", line.text or "") for line in root.iter("Line"))
     assert "COP(" in code
     assert not re.search(r"\bFLL\(|\bS:FS\b", code)
 
 
-def test_what_begins_anew_when_the_controller_starts(cell: Path) -> None:
+def test_blocks_begin_anew_when_the_controller_starts(cell: Path) -> None:
     """Tags keep their values when power is off; the Prescan routine clears all but inputs.
 
     Source: 1756-PM010, Prescan routine.

@@ -112,7 +112,7 @@ def test_a_function_is_called_before_the_statement_that_uses_it(tmp_path: Path) 
     assert _lines(tmp_path, "i : DINT;", "i := FC_Limited(Value := i) + 1;", _DOUBLE) == wanted
 
 
-def test_a_condition_with_a_function_is_asked_for_anew_in_each_round(tmp_path: Path) -> None:
+def test_a_condition_with_a_function_is_worked_out_in_each_round(tmp_path: Path) -> None:
     body = "WHILE FC_Limited(Value := i) < 5 DO\n  i := i + 1;\nEND_WHILE;"
     lines = _lines(tmp_path, "i : DINT;", body, _DOUBLE)
     calls = [place for place, line in enumerate(lines) if "FC_Limited(" in line]
@@ -124,7 +124,7 @@ def test_a_condition_with_a_function_is_asked_for_anew_in_each_round(tmp_path: P
     ]
 
 
-def test_the_condition_of_repeat_is_asked_for_after_each_round(tmp_path: Path) -> None:
+def test_the_condition_of_repeat_is_worked_out_after_each_round(tmp_path: Path) -> None:
     body = "REPEAT\n i := i + 1;\nUNTIL FC_Limited(Value := i) > 4\nEND_REPEAT;"
     lines = _lines(tmp_path, "i : DINT;", body, _DOUBLE)
     assert lines[:2] == ["REPEAT", "  i := i + 1;"]
@@ -132,7 +132,7 @@ def test_the_condition_of_repeat_is_asked_for_after_each_round(tmp_path: Path) -
     assert lines[-4:] == [*asked, "UNTIL Temp_D1 > 4", "END_REPEAT;"]
 
 
-def test_a_later_condition_is_asked_for_only_if_the_earlier_ones_are_false(tmp_path: Path) -> None:
+def test_a_later_condition_is_worked_out_only_if_needed(tmp_path: Path) -> None:
     body = "IF i > 3 THEN\n i := 0;\nELSIF FC_Limited(Value := i) < 5 THEN\n i := 1;\n"
     lines = _lines(tmp_path, "i : DINT;", f"{body}ELSE\n i := 2;\nEND_IF;", _DOUBLE)
     assert lines[:3] == ["IF i > 3 THEN", "  i := 0;", "ELSE"]
@@ -283,7 +283,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
         ("Temp_D1 : BOOL; i : INT;", "i := WORD_TO_INT(SHL(INT_TO_WORD(i), 2));", "its names"),
     ],
 )  # fmt: skip
-def test_what_is_not_carried_is_named(
+def test_a_part_that_is_not_carried_is_named(
     tmp_path: Path, variables: str, statement: str, said: str
 ) -> None:
     """And so is what needs it."""

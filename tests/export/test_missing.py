@@ -339,7 +339,7 @@ def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> 
         ("keyence", "i := SEL(TRUE, i, 3);", "SEL is not on the list for KV STUDIO"),
     ],
 )
-def test_what_the_tool_has_no_word_for_stops_the_export_with_the_line_of_its_use(
+def test_a_function_without_a_word_stops_the_export_with_its_line(
     target: str, statement: str, said: str, tmp_path: Path, capsys: Captured
 ) -> None:
     """Line 6 of the file is that of the statement, 8 that of the program that needs the block."""

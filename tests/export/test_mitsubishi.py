@@ -139,7 +139,7 @@ def test_enumerations_are_numbers_with_their_names(files: Mapping[str, str]) -> 
     assert row == ["Word [Signed]", "VAR_INPUT", "0", "", "how Speed is given"]
 
 
-def test_what_a_users_program_cannot_take_along_is_named(tmp_path: Path) -> None:
+def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
     """A type that the tool does not have, who needs it, and located variables."""
     program = tmp_path / "Own.st"
     program.write_text(

@@ -94,7 +94,7 @@ def test_read_back_it_declares_the_same_blocks_and_no_comment_is_lost(
     assert set(comments(original)) <= set(comments(back))
 
 
-def test_what_a_users_program_may_have_besides_comes_back_too(
+def test_a_users_program_comes_back_whole(
     tmp_path: Path, schema: Callable[[Path], str] | None
 ) -> None:
     source, file = tmp_path / "Mine.st", tmp_path / "mine.xml"

@@ -196,7 +196,7 @@ def test_a_literal_of_a_type_with_the_prefix_is_renamed_right(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("prefix", ["", "1A_", "A__", "A B", "_A", "Ä_", "A-", "A.B"])
-def test_what_cannot_begin_a_name_is_refused(prefix: str, tmp_path: Path, capsys: Captured) -> None:
+def test_a_wrong_prefix_is_refused(prefix: str, tmp_path: Path, capsys: Captured) -> None:
     assert main(["export", "st", "--prefix", prefix, "-o", str(tmp_path / "x.st")]) == 2
     assert capsys.readouterr().err == (
         f"rcx: --prefix {prefix!r} cannot begin a name; "
@@ -212,7 +212,7 @@ def test_what_cannot_begin_a_name_is_refused(prefix: str, tmp_path: Path, capsys
         (2, "PROGRAM Main\n  VAR X : RCX_FB_SERVOON; END_VAR\n  X();\n"),
     ],
 )
-def test_a_new_name_that_the_user_has_already_is_told_with_its_place(
+def test_a_new_name_that_exists_is_reported_with_its_place(
     line: int, code: str, tmp_path: Path, capsys: Captured
 ) -> None:
     source = tmp_path / "Mine.st"

@@ -72,7 +72,7 @@ def habits(tmp_path: Path) -> Path:
                     (11, True, "no ; after END")]),
     ],
 )  # fmt: skip
-def test_all_findings_are_told_with_line_and_what_to_write(
+def test_every_finding_has_its_line_and_a_remedy(
     habits: Path, capsys: Captured, tool: str, expected: list[tuple[int, bool, str]]
 ) -> None:
     assert _check(tool, habits) == any(certain for _, certain, _ in expected)
@@ -84,14 +84,14 @@ def test_all_findings_are_told_with_line_and_what_to_write(
 
 
 @pytest.mark.parametrize("tool", _TOOLS)
-def test_a_portable_program_is_refused_by_none(tmp_path: Path, capsys: Captured, tool: str) -> None:
+def test_every_tool_takes_a_portable_program(tmp_path: Path, capsys: Captured, tool: str) -> None:
     file = tmp_path / "plain.st"
     file.write_text(_PLAIN)
     assert _check(tool, file) == 0
     assert "nothing refused, nothing that may be refused" in capsys.readouterr().out
 
 
-def test_what_an_export_does_not_carry_is_refused(
+def test_a_part_that_is_not_carried_is_refused(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
     """GX Works3 has no BYTE; TwinCAT has no CONFIGURATION in text."""
@@ -116,7 +116,7 @@ def test_a_reserved_word_may_be_refused_but_not_by_matiec(tmp_path: Path, capsys
 @pytest.mark.parametrize(
     ("file", "tool", "other"), [("cell.L5X", "rockwell", "omron"), ("cell.scl", "siemens", "omron")]
 )
-def test_of_its_own_files_a_tool_refuses_nothing(
+def test_a_tool_takes_its_own_files(
     repository: Path, capsys: Captured, file: str, tool: str, other: str
 ) -> None:
     path = repository / "tests" / "engine" / "projects" / "data" / file
@@ -163,7 +163,7 @@ def test_errors_of_the_sources_come_first(tmp_path: Path, capsys: Captured) -> N
         (["--for", "codesys", "--lint"], "--for and --lint exclude each other"),
     ],
 )
-def test_what_cannot_be_asked_is_one_message(
+def test_wrong_options_are_one_message(
     habits: Path, capsys: Captured, arguments: list[str], message: str
 ) -> None:
     assert main(["check", str(habits), *arguments]) == 2
@@ -189,7 +189,7 @@ def test_the_table_names_known_constructs_tools_and_sources() -> None:
     assert used == content["sources"].keys()
 
 
-def test_what_no_source_speaks_of_is_assumed() -> None:
+def test_a_construct_without_a_source_is_assumed() -> None:
     """Neither taken nor refused: `None`, told as "may be refused"."""
     at = Position(1, 1)
     keyence = tools()["keyence"]

@@ -117,7 +117,7 @@ def test_functions_get_the_arguments_that_are_left_out_and_shifts_their_names() 
     )
 
 
-def test_what_is_not_carried_is_named(tmp_path: Path) -> None:
+def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
     program = tmp_path / "Located.st"
     program.write_text(
         "PROGRAM Located\n  VAR\n    Q AT %QX0.0 : BOOL;\n  END_VAR\n  Q := TRUE;\nEND_PROGRAM\n"

@@ -91,7 +91,7 @@ def test_an_input_is_never_written_over(tmp_path: Path, capsys: Captured) -> Non
     assert mine.read_text() == before
 
 
-def test_of_several_files_none_is_written_if_one_is_there(tmp_path: Path) -> None:
+def test_several_files_are_written_together_or_not_at_all(tmp_path: Path) -> None:
     (tmp_path / "b").write_text(MARK)
     with pytest.raises(InputError, match="is there already"):
         write(Output({"a": "1", "b": "2"}), tmp_path)

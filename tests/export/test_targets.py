@@ -73,7 +73,7 @@ def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path:
 
 @pytest.mark.exhaustive(but=["twincat", "l5x"])
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_is_written_is_the_same_every_time(target: str) -> None:
+def test_an_export_is_the_same_every_time(target: str) -> None:
     """Identifiers of TwinCAT and dates of L5X, too.
 
     Source: docs/how-to/export.md: made again, a file has not changed.
@@ -104,7 +104,7 @@ _IN_WORDS = {one: f"{one}Words" for one in ("FB_ReadArea", "FB_WriteArea")}
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_of_the_sample_is_not_carried_is_named(target: str) -> None:
+def test_a_part_that_is_not_carried_is_named(target: str) -> None:
     """A task is made in the tool; blocks with an array of BYTE have others for words.
 
     Source: docs/how-to/export.md.

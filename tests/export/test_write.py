@@ -256,7 +256,7 @@ def test_an_export_does_not_read_an_earlier_one(plc: Path, target: str, out: str
     assert st_files(plc) == [plc / "Mine.st"]
 
 
-def test_neither_do_the_other_commands(plc: Path, capsys: Captured) -> None:
+def test_other_commands_do_not_read_an_export_either(plc: Path, capsys: Captured) -> None:
     """Twice in the folder, each name would be declared twice."""
     assert _export("st", "cell.st") == 0
     assert _export("keyence", "out", "--allow-missing") == 0

@@ -151,7 +151,7 @@ def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captur
         (["--from", "192.0.2.1"], "no connection to the EtherNet/IP adapter"),
     ],
 )
-def test_a_refusal_is_told_in_words(
+def test_a_refusal_is_reported_in_words(
     scan: Run, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert scan(*options) == 2
@@ -267,7 +267,7 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
         (["--size", "-5"], "an area of -5 bytes does not exist; use 48, or 256"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_asked_for_is_told_before_anything_is_sent(
+def test_wrong_options_are_reported_before_anything_is_sent(
     capsys: Captured, monkeypatch: pytest.MonkeyPatch, options: list[str], message: str
 ) -> None:
     monkeypatch.setattr(cli_scan, "look", lambda options, tell: pytest.fail("it was asked"))
@@ -277,7 +277,7 @@ def test_what_cannot_be_asked_for_is_told_before_anything_is_sent(
     assert error.count("\n") == 1
 
 
-def test_where_there_is_no_controller_one_line_says_so(capsys: Captured) -> None:
+def test_a_missing_controller_is_one_line(capsys: Captured) -> None:
     assert main(["scan", "127.0.0.1", "--port", "1"]) == 2
     assert "no connection to the EtherNet/IP adapter at 127.0.0.1:1" in capsys.readouterr().err
 
@@ -328,7 +328,7 @@ def test_other_sizes_are_written_by_byte_number(other: Adapter, capsys: Captured
 
 
 @pytest.mark.exhaustive
-def test_changes_of_an_adapter_of_another_size_are_told_by_their_bytes(other: Adapter) -> None:
+def test_changes_of_other_sizes_are_shown_by_their_bytes(other: Adapter) -> None:
     told: list[str] = []
 
     def tell(line: str) -> None:
@@ -380,7 +380,7 @@ def test_the_connection_points_can_be_named(scan: Run, adapter: Adapter, capsys:
     assert "0x012A" in capsys.readouterr().err
 
 
-def test_changes_are_told_with_their_names() -> None:
+def test_changes_are_shown_with_their_names() -> None:
     after = bytearray(OUTPUTS)
     after[32] ^= 0x06
     after[0:2] = b"\x00\x02"
@@ -403,7 +403,7 @@ def test_an_area_lists_every_dedicated_bit_and_what_is_not_0() -> None:
     assert list(area_lines(bytes(area), "I"))[-1] == "  not 0: SI(150) = 1, SI(157) = 1"
 
 
-def test_the_last_telegram_is_told_in_plain_language() -> None:
+def test_the_last_telegram_is_shown_in_plain_words() -> None:
     """Source: guide chapter 2, example: to point 19 at 50 %."""
     words = ["SIW(0)=1", "SIW(2)=4", "SIW(3)=50", "SIW(4)=19"]
     request = output_image(words, 48)
@@ -486,7 +486,7 @@ def test_inputs_are_written_by_any_of_their_names() -> None:
         ("SIW(2)=65536", "it takes 0 to 65535"),
     ],
 )
-def test_what_cannot_be_written_is_bad_input(entry: str, message: str) -> None:
+def test_a_wrong_value_to_write_is_bad_input(entry: str, message: str) -> None:
     with pytest.raises(InputError) as refused:
         output_image([entry], 48)
     assert message in str(refused.value)
@@ -494,7 +494,7 @@ def test_what_cannot_be_written_is_bad_input(entry: str, message: str) -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_connection_that_is_lost_on_the_way_is_told() -> None:
+def test_a_lost_connection_is_reported() -> None:
     """The adapter goes while the scan looks."""
     told: list[str] = []
     with Adapter(48, cyclic=0) as adapter:
@@ -510,9 +510,7 @@ def test_a_connection_that_is_lost_on_the_way_is_told() -> None:
     assert " packets received, " in told[-1]
 
 
-def test_a_process_of_ours_that_dies_is_told_as_such(
-    running: Adapter, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_dead_process_is_reported(running: Adapter, monkeypatch: pytest.MonkeyPatch) -> None:
     """On the way the connection is lost for that reason; before the first packet it is an error."""
     told: list[str] = []
     made: list[Scanner] = []

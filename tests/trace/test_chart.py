@@ -156,7 +156,7 @@ def test_variables_that_rest_are_left_out_where_there_are_many() -> None:
     assert lanes(17) == ["Main.V3"]
 
 
-def test_positions_are_values_at_the_columns_and_make_none() -> None:
+def test_positions_make_no_columns() -> None:
     timeline = Timeline(Trace({}, axes=[["X [mm]"]]))
     for ms in range(0, 1000, 5):
         timeline.take(Cycle(ms * 1000, 0, b"", area(), 1, (ms / 10,)))

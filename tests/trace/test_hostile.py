@@ -75,7 +75,7 @@ def test_a_line_that_never_ends_is_read_up_to_the_limit(
         list(found)
 
 
-def test_a_clock_that_jumps_by_years_is_told(tmp_path: Path) -> None:
+def test_a_clock_that_jumps_by_years_is_reported(tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     file = _trace(
         tmp_path,

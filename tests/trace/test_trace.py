@@ -96,6 +96,6 @@ def test_a_file_that_is_no_trace_has_its_line(tmp_path: Path, text: str, message
     assert message in str(caught.value)
 
 
-def test_a_trace_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_missing_trace_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_trace(tmp_path / "none")

@@ -59,7 +59,7 @@ def test_the_same_run_gives_the_same_file(raw_cell: Build, tmp_path: Path) -> No
     assert (tmp_path / "a.vcd").read_bytes() == (tmp_path / "b.vcd").read_bytes()
 
 
-def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_an_unwritable_place_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
         Wave(tmp_path / "file" / "w.vcd")

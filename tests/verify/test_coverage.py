@@ -158,7 +158,7 @@ def test_a_loop_without_a_round_counts_unless_constants_exclude_it(measured: Mea
     ],
     ids=["FOR", "REPEAT", "WHILE"],
 )
-def test_what_is_not_taken_in_a_loop_is_found(measured: Measure, loop: str) -> None:
+def test_a_branch_not_taken_in_a_loop_is_found(measured: Measure, loop: str) -> None:
     """Its counter is 1, 2 and 3."""
     branch = "    IF k = {} THEN\n      Shown := 1;\n    END_IF;\n"
     body = loop.format(body=branch.format(2) + branch.format(5))
@@ -256,7 +256,7 @@ def test_mcdc_asks_that_each_condition_decides_both_ways(
     assert "".join(name for name, one in judged.items() if one.unique) == unique
 
 
-def test_what_a_decision_gives_is_known_of_each_vector(tmp_path: Path) -> None:
+def test_a_decision_has_its_outcome_for_each_vector(tmp_path: Path) -> None:
     """Worked out by hand; A is bit 0."""
     decision = _decision("A XOR B AND NOT C", tmp_path)
     assert [decision.outcome(vector) for vector in range(8)] == [

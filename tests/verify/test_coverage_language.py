@@ -118,7 +118,7 @@ def test_a_condition_has_decided_where_what_was_skipped_could_not_outweigh_it(
         ([0, "NOT", False, "AND_THEN"], 0b01, False),
     ],
 )
-def test_what_follows_of_conditions_that_are_not_known(
+def test_unknown_conditions_leave_some_outcomes_open(
     code: list[int | bool | str], skipped: int, expected: bool | None
 ) -> None:
     """All that are known are FALSE."""

@@ -345,7 +345,7 @@ def test_a_run_tells_killed_from_surviving_and_goes_on_where_it_ended(house: Pat
 
 
 @pytest.mark.exhaustive
-def test_tests_that_fail_with_the_original_are_told_and_judge_nothing(house: Path) -> None:
+def test_tests_that_fail_at_first_judge_nothing(house: Path) -> None:
     test = house / "tests/area/test_sample.py"
     test.write_text(_TEST.replace("== 2", "== 3"), encoding="utf-8")
     code, told, report = _run(house)
@@ -363,7 +363,7 @@ def test_the_suite_leaves_out_networks_and_most_of_the_long_fault_runs() -> None
     assert spread("abcdef", 9) == list("abcdef")
 
 
-def test_what_was_cut_off_in_the_list_of_outcomes_is_run_again(tmp_path: Path) -> None:
+def test_a_line_that_was_cut_off_is_run_again(tmp_path: Path) -> None:
     file = tmp_path / "mutants.jsonl"
     Results(file).add({"key": "a", "killed": True})
     with file.open("a", encoding="utf-8") as stream:

@@ -38,7 +38,7 @@ def test_a_cell_is_gone_when_the_next_one_begins(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("by_hand")
-def test_what_is_older_than_the_cells_is_looked_at_again_after_them(tmp_path: Path) -> None:
+def test_older_objects_are_collected_after_the_cells(tmp_path: Path) -> None:
     """A collection for each cell is cheap only as long as the rest of the process is left out."""
     cells = _cells(tmp_path)
     assert gc.get_freeze_count() > 0

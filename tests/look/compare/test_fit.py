@@ -95,7 +95,7 @@ def test_a_short_recording_tells_what_it_depends_on(values: dict[str, Any]) -> N
     assert not knobs["auto_mode_delay"].found
 
 
-def test_what_no_key_expresses_is_left_over_and_the_search_goes_on_behind_it() -> None:
+def test_an_inexplicable_difference_is_left_over() -> None:
     """SO(12) ON for 200 ms without SI(10); 600 ms later a servo that takes 80 ms."""
     master = RecordedMaster(7, servo_on_delay=80.0)
     master.run(100)
@@ -158,7 +158,7 @@ def test_a_controller_with_a_bug_fits_no_file(bug: str, monkeypatch: pytest.Monk
     ]
 )
 @pytest.mark.parametrize("wrong", WRONG)
-def test_wrong_answers_are_told_from_those_of_every_legal_controller(wrong: str) -> None:
+def test_wrong_answers_fit_no_legal_controller(wrong: str) -> None:
     master = RecordedMaster(7)
     busy_run(master)
     replay = Replay(recorded_wrong(master, wrong))
@@ -167,7 +167,7 @@ def test_wrong_answers_are_told_from_those_of_every_legal_controller(wrong: str)
     assert "no key expresses" in fit_lines(found, replay)
 
 
-def test_of_keys_that_explain_the_same_the_one_with_few_values_is_taken() -> None:
+def test_the_key_with_few_values_is_preferred() -> None:
     """An emergency alarm at power-on: by its own key, or as the alarm of power-on."""
     master = RecordedMaster(7, power_on_emergency_alarm=True)
     short_run(master)

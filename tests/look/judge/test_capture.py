@@ -87,7 +87,7 @@ def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str)
         (ip("10.0.0.1", "10.0.0.2", 17, bytes(3)), 0x0800, "damaged IP headers"),
     ],
 )  # fmt: skip
-def test_what_is_not_read_is_counted_by_its_name(
+def test_unread_packets_are_counted_by_their_kind(
     tmp_path: Path, packet: bytes, kind: int, told: str
 ) -> None:
     """0x0806 is ARP, 0x8864 PPPoE; fragments: the first with more to come, and a later one."""
@@ -127,7 +127,7 @@ def test_a_file_that_ends_too_early_gives_what_is_there(tmp_path: Path, write: o
         (b"\xd4\xc3\xb2\xa1\x02\x00", "not a capture: truncated"),
     ],
 )
-def test_what_is_no_capture_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+def test_a_wrong_capture_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
     file = tmp_path / "no.pcap"
     file.write_bytes(content)
     with pytest.raises(InputError, match=message):

@@ -111,7 +111,7 @@ def test_a_wrong_block_length_is_reported(here: Path, capsys: Captured, command:
     assert f"rcx: {file}: is damaged after packet" in capsys.readouterr().err
 
 
-def test_packets_that_are_not_there_are_told_by_compare(here: Path, capsys: Captured) -> None:
+def test_compare_reports_missing_packets(here: Path, capsys: Captured) -> None:
     """The file is whole, the packets of 20 ms are not in it: their numbers say so.
 
     Source: a defect report: a hole in the middle.

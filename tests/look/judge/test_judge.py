@@ -274,7 +274,7 @@ def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Pat
     assert verdict.rules == ["interval"]
 
 
-def test_data_that_come_with_their_code_are_no_fault_but_told(tmp_path: Path) -> None:
+def test_data_that_come_with_their_code_are_noted(tmp_path: Path) -> None:
     """Data are there one scan before the code (guide 1.1); the packets may be further apart."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})
@@ -287,7 +287,7 @@ def test_data_that_come_with_their_code_are_no_fault_but_told(tmp_path: Path) ->
     )
 
 
-def test_abnormal_ends_are_told_with_their_alarm(tmp_path: Path) -> None:
+def test_an_abnormal_end_is_shown_with_its_alarm(tmp_path: Path) -> None:
     """Group in m+2, category in m+4: 12.600 is the emergency stop (guide 1.2)."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 0x1001})
@@ -297,7 +297,7 @@ def test_abnormal_ends_are_told_with_their_alarm(tmp_path: Path) -> None:
     assert told == "  abnormal end, alarm 12.600 Emergency stop on, 20.5 ms after the code"
 
 
-def test_an_end_is_timed_once_and_a_reserved_bit_told_once(tmp_path: Path) -> None:
+def test_an_end_is_timed_once_and_a_reserved_bit_reported_once(tmp_path: Path) -> None:
     """Reserved bit 5 of m+32 stays ON while other bits of the byte change."""
     made = _recorded("two ends")
     made.robot(1_200 * MS, SERVO | 0x20, {0: 0x4000, 2: 12, 4: 600})

@@ -163,7 +163,7 @@ def test_a_connection_that_is_opened_again_is_a_new_one(tmp_path: Path) -> None:
     assert heard.result.count == 0
 
 
-def test_a_refused_connection_is_told_with_its_reason(tmp_path: Path) -> None:
+def test_a_refused_connection_is_reported_with_its_reason(tmp_path: Path) -> None:
     """0x0106: another master owns the outputs.
 
     Source: CIP volume 1, chapter 3, 5.6.
@@ -281,7 +281,7 @@ def test_a_named_controller_is_the_only_one_and_may_have_other_instances(tmp_pat
     assert [one.host[3] for one in heard.robots] == [20]
 
 
-def test_the_idle_header_and_the_time_out_are_told(tmp_path: Path) -> None:
+def test_an_idle_header_and_a_time_out_are_reported(tmp_path: Path) -> None:
     """16 intervals of 10 ms are the time-out of this Forward Open (multiplier 2)."""
     story = _quiet(Story())
     story.to_robot(110_000, FREE, run=False)

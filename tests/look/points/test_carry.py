@@ -131,7 +131,7 @@ def test_a_comment_with_a_byte_beyond_ascii_is_read_as_it_is() -> None:
     assert without_foreign(found) == (Stored(), [1])
 
 
-def test_what_was_read_from_one_controller_is_stored_by_another() -> None:
+def test_points_of_one_controller_are_stored_by_another() -> None:
     """Only what a definition takes; the old comment goes.
 
     Source: guide 4.3
@@ -300,7 +300,7 @@ def test_a_controller_that_is_busy_is_left_alone() -> None:
         Carrier(line)
 
 
-def test_a_lost_connection_is_told() -> None:
+def test_a_lost_connection_is_reported() -> None:
     line = StationLine(RobotConfig())
     carrier = Carrier(line)
     line.lost_after_us = line.now_us
@@ -347,5 +347,5 @@ def test_only_the_tables_of_the_file_count(tmp_path: Path) -> None:
         (Pallet(1, 2, 3, 4), "1 x 2 x 3 from point 4"),
     ],
 )
-def test_values_are_told_in_one_line(value: Any, text: str) -> None:
+def test_values_are_shown_in_one_line(value: Any, text: str) -> None:
     assert shown(value) == text

@@ -136,7 +136,7 @@ def test_every_key_that_a_question_decides_is_rehearsed() -> None:
     }
 
 
-def test_of_two_readings_that_look_the_same_neither_is_confirmed() -> None:
+def test_two_readings_that_look_alike_stay_open() -> None:
     """0x0100 is shown by a controller that never skips it, and by one that skips it where short."""
     outcome = rehearsed("command-times", skip_run_status="never")
     mine = [one for one in outcome.findings["command-times"] if one.knob == "skip_run_status"]
@@ -199,7 +199,7 @@ def test_nothing_moves_without_a_word_for_that_step() -> None:
     assert all(outcome.skipped[name] == "not confirmed" for name in motion)
 
 
-def test_what_only_reads_leaves_all_dedicated_inputs_off() -> None:
+def test_reading_leaves_all_dedicated_inputs_off() -> None:
     line = StationLine(RobotConfig())
     sent: list[bytes] = []
     write = line.write
@@ -238,7 +238,7 @@ def test_a_controller_that_gives_no_end_decides_nothing() -> None:
         assert outcome.skipped[name] == "the status is 16#0100 without a command, 3 s long"
 
 
-def test_where_there_was_no_connection_none_is_called_lost() -> None:
+def test_a_connection_that_never_was_is_not_lost() -> None:
     """Nor where the controller is busy."""
     asked = [question("versions")]
     person = Person(lambda one: True, lambda text, event: False, lambda text: None)
@@ -302,7 +302,7 @@ def test_ctrl_c_in_a_step_with_inputs_on_turns_them_off_first() -> None:
     assert line.read_inputs() == bytes(SIZE)
 
 
-def test_a_controller_with_its_servos_on_is_asked_nothing_that_keeps_them_off() -> None:
+def test_with_servos_on_no_question_turns_them_off() -> None:
     line = StationLine(RobotConfig())
     line.controller.hold("SO02")
     line.controller.force("SO02", 1)
@@ -310,7 +310,7 @@ def test_a_controller_with_its_servos_on_is_asked_nothing_that_keeps_them_off() 
     assert outcome.skipped == {"emergency-stop": "the servos are ON although SI(00) is OFF"}
 
 
-def test_who_will_not_do_something_at_the_cell_leaves_the_question_open() -> None:
+def test_a_refused_action_leaves_its_question_open() -> None:
     line = StationLine(RobotConfig())
     person = Person(lambda one: True, lambda text, event: False, lambda text: None)
     outcome = probe(line, [question("pendant")], person)

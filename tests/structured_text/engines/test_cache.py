@@ -157,7 +157,7 @@ class _Evil:
         return open, ("executed", "w")
 
 
-def test_what_somebody_else_has_put_there_is_not_executed(
+def test_a_planted_entry_is_not_executed(
     program: Path, kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Source: a defect report: the cache was read with pickle; a planted entry gave a traceback."""
@@ -229,7 +229,7 @@ def test_a_fault_names_the_line_of_a_kept_program(
         _forget(monkeypatch)
 
 
-def test_a_mistake_is_told_each_time(program: Path, kept: Path) -> None:
+def test_a_mistake_is_reported_each_time(program: Path, kept: Path) -> None:
     """Source: what cannot be loaded is not kept."""
     program.write_text(_TEXT.format(by=1).replace("Sum +", "Some +"), encoding="utf-8")
     for _ in range(2):
@@ -238,7 +238,7 @@ def test_a_mistake_is_told_each_time(program: Path, kept: Path) -> None:
     assert not list(kept.glob("*.project"))
 
 
-def test_a_missing_file_is_told_by_the_loader(tmp_path: Path) -> None:
+def test_the_loader_reports_a_missing_file(tmp_path: Path) -> None:
     """Source: language.load: cannot be read."""
     with pytest.raises(InputError, match="cannot be read"):
         build([tmp_path / "missing.st"], "builtin")

@@ -26,7 +26,7 @@ def pem(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     "address", ["host:8786", "tcp://host", "http://host:80", "tcp://host:99999", "tls://:8786", ""]
 )
-def test_what_is_no_address_is_refused(address: str) -> None:
+def test_a_wrong_address_is_refused(address: str) -> None:
     with pytest.raises(InputError, match=r"no such address; write it as --cluster tls://host:8786"):
         Farm(cluster=Cluster(address))
 
@@ -84,7 +84,7 @@ def silent() -> Iterator[int]:
         yield one.getsockname()[1]
 
 
-def test_a_cluster_that_does_not_answer_is_told(silent: int) -> None:
+def test_a_cluster_that_does_not_answer_is_reported(silent: int) -> None:
     pytest.importorskip("distributed")
     farm = Farm(cluster=Cluster(f"tcp://127.0.0.1:{silent}", patience_s=0.1))
     with pytest.raises(InputError) as caught:
@@ -95,7 +95,7 @@ def test_a_cluster_that_does_not_answer_is_told(silent: int) -> None:
     )
 
 
-def test_a_cluster_that_is_not_there_is_told() -> None:
+def test_a_missing_cluster_is_reported() -> None:
     pytest.importorskip("distributed")
     with socket.socket() as one:  # bound, so that nobody else takes it; not listening
         one.bind(("127.0.0.1", 0))

@@ -29,7 +29,7 @@ def file(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("workers", [0, 2])
-def test_what_is_known_is_not_done_again(tmp_path: Path, file: Path, workers: int) -> None:
+def test_a_known_item_is_not_repeated(tmp_path: Path, file: Path, workers: int) -> None:
     done = tmp_path / "done"
     items = [(str(done), number) for number in range(6)]
     first = list(Farm(workers).run(noted, items[1:4], kept=kept(file)))
@@ -49,7 +49,7 @@ def test_items_of_one_key_are_done_once(tmp_path: Path, file: Path) -> None:
     assert sorted(done.read_text().split()) == ["1", "2", "3", "4"]
 
 
-def test_what_is_done_is_kept_where_a_call_ends_early(tmp_path: Path, file: Path) -> None:
+def test_an_early_end_keeps_the_finished_results(tmp_path: Path, file: Path) -> None:
     done = tmp_path / "done"
     items = [(str(done), number) for number in range(6)]
     running = Farm(0).run(noted, items, kept=kept(file))
@@ -68,7 +68,7 @@ def test_an_error_is_not_kept_and_the_results_before_it_are(file: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_what_is_lost_is_tried_again_another_time(tmp_path: Path, file: Path) -> None:
+def test_a_lost_item_is_tried_again_by_the_next_call(tmp_path: Path, file: Path) -> None:
     folder = tmp_path / "deaths"
     folder.mkdir()
     for number in range(3):

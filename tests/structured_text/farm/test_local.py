@@ -89,7 +89,7 @@ def test_an_item_that_kills_three_workers_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_what_is_lost_can_be_a_result(tmp_path: Path) -> None:
+def test_a_lost_item_can_be_a_result(tmp_path: Path) -> None:
     for number in range(4):
         (tmp_path / str(number)).touch()
 
@@ -175,7 +175,7 @@ def test_no_worker_is_left_behind() -> None:
         os.kill(worker, 0)
 
 
-def test_what_a_worker_has_started_ends_with_it() -> None:
+def test_a_process_started_by_a_worker_ends_with_it() -> None:
     running = Farm(1).run(grandchild, range(2))
     _, started = next(running)
     handle = os.pidfd_open(started)

@@ -198,7 +198,7 @@ def test_the_built_in_engine_runs_it(row: Row, written: Callable[[Row], Path]) -
 
 
 @pytest.mark.parametrize("row", ROWS, ids=_IDS)
-def test_it_is_named_as_not_portable(row: Row, written: Callable[[Row], Path]) -> None:
+def test_each_construct_is_named_as_not_portable(row: Row, written: Callable[[Row], Path]) -> None:
     file = written(row)
     project = load([file])
     found = {use.construct for use in project.uses}
@@ -255,7 +255,7 @@ def test_the_lint_refuses_its_syntax(row: Row, written: Callable[[Row], Path]) -
 
 
 @pytest.mark.exhaustive
-def test_the_library_and_the_examples_have_none(repository: Path) -> None:
+def test_the_library_and_the_examples_use_none_of_them(repository: Path) -> None:
     library = sorted((repository / "plc" / "lib").rglob("*.st"))
     assert checked(library).uses == ()
     for folder in sorted((repository / "plc" / "examples").iterdir()):

@@ -106,7 +106,7 @@ def test_the_portable_subset_refuses_it_by_name(source: str, construct: str) -> 
         ("FUNCTION_BLOCK F EXTENDS G R REF= X; END_FUNCTION_BLOCK", "EXTENDS; also REFERENCE TO;"),
     ],
 )
-def test_what_else_it_refuses_is_named_too(source: str, told: str) -> None:
+def test_a_refusal_names_every_construct(source: str, told: str) -> None:
     with pytest.raises(InputError, match=f"does not take {told}"):
         parse_portable(source, Path("program.st"))
 

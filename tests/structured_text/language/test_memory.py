@@ -170,7 +170,9 @@ def test_beyond_the_memory_a_run_ends(statement: str, message: str, build: Build
          "a text without a variable has no characters"),
     ],
 )  # fmt: skip
-def test_what_has_no_bytes_is_refused(source: str, message: str, mistakes_of: Mistakes) -> None:
+def test_a_member_without_bytes_is_refused(
+    source: str, message: str, mistakes_of: Mistakes
+) -> None:
     errors = mistakes_of(source)
     assert errors, "nothing was refused"
     assert any(message in str(error) for error in errors)

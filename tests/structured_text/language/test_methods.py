@@ -208,7 +208,7 @@ END_FUNCTION
                      (4, 3)),
     ],
 )  # fmt: skip
-def test_what_is_called_is_that_of_the_instance(
+def test_a_call_runs_the_method_of_the_instance(
     body: str, want: str, expected: Any, build: Build
 ) -> None:
     variables = (

@@ -46,7 +46,7 @@ def test_of_several_programs_the_usual_one_runs(name: str, build: Build) -> None
     assert [(one, kind.name) for one, kind in program.instances().items()] == [("Main", name)]
 
 
-def test_without_it_nobody_knows_which_runs(mistakes_of: Mistakes) -> None:
+def test_several_programs_need_the_usual_name(mistakes_of: Mistakes) -> None:
     (error,) = mistakes_of(_COUNT.format("P1") + _COUNT.format("P2"))
     assert "several programs and no CONFIGURATION: P1, P2" in str(error)
     assert "MAIN or PLC_PRG" in str(error)
@@ -133,7 +133,7 @@ def test_an_index_outside_of_it_ends_the_run(body: str, message: str, build: Bui
         ("VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR", "F1 := UPPER_BOUND(X, 2);", "from 1 to 1"),
     ],
 )
-def test_what_it_cannot_do_is_refused(
+def test_an_open_array_refuses_what_needs_its_length(
     declaration: str, body: str, message: str, mistakes_of: Mistakes
 ) -> None:
     errors = mistakes_of(f"FUNCTION F1 : DINT {declaration}\n{body} F1 := 0;\nEND_FUNCTION\n")
@@ -159,7 +159,7 @@ def test_another_array_does_not_fit(mistakes_of: Mistakes) -> None:
         ("VAR_TEMP X : INT := ABS(Y); END_VAR VAR Y : INT; END_VAR", "a constant is expected"),
     ],
 )
-def test_what_is_no_initial_value_is_refused(
+def test_a_wrong_initial_value_is_refused(
     declaration: str, message: str, mistakes_of: Mistakes
 ) -> None:
     errors = mistakes_of(f"PROGRAM P {declaration}\nY := 1; END_PROGRAM\n")
@@ -310,7 +310,7 @@ def test_bad_input_is_a_message(contents: bytes, message: str, tmp_path: Path) -
     assert all(message in str(error) for error in errors)
 
 
-def test_one_name_in_two_files_is_one_message(tmp_path: Path) -> None:
+def test_a_name_in_two_files_is_one_message(tmp_path: Path) -> None:
     files = [tmp_path / "one.st", tmp_path / "two.st"]
     for file in files:
         file.write_text(_COUNT.format("P"))

@@ -160,7 +160,7 @@ def test_a_pointer_to_nowhere_is_reported(statement: str, message: str, build: B
         ("MEMCPY(P, Q, 2);", "MEMCPY"),
     ],
 )
-def test_what_is_no_pointer_is_refused(statement: str, message: str, mistakes_of: Mistakes) -> None:
+def test_a_wrong_pointer_is_refused(statement: str, message: str, mistakes_of: Mistakes) -> None:
     errors = mistakes_of(
         f"{_TYPES}\nPROGRAM P1\nVAR {_VARIABLES} END_VAR\n{statement}\nEND_PROGRAM\n"
     )
@@ -195,7 +195,7 @@ def test_a_pointer_is_read_as_the_path_it_leads_to(build: Build) -> None:
         program.write("Main.P", "Main.A[1]")
 
 
-def test_what_the_result_of_a_call_points_to(build: Build) -> None:
+def test_the_result_of_a_call_can_be_dereferenced(build: Build) -> None:
     program = build(
         "FUNCTION FC_Where : POINTER TO INT VAR_INPUT P : POINTER TO INT; END_VAR\n"
         "FC_Where := P + 2; END_FUNCTION\n"

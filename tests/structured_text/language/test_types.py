@@ -92,7 +92,7 @@ def test_a_variable_begins_with_what_the_standard_gives_its_type(evaluate: Evalu
         ("T1 := L;", "convert it with LTIME_TO_TIME"),
     ],
 )
-def test_what_does_not_fit_is_refused(errors_of: Errors, statement: str, message: str) -> None:
+def test_a_wrong_type_is_refused(errors_of: Errors, statement: str, message: str) -> None:
     variables = (
         "T1 : TIME; L : LTIME; C : CHAR; S : STRING; W : WSTRING; I : INT; D : DINT; R : REAL;"
         " LI : LINT; UL : ULINT; B : BYTE; W1 : WORD; X : BOOL; U : UINT;"

@@ -75,7 +75,7 @@ def test_a_name_is_quoted_where_a_shell_would_take_it_apart(name: str, expected:
         ("\u202eevil\u2028", r"\u202eevil\u2028"),  # right to left, line separator
     ],
 )
-def test_what_is_no_character_to_print_is_written_as_its_code(text: str, shown: str) -> None:
+def test_unprintable_characters_are_shown_as_codes(text: str, shown: str) -> None:
     assert escaped(text) == shown
 
 

@@ -77,7 +77,7 @@ def test_standard_input_is_waited_for_beside_sockets(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_who_waits_is_told_to_end_and_then_no_more(number: signal.Signals) -> None:
+def test_a_signal_ends_the_wait_once(number: signal.Signals) -> None:
     told = threading.Event()
     before = signal.getsignal(number)
     with system.told_to_end(told.set):
@@ -97,7 +97,7 @@ def handlers() -> Iterator[None]:
 
 @pytest.mark.usefixtures("handlers")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_what_ends_a_command_ends_it_as_ctrl_c_does(number: signal.Signals) -> None:
+def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals) -> None:
     """Source: a defect report: SIGTERM leaves no temporary folders; Ctrl-C removes them."""
     for one in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(one, signal.SIG_DFL)
@@ -128,7 +128,7 @@ def test_a_signal_that_is_ignored_stays_so() -> None:
         ("win32", errno.ENOSPC, False),
     ],
 )
-def test_a_reader_that_has_gone_is_told_from_a_full_disk(
+def test_a_closed_pipe_is_not_a_full_disk(
     monkeypatch: pytest.MonkeyPatch, platform: str, number: int, expected: bool
 ) -> None:
     """On Windows writing to such a pipe is an invalid argument."""

@@ -129,7 +129,7 @@ def test_a_dimension_of_a_tag_is_a_whole_number(dimension: str, tmp_path: Path) 
     assert "a.L5X:2: a dimension of b is '" in _refused(_written(tmp_path, "a.L5X", tags=tag))
 
 
-def test_whole_numbers_have_limits_of_their_own(tmp_path: Path) -> None:
+def test_whole_numbers_have_limits(tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     assert [whole(one, "it", 1, 9, tmp_path, 1) for one in ("1", " 9 ")] == [1, 9]
     for one in ("0", "10", ""):
@@ -187,7 +187,7 @@ def test_an_alias_of_a_controller_may_be_a_tag_of_a_program(tmp_path: Path) -> N
 
 @pytest.mark.exhaustive(but=["code1"])
 @pytest.mark.parametrize("code", ["a := " + "(" * 9_000 + "a", "a := " + "9" * 5_000 + ";"])
-def test_statements_of_logix_that_cannot_be_read_are_told(code: str, tmp_path: Path) -> None:
+def test_unreadable_statements_of_logix_are_reported(code: str, tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, programs."""
     file = _written(tmp_path, "a.L5X", code=code)
     with pytest.raises(InputError, match="the body of Own") as caught:

@@ -54,13 +54,13 @@ def test_signals_are_lanes_with_the_manuals_names_and_their_changes() -> None:
     assert len(names["Dedicated outputs"]) == 11
 
 
-def test_what_was_on_from_the_start_is_no_event() -> None:
+def test_a_signal_that_is_on_at_first_is_no_event() -> None:
     page = _shown(_scan(5_000_000, si=_area(1)), _scan(5_010_000, si=_area(1)))
     assert page.changes("SI(00) Emergency stop input") == [(-1, 1)]
     assert (page.order(), page.table["begin"], page.table["end"]) == ([], 5_000_000, 5_010_000)
 
 
-def test_telegrams_are_told_in_plain_words() -> None:
+def test_telegrams_are_shown_in_plain_words() -> None:
     """MOVE, PTP, point 19 at 50 %; alarm 12.600.
 
     Source: guide 4.2.1; manual chapter 4, 4.
@@ -148,7 +148,7 @@ def test_ports_are_shown_where_they_change_and_by_their_octal_numbers() -> None:
     assert page.changes("SIW(24)")[1] == (10_000, 0x1200)
 
 
-def test_what_the_controller_sees_is_a_group_of_its_own_without_events() -> None:
+def test_the_controllers_view_is_a_group_without_events() -> None:
     cycles = [Cycle(0, 0, b"", _area()), Cycle(15_000, 3, _area(1), _area())]
     page = _shown(_scan(0), _scan(10_000, si=_area(1)), *cycles)
     group = next(g for g in page.table["groups"] if g["title"] == "As the controller sees it")
@@ -222,14 +222,14 @@ def test_each_robot_has_its_shape_its_lanes_and_its_poses() -> None:
         [[_ARM | {"areas": [{"name": "A", "from": [0, 0], "to": [1, 1, 1]}]}]],
     ],
 )
-def test_what_is_no_robot_is_one_message(robots: Any) -> None:
+def test_a_wrong_robot_is_one_message(robots: Any) -> None:
     axes = [["X [pulses]", "Y [pulses]"]]
     with pytest.raises(InputError, match="what the header says of robots is none"):
         _page(_scan(0), positions=axes, robots=robots)
 
 
 @pytest.mark.parametrize("poses", [({},), ({}, {}, {}), ({}, {"shift": [1]}), ({"hand": "x"}, {})])
-def test_what_is_no_pose_is_one_message(poses: Any) -> None:
+def test_a_wrong_pose_is_one_message(poses: Any) -> None:
     header = {"positions": [["X [mm]", "Y [mm]", "Z [mm]"]], "robots": [[_ARM, _AXIS]]}
     with pytest.raises(InputError, match="at 0 us are not those that the header describes"):
         _page(Cycle(0, 0, b"", _area(), 1, None, poses), **header)
@@ -249,7 +249,7 @@ def test_what_is_no_pose_is_one_message(poses: Any) -> None:
         ({}, _scan(0, controller=99), "there is no controller 99"),
     ],
 )
-def test_what_does_not_fit_is_one_message(
+def test_a_wrong_record_is_one_message(
     header: dict[str, Any], record: Record, message: str
 ) -> None:
     with pytest.raises(InputError) as caught:
@@ -282,7 +282,7 @@ def test_the_page_is_one_file_that_needs_no_other_and_is_the_same_each_time() ->
     assert page == _page(_scan(0), _scan(10_000))
 
 
-def test_what_users_name_cannot_become_part_of_the_page() -> None:
+def test_texts_of_users_cannot_become_part_of_the_page() -> None:
     view = View(_HEADER | {"watch": {"</script><b>": "STRING"}})
     view.take(_scan(0, vars={"</script><b>": "<img src=x>\ud800"}))
     page = view.page('<script>"@DATA@')

@@ -56,7 +56,7 @@ def test_back_to_the_breakpoint_before(stopped: Start) -> None:
     assert editor.value("C.Value") == "0", "no other before: the start"
 
 
-def test_of_a_loop_each_round_is_a_hit_of_its_own(stopped: Start) -> None:
+def test_each_round_of_a_loop_is_a_hit(stopped: Start) -> None:
     editor = stopped({"line": 31})
     editor.go()
     editor.go()
@@ -93,7 +93,7 @@ def test_a_change_from_outside_is_shown(editor: Editor, lamps: Path, tmp_path: P
     assert (editor.line, editor.value("C.Value")) == (50, "5")
 
 
-def test_what_was_set_by_hand_is_set_again_at_its_moment(stopped: Start) -> None:
+def test_a_value_set_by_hand_is_set_again_at_its_moment(stopped: Start) -> None:
     """Value becomes 100 inside the second scan: two scans later it is 102."""
     editor = stopped({"line": 28, "condition": "Value = 2"})
     editor.say("Value := 100")

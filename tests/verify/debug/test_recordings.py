@@ -62,7 +62,7 @@ def test_the_program_is_given_what_it_was_given(tmp_path: Path, editor: Editor) 
         editor.say(".inject link_down")
 
 
-def test_what_a_test_took_back_is_not_in_it(tmp_path: Path) -> None:
+def test_a_recording_leaves_out_what_a_test_took_back(tmp_path: Path) -> None:
     program = Path(shutil.copy(LAMPS, tmp_path))
     cell, recorded = _cell(program)
     with cell:
@@ -124,7 +124,7 @@ def test_values_of_all_kinds_come_again(tmp_path: Path) -> None:
     assert str(tape.program.read("Main.R")) == "-0.0"
 
 
-def test_of_changed_sources_it_says_which(tmp_path: Path, editor: Editor) -> None:
+def test_a_recording_names_changed_sources(tmp_path: Path, editor: Editor) -> None:
     program = Path(shutil.copy(LAMPS, tmp_path))
     cell, recorded = _cell(program)
     with cell:
@@ -149,7 +149,7 @@ def test_of_changed_sources_it_says_which(tmp_path: Path, editor: Editor) -> Non
         ('{"format":"rcx-recording/1",\n', "the recording is damaged; run the test again"),
     ],
 )
-def test_what_is_no_recording_is_refused(
+def test_a_wrong_recording_is_refused(
     tmp_path: Path, editor: Editor, content: str, message: str
 ) -> None:
     file = tmp_path / "recording.jsonl"
@@ -177,7 +177,7 @@ def test_a_recording_with_a_hole_is_damaged(tmp_path: Path, editor: Editor, line
         editor.request("launch", recording=str(file))
 
 
-def test_it_goes_with_no_other_options(tmp_path: Path, editor: Editor) -> None:
+def test_a_recording_excludes_other_options(tmp_path: Path, editor: Editor) -> None:
     with pytest.raises(RefusedError, match="scan does not go with a recording"):
         editor.request("launch", recording="x.jsonl", scan="5ms")
 

@@ -12,7 +12,7 @@ from editor import Editor, RefusedError
 Start = Callable[..., Editor]
 
 
-def test_each_statement_is_a_step_and_a_loop_is_asked_before_each_round(at_entry: Start) -> None:
+def test_each_statement_and_each_round_is_a_step(at_entry: Start) -> None:
     """Source: programs/Lamps.st, by hand."""
     editor = at_entry()
     lines = [editor.line]

@@ -78,7 +78,7 @@ def test_an_expression_has_its_own_value(stopped: Start, expression: str, value:
         ("1); Go := FALSE; x := (1", "no expression"),
     ],
 )
-def test_what_has_no_value_says_why_in_one_line(
+def test_an_expression_without_a_value_says_why(
     stopped: Start, expression: str, message: str
 ) -> None:
     editor = stopped({"line": 57, "condition": "Doubled = 6"})
@@ -116,7 +116,7 @@ def test_an_element_and_an_output_of_a_block_are_set_by_expression(at_entry: Sta
     assert editor.value("C.Value") == "41"
 
 
-def test_what_lasts_for_a_call_is_set_in_this_call_and_in_the_callers(stopped: Start) -> None:
+def test_a_variable_of_a_call_is_set_in_each_frame(stopped: Start) -> None:
     editor = stopped(11)
     assert editor.say("Sum := 100") == "Sum = 100"
     assert editor.value("Sum") == "100"

@@ -166,7 +166,7 @@ def test_a_worker_does_one_item_at_a_time_despite_threads(tmp_path: Path) -> Non
 
 
 @pytest.mark.exhaustive
-def test_a_cluster_that_goes_in_the_middle_is_told() -> None:
+def test_a_cluster_that_ends_is_reported() -> None:
     with distributed.LocalCluster(n_workers=1, **_ALONE) as cluster:
         address = cluster.scheduler_address
         running = Farm(cluster=Cluster(address, patience_s=5)).run(math.factorial, range(100_000))
@@ -177,7 +177,7 @@ def test_a_cluster_that_goes_in_the_middle_is_told() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_cluster_without_workers_is_told() -> None:
+def test_a_cluster_without_workers_is_reported() -> None:
     with distributed.LocalCluster(n_workers=0, **_ALONE) as cluster:
         address = cluster.scheduler_address
         with pytest.raises(InputError) as caught:

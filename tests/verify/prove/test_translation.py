@@ -333,7 +333,7 @@ def test_timers_triggers_and_bistables_run_as_on_the_engine(tmp_path: Path) -> N
     _agrees(tmp_path, _block(variables, body), 300)
 
 
-def test_what_is_not_looked_at_stops_nothing(tmp_path: Path) -> None:
+def test_operands_that_are_skipped_stop_nothing(tmp_path: Path) -> None:
     """The right side of AND and OR, and the ELSIF after a branch that is taken."""
     variables = "VAR_INPUT A, B, I : INT; END_VAR\nVAR N : ARRAY [0..3] OF INT; Q : BOOL; END_VAR"
     body = """
@@ -345,7 +345,7 @@ def test_what_is_not_looked_at_stops_nothing(tmp_path: Path) -> None:
     _agrees(tmp_path, _block(variables, body), 150)
 
 
-def test_what_is_known_is_worked_out_as_by_the_engine(tmp_path: Path) -> None:
+def test_known_arguments_are_calculated_as_by_the_engine(tmp_path: Path) -> None:
     """Standard functions that have no terms, where all of their arguments are known."""
     variables = "VAR S : ARRAY [0..8] OF STRING; R : REAL; L : LREAL; I : INT; END_VAR"
     body = """

@@ -54,7 +54,7 @@ def test_strucpp_gives_the_trace_recorded_from_matiec(probe: Probe) -> None:
     assert found == []
 
 
-def test_a_difference_is_told_with_scan_variable_expected_and_got() -> None:
+def test_a_difference_is_reported_with_scan_variable_and_both_values() -> None:
     expected = ['{"head": 1}', '{"Main.A": 0, "Main.B": 0}', '{"Main.A": 1}', '{"Main.A": 2}']
     got = ['{"head": 1}', '{"Main.A": 0, "Main.B": 0}', '{"Main.A": 1}', '{"Main.B": true}']
     assert differences(expected, got) == [

@@ -109,7 +109,7 @@ def test_a_fault_inside_a_long_expression_has_its_line(tmp_path: Path) -> None:
 @pytest.mark.exhaustive(but=["case-500", "case-0", "case-50"])
 @pytest.mark.parametrize("chosen", [0, 50, 499, 500])
 @pytest.mark.parametrize("form", ["elsif", "case"])
-def test_of_many_branches_the_one_that_fits_is_done(run: Run, form: str, chosen: int) -> None:
+def test_only_the_branch_that_fits_runs(run: Run, form: str, chosen: int) -> None:
     bodies = [f"Y := {k}; N := N + 1;" for k in range(500)]
     if form == "case":
         body = "CASE X OF\n" + "\n".join(f"{k}: {text}" for k, text in enumerate(bodies))
@@ -170,7 +170,7 @@ _TOO_DEEP = [
                              "check-body10-constant expression is too large-3"])  # fmt: skip
 @pytest.mark.parametrize(("body", "message", "line"), _TOO_DEEP)
 @pytest.mark.parametrize("command", ["check", "run"])
-def test_what_is_too_deep_is_refused_with_its_line(
+def test_too_deep_a_program_is_refused_with_its_line(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     command: str,
@@ -190,7 +190,7 @@ def test_what_is_too_deep_is_refused_with_its_line(
     assert len(said) < 700
 
 
-def test_what_is_just_not_too_deep_runs(run: Run) -> None:
+def test_a_program_at_the_limit_of_depth_runs(run: Run) -> None:
     inner = "WHILE C DO\n" * 16 + "X := X + 1; C := FALSE;" + " END_WHILE;" * 16
     body = "IF B THEN\n" * 47 + inner + " END_IF;" * 47
     assert run("X : INT; B : BOOL := TRUE; C : BOOL := TRUE;", body, "X") == 1
@@ -227,7 +227,7 @@ def _in_a_row(kind: str, number: int) -> str:
 @pytest.mark.parametrize(
     "kind", ["FUNCTION", "FUNCTION_BLOCK", "ARRAY", "STRUCT", "STRUCT and INT"]
 )
-def test_so_many_declarations_may_use_each_other_in_a_row(tmp_path: Path, kind: str) -> None:
+def test_declarations_may_use_each_other_up_to_the_limit(tmp_path: Path, kind: str) -> None:
     file = tmp_path / "row.st"
     file.write_text(_in_a_row(kind, 99) + "END_PROGRAM\n")
     program = BuiltinProgram.build(load([file]))

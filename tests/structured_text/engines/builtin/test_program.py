@@ -44,7 +44,7 @@ def _state(program: BuiltinProgram) -> dict[str, object]:
     return {path: program.read(path) for path, _ in program.walk()}
 
 
-def test_it_is_a_program_as_the_interface_says(build: Build) -> None:
+def test_the_program_follows_the_interface(build: Build) -> None:
     program: Program = build(_SOURCE)
     assert isinstance(program, Program)
     assert (program.engine, program.tick_us) == ("builtin", None)
@@ -105,7 +105,7 @@ def test_instances_share_nothing(build: Build) -> None:
         ("Main.C1.Delay.PT", timedelta(seconds=9)),
     ],
 )
-def test_what_is_written_is_read_back(build: Build, path: str, value: object) -> None:
+def test_a_written_value_is_read_back(build: Build, path: str, value: object) -> None:
     program = build(_SOURCE)
     program.write(path, value)
     assert program.read(path) == value

@@ -163,7 +163,7 @@ def test_a_program_has_these_values_after_one_scan(run: Run, name: str) -> None:
     assert run(variables, body, want, before) == values
 
 
-def test_a_member_of_two_enumerations_is_the_one_of_the_type_that_is_asked_for(run: Run) -> None:
+def test_a_member_of_two_enumerations_has_the_wanted_type(run: Run) -> None:
     """IDLE is the first of one type and the last of the other."""
     before = "TYPE Mode1 : (IDLE, AUTO); END_TYPE\nTYPE Mode2 : (RUN, STOP, IDLE); END_TYPE"
     body = "A := IDLE; B := IDLE; C := A = IDLE; D := B = IDLE; E := Mode2#IDLE;"

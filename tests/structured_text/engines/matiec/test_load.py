@@ -60,7 +60,7 @@ def test_matiec_without_a_c_compiler_is_named_as_such(
         build([program], "matiec")
 
 
-def test_the_built_in_engine_can_be_asked_for(program: Path) -> None:
+def test_the_built_in_engine_can_be_chosen(program: Path) -> None:
     built = build([program], "builtin")
     assert (built.program.engine, built.notice) == ("builtin", "")
 

@@ -32,7 +32,7 @@ def _nothing_installed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("structured_text.engines.matiec.build.PACKAGED", ())
 
 
-def test_a_machine_without_matiec_has_none() -> None:
+def test_a_machine_without_matiec_finds_no_matiec() -> None:
     assert find_matiec() is None
     assert find_c_compiler() is None
 

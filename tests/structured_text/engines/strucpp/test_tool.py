@@ -51,7 +51,7 @@ def _install(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str, compiler:
     monkeypatch.setenv("PATH", "/usr/bin:/bin")
 
 
-def test_a_machine_without_strucpp_has_none() -> None:
+def test_a_machine_without_strucpp_finds_no_strucpp() -> None:
     assert find_strucpp() is None
     assert why_not("strucpp") == "STruC++ not found: set RCX_STRUCPP or PATH"
 
@@ -105,7 +105,7 @@ def test_a_wrong_rcx_strucpp_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_pa
         ("no library", ("program.st", None, None), "STruC++ failed with status 1 and said: no lib"),
     ],
 )
-def test_what_strucpp_refuses_is_told_at_the_users_line(
+def test_a_refusal_of_strucpp_has_the_users_line(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
     program: Path,
@@ -124,7 +124,7 @@ def test_what_strucpp_refuses_is_told_at_the_users_line(
     assert caught.value.message.startswith(message)
 
 
-def test_what_the_cxx_compiler_refuses_is_told_at_the_users_line(
+def test_a_refusal_of_the_cxx_compiler_has_the_users_line(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, program: Path
 ) -> None:
     refusal = "echo 'iec.hpp:9:1: error: no match\n  part0.st:3:2: required from here' >&2; exit 1"

@@ -106,9 +106,7 @@ def test_all_variables_together_have_one_limit(mistakes_of: Errors, text: str, t
     assert told in error.message
 
 
-def test_so_many_words_are_read_and_no_more(
-    mistakes_of: Errors, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_words_have_a_limit(mistakes_of: Errors, monkeypatch: pytest.MonkeyPatch) -> None:
     """Source: docs/reference/limits.md, programs."""
     monkeypatch.setattr(parser, "MOST_TOKENS", 13)
     text = "PROGRAM Own VAR x: INT; END_VAR x := 1;{} END_PROGRAM"
@@ -118,7 +116,7 @@ def test_so_many_words_are_read_and_no_more(
 
 
 @pytest.mark.parametrize("mistake", ["q := 1;\n", ") ;\n", "'\n"])
-def test_so_many_mistakes_are_told_and_the_rest_is_counted(
+def test_mistakes_are_listed_up_to_the_limit(
     mistakes_of: Errors, mistake: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Source: docs/reference/limits.md, programs."""

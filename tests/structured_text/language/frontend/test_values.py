@@ -91,5 +91,5 @@ def test_any_other_value_is_refused_with_the_path(kind: Type, value: Any, messag
         ("BOOL", 0, False),
     ],
 )
-def test_what_is_held_is_read_back_in_whole_microseconds(name: str, held: Any, value: Any) -> None:
+def test_values_are_read_in_whole_microseconds(name: str, held: Any, value: Any) -> None:
     assert scalar_to_python(_elementary(name), held) == value
