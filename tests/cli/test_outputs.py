@@ -278,30 +278,6 @@ def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, mome
     assert (done.returncode, said) == (130, ["rcx: interrupted"])
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("99999999999h", "it can be 0s to 365d"),
-        ("366d", "it can be 0s to 365d"),
-        ("9" * 5_000 + "s", "it can be 0s to 365d"),
-        ("\u0661s", "not a duration"),
-        ("nan", "not a duration"),
-        ("1e9s", "not a duration"),
-        ("-1s", "not a duration"),
-    ],
-    ids=range(7),
-)
-def test_a_duration_has_its_range(
-    repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str
-) -> None:
-    for option in ("--for", "--scan", "--rpi", "--jitter", "--timeout"):
-        assert main(_run(repository, tmp_path, f"{option}={text}")) == 2
-        told = capsys.readouterr().err
-        assert said in told or ("can be" in told and "ms" in told)
-        assert told.startswith("rcx: --for: ") == (option == "--for")
-        assert len(told) < 300
-
-
 def test_a_library_without_the_block_is_named_not_the_program(
     repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

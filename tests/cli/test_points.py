@@ -71,23 +71,6 @@ def test_a_file_that_is_there_is_never_written_over(
     assert file.read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.exhaustive
-def test_a_backup_keeps_a_file_that_appears(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
-    line, file = robot(), tmp_path / "points.toml"
-    read = line.read
-
-    def meanwhile() -> bytes:
-        file.write_text("mine", encoding="utf-8")
-        return read()
-
-    line.read = meanwhile  # type: ignore[method-assign]
-    assert main(_backup(file)) == 2
-    assert capsys.readouterr().err.endswith(f"what was to be written is {tmp_path}/points-1.toml\n")
-    assert file.read_text(encoding="utf-8") == "mine"
-    assert "[points.19]" in (tmp_path / "points-1.toml").read_text(encoding="utf-8")
-    assert len(list(tmp_path.iterdir())) == 2
-
-
 def test_an_unwritable_file_is_found_before_reading(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
