@@ -1,4 +1,4 @@
-"""A cell whose controller runs elsewhere: the PLC alone, its real connection, and its losses.
+"""A cell with an external controller: the PLC, its real connection, and losses of the link.
 
 The controller is an adapter on the loopback, in a process of its own, whose areas the tests hold.
 """

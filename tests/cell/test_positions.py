@@ -1,4 +1,4 @@
-"""Where the robots are, cycle by cycle: in the trace only where it is asked for.
+"""Positions of the robots in each cycle, which a trace has on request only.
 
 Expected values by hand: 1000 pulses are 1 mm by default; the axes start at 0.
 """

@@ -1,4 +1,4 @@
-"""A cell with more than one controller: areas, clocks, faults, and what the files say of them."""
+"""A cell with more than one controller: areas, clocks, faults, and the files that describe them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What befalls PLC and network: STOP and RUN, power, late scans, disturbed packets."""
+"""Events of the PLC and the network: STOP and RUN, power, late scans, disturbed packets."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _refused(capsys: Captured, *words: str) -> str:
-    """The one line that a command says when it ends with 2."""
+    """Return the line that a command prints when it ends with 2."""
     code = main(words)
     said = capsys.readouterr()
     assert (code, said.out) == (2, ""), said
@@ -241,7 +241,7 @@ def test_numbers_have_their_ranges(here: Path, capsys: Captured, words: list[str
 def test_an_empty_name_of_a_file_is_not_the_current_folder(
     here: Path, capsys: Captured, words: list[str], shown: str
 ) -> None:
-    """A variable of the shell that is not set gives one. Source: POSIX 4.13, an empty pathname."""
+    """An unset shell variable gives an empty name. Source: POSIX 4.13, an empty pathname."""
     hint = "a variable of the shell may not be set; . is the current folder"
     assert _refused(capsys, *words) == f"{shown} of a file or folder is empty; {hint}"
 

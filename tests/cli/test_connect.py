@@ -27,13 +27,13 @@ NOBODY = "192.0.2.1"
 
 
 class Terminal:
-    """A standard input at which somebody sits, or nobody."""
+    """A standard input with or without a terminal."""
 
     def __init__(self, somebody: bool) -> None:
         self._somebody = somebody
 
     def isatty(self) -> bool:
-        """Does somebody sit there?"""
+        """Return whether this is a terminal."""
         return self._somebody
 
 

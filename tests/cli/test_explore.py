@@ -280,7 +280,7 @@ def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body
 
 @pytest.fixture
 def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The numbers of what is given to workers, who begin at once."""
+    """The numbers of the items that go to the workers, which begin at once."""
     numbers: list[int] = []
     give = LocalCrew.give
 
@@ -330,7 +330,7 @@ def test_the_number_of_workers_changes_nothing(
 def test_ctrl_c_ends_it_and_its_workers(
     folder: Path, capsys: Captured, given: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It comes while workers take steps; `cli.start` says its one line."""
+    """Ctrl-C comes while workers take steps; `cli.start` prints the line."""
     ended = LocalCrew.ended
 
     def with_ctrl_c(self: LocalCrew) -> Iterator[Any]:

@@ -1,4 +1,4 @@
-"""Ctrl-C while the processes of `--link enip` and `rcx serve` start up: one line, nobody stays."""
+"""Ctrl-C while `--link enip` or `rcx serve` starts: one line, and no process is left."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rcx mutants`: what a user's tests find, what they leave, and what is kept of it."""
+"""`rcx mutants`: the mistakes that a user's tests find, the survivors, and the saved outcomes."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys
 def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
     project: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It comes while the third outcome is kept."""
+    """Ctrl-C comes while the third outcome is saved."""
     command = ["mutants", "plc", "--json", "found.json", "--workers", "1", "--", "pytest"]
     kept, add = Path(".rcx/mutants.jsonl"), Results.add
 

@@ -1,4 +1,4 @@
-"""What a command writes is whole, or what was there before; Ctrl-C and full disks are one line."""
+"""An output is complete, or the old file stays; Ctrl-C and a full disk are one line."""
 
 from __future__ import annotations
 

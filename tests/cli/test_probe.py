@@ -37,7 +37,7 @@ def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
 
 @pytest.fixture
 def types(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
-    """Somebody at the terminal, who types these words, then Enter for ever."""
+    """A user at the terminal who types these words, and Enter from then on."""
 
     def typing(*words: str) -> list[str]:
         left, asked = list(words), []

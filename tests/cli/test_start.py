@@ -54,7 +54,7 @@ def _loaded(*modules: str) -> set[str]:
 
 
 def _below(modules: set[str], *names: str) -> set[str]:
-    """Those of the modules that are one of the packages or in it."""
+    """Return the modules that are one of the packages, or are in one."""
     return {one for one in modules if any(f"{one}.".startswith(f"{name}.") for name in names)}
 
 
@@ -155,7 +155,7 @@ def test_each_command_is_in_one_of_five_panels(capsys: pytest.CaptureFixture[str
 
 
 def test_a_command_with_many_options_shows_the_rare_ones_in_panels() -> None:
-    """At most 15 without a panel; nobody searches a longer list, and no name is for nothing."""
+    """At most 15 options have no panel, since long lists are hard to search; each name is used."""
     rare = {name for names in OPTION_PANELS.values() for name in names.split()}
     seen: set[str] = set()
     for command in app.commands.values():

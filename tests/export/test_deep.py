@@ -1,4 +1,4 @@
-"""Expressions that lie deep inside each other: exported, or told with their place."""
+"""Deeply nested expressions are exported, or refused with their place."""
 
 from __future__ import annotations
 

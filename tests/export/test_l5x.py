@@ -126,7 +126,7 @@ def test_blocks_begin_anew_when_the_controller_starts(cell: Path) -> None:
 
 
 def test_in_a_program_only_what_it_writes_begins_anew(cell: Path) -> None:
-    """What comes from elsewhere, as the areas and the push buttons, stays."""
+    """Inputs of the program, such as the areas and the push buttons, keep their values."""
     root = ET.fromstring(cell.read_text())
     routine = root.find(".//Program[@Name='PowerUp']/Routines/Routine[@Name='Main']")
     assert routine is not None

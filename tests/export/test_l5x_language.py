@@ -1,4 +1,4 @@
-"""`rcx export l5x`: Structured Text in the words of Logix, and what has none."""
+"""`rcx export l5x`: Structured Text in the words of Logix, and constructs without a counterpart."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def test_a_users_program_comes_back_whole(
 
 @pytest.fixture(scope="module")
 def schema() -> Callable[[Path], str] | None:
-    """What the official schema has against a file; None where there is no copy of it."""
+    """Return the errors that the official schema finds in a file; None without a copy of it."""
     place = os.environ.get("RCX_TC6_XSD")
     if place is None:
         return None

@@ -171,7 +171,7 @@ def test_wrong_options_are_one_message(
 
 
 def test_the_table_names_known_constructs_tools_and_sources() -> None:
-    """Each with a source that is told, none both taken and refused."""
+    """Each has a source that is shown, and none is both taken and refused."""
     assert tuple(tools()) == _TOOLS
     content = load_toml(CONSTRUCTS_FILE)
     used = set()

@@ -100,7 +100,7 @@ def test_a_full_disk_changes_no_folder(plc: Path, capsys: Captured) -> None:
 def test_without_its_record_no_file_of_a_folder_is_written(
     plc: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """A later export would take them for files of others; the disk is full with the last one."""
+    """A later export would take them for the user's files; the disk is full with the last file."""
 
     class Full(FileIO):
         def write(self, data: Any) -> int:

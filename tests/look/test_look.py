@@ -1,4 +1,4 @@
-"""`rcx scan`: what it prints, and that it writes nothing unless told to."""
+"""`rcx scan`: what it prints, and that it writes on request only."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def adapter(running: Adapter) -> Adapter:
 
 @pytest.fixture
 def scan(adapter: Adapter) -> Run:
-    """Runs `rcx scan` on the adapter for one look, unless told otherwise."""
+    """Runs `rcx scan` on the adapter, by default for a single look."""
 
     def run(*options: str, duration: str = "0s") -> int:
         host, port = adapter.address
@@ -295,7 +295,7 @@ def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
 
 @pytest.fixture
 def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
-    """An adapter of somebody else: 600 bytes each way."""
+    """An adapter of another maker: 600 bytes each way."""
     monkeypatch.setattr("rcx_harness.enip.target.adapter.check_size", lambda size: None)
     with Adapter(600, cyclic=0) as made:
         made.write_to_master(bytes([0x12, 0x34]) + bytes(597) + b"\xff")

@@ -139,7 +139,7 @@ def test_texts_of_a_chart_in_ascii_are_in_ascii_and_pictures_are_of_whole_charac
     [(0x0001, "MovePtp"), (0x2001, "MovePtp R2"), (0x0FFF, "0x0FFF"), (0x1100, "0x1100")],
 )
 def test_a_code_is_shown_by_the_commands_name_or_as_it_is(code: int, name: str) -> None:
-    """0x0100, WritePoint, takes no robot: with one it is no command."""
+    """0x0100, WritePoint, takes no robot; with a robot it is not a command."""
     assert command_name(code) == name
 
 

@@ -95,7 +95,7 @@ def test_a_signal_that_a_broken_rule_names_has_a_line() -> None:
 
 
 def test_a_signal_that_the_cause_of_an_error_names_has_a_line_in_every_band() -> None:
-    """16#807B: SO(11) is OFF. It is watched, or told at the end of the run.
+    """16#807B: SO(11) is OFF. It is watched, or reported at the end of the run.
 
     Source: docs/reference/errors.md.
     """

@@ -1,4 +1,4 @@
-"""Traces that no run has written: one message with the line, whatever is in them."""
+"""Damaged and forged traces: one message with the line, whatever they contain."""
 
 from __future__ import annotations
 

@@ -257,7 +257,7 @@ END_FUNCTION_BLOCK
 
 
 def test_functions_methods_and_properties_count_with_their_lines(run: Run) -> None:
-    """Of one file; what is not called of each is told with its own lines."""
+    """All are in one file; the parts that are not called are reported with their own lines."""
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     result = run(body, "    Axis : FB_Axis;\n    n : INT;\n", {"n": 4}, before=_METHODS)
     assert sorted(result.pous) == [("FB_Axis", 6, 0), ("FB_Axis.MoveTo", 8, 1),

@@ -254,7 +254,7 @@ def test_a_sample_has_each_operator_and_repeats_with_its_seed(house: Path) -> No
 
 @pytest.mark.parametrize("operator", ["relational", "default"])
 def test_a_mutant_is_put_into_a_compiled_program(house: Path, operator: str) -> None:
-    """One in a body is exchanged there; one in a declaration makes a new program."""
+    """A change in a body is made in place; a change in a declaration makes a new program."""
     workshop = Workshop()
     paths = [house / "tests/data/library/Sample.st", *sorted((house / "plc/lib").rglob("*.st"))]
     project = workshop.load(paths)

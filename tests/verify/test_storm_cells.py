@@ -1,4 +1,4 @@
-"""What the cells of a campaign hold: one of them at a time, however many there are."""
+"""The memory of the cells of a campaign: one cell at a time, however many there are."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.errors import InputError
 
 @pytest.fixture
 def by_hand() -> Iterator[None]:
-    """Python's collector does nothing by itself: a cell that is gone was asked for."""
+    """Python's collector is off: a cell disappears only if the code under test frees it."""
     gc.disable()
     yield
     gc.enable()

@@ -23,7 +23,7 @@ Patch = Callable[[pytest.MonkeyPatch], None]
 
 
 def _with(target: Any, name: str, made: Callable[[Any], Any]) -> Patch:
-    """Replace a function by one that is made of it."""
+    """Return a patch that replaces a function by a changed version of it."""
     return lambda broken: broken.setattr(target, name, made(getattr(target, name)))
 
 

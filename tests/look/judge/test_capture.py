@@ -1,4 +1,4 @@
-"""Capture files: link types, tags, times, and what is not read but told."""
+"""Capture files: link types, tags, times, and packets that are counted and not read."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_a_link_type_that_is_not_known_is_named(tmp_path: Path) -> None:
 
 
 def test_interfaces_of_two_link_types_in_one_file_are_refused(tmp_path: Path) -> None:
-    """Libpcap tells one link type for a file."""
+    """Libpcap reports one link type for a file."""
     frames = [(0, framed(DATAGRAM)), (1, framed(DATAGRAM, COOKED))]
     capture, _ = _read(pcapng(tmp_path / "two.pcapng", frames, (ETHERNET, COOKED)))
     assert "type" in capture.damage

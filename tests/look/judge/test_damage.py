@@ -26,7 +26,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _story() -> Story:
-    """A controller in AUTO mode, which is asked for nothing."""
+    """A controller in AUTO mode without any request."""
     story = Story()
     story.open(0)
     for k in range(1, 31):

@@ -19,7 +19,7 @@ MS = 1_000
 
 
 class Recording:
-    """A PLC and a controller, told as changes; both repeat their areas every 10 ms."""
+    """A PLC and a controller, described by their changes; both repeat their areas every 10 ms."""
 
     def __init__(self) -> None:
         self.story = Story()
@@ -49,7 +49,7 @@ class Recording:
 
 
 class Verdict:
-    """What was told of a recording."""
+    """The judgement of a recording."""
 
     def __init__(self, folder: Path, made: Recording | Story, **options: object) -> None:
         story = made.story if isinstance(made, Recording) else made
@@ -136,7 +136,7 @@ def test_response_times_are_those_of_the_packets(tmp_path: Path) -> None:
 
 
 def test_each_dedicated_answer_is_timed_and_what_has_none_is_counted(tmp_path: Path) -> None:
-    """Emergency stop: SO(00) and SO(03) ON, SO(02) OFF; then reset; a start that nobody answers.
+    """Emergency stop: SO(00) and SO(03) ON, SO(02) OFF; then reset; a start without an answer.
 
     Source: manual chapter 5, 3.1 and 3.2.
     """

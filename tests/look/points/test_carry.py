@@ -212,7 +212,7 @@ def test_a_slow_controller_is_waited_for() -> None:
 
 
 def test_an_old_status_is_never_taken_for_a_new_answer() -> None:
-    """A controller that takes longer to reset its status than anybody waits.
+    """A controller that takes longer to reset its status than the longest wait.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """

@@ -100,7 +100,7 @@ def _prepare(line: StationLine) -> None:
 
 
 def _agreed(line: StationLine) -> Person:
-    """Somebody who confirms every step and does everything at the cell."""
+    """Return a user who confirms every step and does everything at the cell."""
     return Person(lambda one: True, line.happen, lambda text: None)
 
 
@@ -181,7 +181,7 @@ def test_a_rule_without_a_key_is_refuted_by_a_controller_that_is_another() -> No
 
 
 def test_nothing_moves_without_a_word_for_that_step() -> None:
-    """Whoever confirms no step of risk 3 has a robot whose servos never went ON."""
+    """Without a confirmed step of risk 3 the servos never go ON."""
     line = StationLine(RobotConfig())
     servos: list[bool] = []
     step = line.wait

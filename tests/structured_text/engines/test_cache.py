@@ -1,4 +1,4 @@
-"""What is kept of earlier compilations, and when it is not used."""
+"""The cache of compiled programs, and when it is not used."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _sum(program: Path) -> int:
 
 
 def _kinds(folder: Path) -> list[str]:
-    """What is kept there, besides the tables of the parser, which depend on no source."""
+    """Return the kinds of the entries, but for the parser's tables, which depend on no source."""
     return sorted(file.suffix for file in folder.iterdir() if file.name != "grammar.tables")
 
 
@@ -245,7 +245,7 @@ def test_the_loader_reports_a_missing_file(tmp_path: Path) -> None:
 
 
 def test_a_failed_put_leaves_nothing_behind(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On Windows it cannot, while another process reads the one that is there."""
+    """On Windows a file that another process reads cannot be replaced."""
 
     def refuse(source: str, target: Path) -> None:
         raise PermissionError(13, "in use", str(target))

@@ -27,7 +27,7 @@ def together(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def explored(workers: int | None = None, limit: int = 0, depth: int = 0, **given: Any) -> Result:
-    """What comes of it; None: in this process, without a farm."""
+    """Return the result of an exploration; None: in this process, without a farm."""
     make = partial(Numbers, _SIZE, **given)
     elsewhere = None if workers is None else shared(Farm(workers), Stepping(make, 1))
     return Search[Choice](make(), EVERY, 1, elsewhere).run("numbers", limit, depth)

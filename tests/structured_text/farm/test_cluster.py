@@ -77,7 +77,7 @@ def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def silent() -> Iterator[int]:
-    """The port of somebody who listens, and says nothing."""
+    """The port of a server that never answers."""
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         one.listen()

@@ -1,4 +1,4 @@
-"""Results are kept as soon as they are there; those of other sources are refused."""
+"""Results are saved as soon as they are there; results of other sources are refused."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> Kept[Any,
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Where results are kept."""
+    """The file of the results."""
     return tmp_path / "out" / "results.jsonl"
 
 

@@ -150,7 +150,7 @@ class _Releasing(Kept[int, int]):
 
 @pytest.mark.exhaustive
 def test_while_an_item_takes_long_the_others_do_not_run_far_ahead(tmp_path: Path) -> None:
-    """One of them may stand behind it, at its worker."""
+    """One of the other items may wait for the same worker."""
     os.mkfifo(tmp_path / "fifo")
     kept = _Releasing(tmp_path / "kept", tmp_path / "fifo", 2 * AHEAD - 2)
     taken_before_the_first_ended = []

@@ -1,4 +1,4 @@
-"""The language beyond the portable subset: what each construct means, and who names it.
+"""The language beyond the portable subset: what each construct means, and how it is reported.
 
 Each row is a construct, a program with it, and values after one scan, from IEC 61131-3:2013 by hand
 or, where the standard has no such construct, from what CODESYS says of it.

@@ -116,7 +116,7 @@ _NO_RESULT = [
 def test_nothing_else_is_noted(
     tmp_path: Path, before: str, variable: str, statement: str, noted: list[tuple[str, str]]
 ) -> None:
-    """Of a function without a result not that it never sets one."""
+    """A function without a result is not noted for never setting it."""
     file = tmp_path / "loose.st"
     program = f"PROGRAM P1\nVAR I : INT; {variable} END_VAR\n{statement}\nEND_PROGRAM\n"
     file.write_text(before + program)

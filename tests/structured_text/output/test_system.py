@@ -1,4 +1,4 @@
-"""What systems do differently is in one module, and each of them has what it needs there."""
+"""Differences between operating systems are in one module, which works on each of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers, encodings and aliases of project files that are none: one message with its place."""
+"""Wrong numbers, encodings and aliases in project files: one message with its place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tried with a client that others wrote: the one that VS Code's own adapters are tested with."""
+"""Tried with the client that VS Code's own adapters are tested with."""
 
 from __future__ import annotations
 

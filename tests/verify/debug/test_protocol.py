@@ -154,7 +154,7 @@ def port() -> Iterator[tuple[int, str]]:
 
 
 def _answers(port: int, data: bytes) -> list[dict[str, Any]]:
-    """What a client is told that sends this; until the adapter ends the connection."""
+    """Return the messages that a client receives until the adapter ends the connection."""
     with socket.create_connection(("127.0.0.1", port), _LONGEST) as client:
         client.sendall(data)
         received = b""
@@ -197,7 +197,7 @@ def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
 
 
 def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) -> None:
-    """Its connection is closed, so that it does not wait for somebody who reads.
+    """Its connection is closed, so that its sending fails at once.
 
     Source: docs/how-to/debug.md, the port
     """

@@ -88,7 +88,7 @@ def test_calls_that_break_the_rules_are_refuted_by_runs(tmp_path: Path) -> None:
 
 
 def test_a_fault_of_the_program_is_refuted_with_its_line(tmp_path: Path) -> None:
-    """`Given` is written by nobody, so that it may be anything."""
+    """No statement writes `Given`, so it may have any value."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  Stage := 10 / Given;\n"

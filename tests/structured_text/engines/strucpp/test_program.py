@@ -1,4 +1,4 @@
-"""What only the engine STruC++ does: bounds are looked at, a wrong first state is told."""
+"""Peculiarities of the engine STruC++: it checks bounds and reports a wrong first state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How STruC++ is found, and what is told of what it says; with stand-ins for it."""
+"""How STruC++ is found and how its messages are reported; with stand-ins for it."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ Errors = Callable[[str], list[InputError]]
 
 
 def _chain(kind: str, levels: int) -> str:
-    """Each one has four of the one before."""
+    """Return types or blocks of which each has four of the one before."""
     made = {
         "struct": "TYPE T{}: STRUCT {} END_STRUCT; END_TYPE\n",
         "block": "FUNCTION_BLOCK T{} VAR {} END_VAR END_FUNCTION_BLOCK\n",

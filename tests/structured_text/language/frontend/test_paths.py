@@ -1,4 +1,4 @@
-"""Paths to variables, and what is said where there is none."""
+"""Paths to variables, and the messages for wrong paths."""
 
 from __future__ import annotations
 
