@@ -21,7 +21,13 @@ from rcx_harness.enip.originator.client import Client
 from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
 from rcx_harness.look.look import ScanOptions, output_image
 from rcx_harness.look.look import scan as look
-from rcx_harness.look.text import area_lines, change_lines, identity_lines, telegram_lines
+from rcx_harness.look.text import (
+    area_lines,
+    byte_change_lines,
+    change_lines,
+    identity_lines,
+    telegram_lines,
+)
 from rcx_harness.trace import Scan, read_trace
 from structured_text.errors import InputError
 
@@ -361,6 +367,10 @@ def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     assert "robot to master (assembly 101, the area from m)" in told
     at = told.index("master to robot (assembly 151, the area from n)")
     assert told[at + 1] == "  cannot be read"
+
+
+def test_changed_bytes_are_shown_by_their_number() -> None:
+    assert list(byte_change_lines(bytes(3), b"\x00\x0a\xff")) == ["byte 1 = 0x0A", "byte 2 = 0xFF"]
 
 
 @pytest.mark.exhaustive(but=["5", "none"])
