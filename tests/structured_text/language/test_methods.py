@@ -34,6 +34,12 @@ FUNCTION_BLOCK FB_Counter
     Ones := Value MOD 10;
     Calls := Calls + 1;
   END_METHOD
+  METHOD Digits : INT
+    VAR_INPUT Value : INT; END_VAR
+    VAR T, O, C : INT; END_VAR
+    Split(Value, Tens => T, Ones => O, Calls := C);
+    Digits := T * 100 + O * 10 + C;
+  END_METHOD
   METHOD Remember : INT
     VAR_INST Calls : INT := 10; END_VAR
     Calls := Calls + 1;
@@ -95,6 +101,7 @@ def _run(build: Build, before: str, variables: str, body: str, want: str) -> Any
         pytest.param("F.Split(Value := 47, Ones => A[2], Calls := A[1]);", "A", [1, 7],
                      id="to elements"),
         pytest.param("F.Split(5, X, Y, Z);", "X Y Z", (0, 5, 1), id="all positional"),
+        pytest.param("X := F.Digits(47);", "X", 471, id="outputs to local variables"),
         pytest.param("X := F.Remember(); Y := F.Remember(); Z := G.Remember();", "X Y Z",
                      (11, 12, 11)),
         pytest.param("F(Stride := 4); F.Fill(Into := A);", "A", [4, 4],
@@ -193,6 +200,7 @@ END_FUNCTION
         pytest.param("S := Square; S2 := Square; B1 := S = S2; B2 := S <> S2;", "B1 B2",
                      (True, False)),
         pytest.param("S := Square; S := 0; B1 := S = 0;", "B1", True, id="taken away"),
+        pytest.param("PI := ADR(All); All[2] := Line; X := PI[1].Area();", "X", 5, id="by pointer"),
         pytest.param(
             "All[1] := Square; All[2] := Line; FOR X := 1 TO 2 DO Y := Y + All[X].Area(); END_FOR;",
             "Y",
@@ -214,6 +222,7 @@ def test_a_call_runs_the_method_of_the_instance(
     variables = (
         "Square : FB_Square; Line : FB_Line; S, S2 : I_Shape; N : I_Named; User : FB_User;"
         "All : ARRAY [1..2] OF I_Shape; R : REFERENCE TO FB_Shape; P : POINTER TO FB_Shape;"
+        "PI : POINTER TO I_Shape;"
         "X, Y : INT; T : STRING; B1, B2 : BOOL;"
     )
     assert _run(build, _SHAPES, variables, body, want) == expected
