@@ -1,4 +1,4 @@
-"""What a cell is told by a test has to be possible: else one sentence, at once."""
+"""An impossible argument of a cell is refused at once, with one sentence."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _build(repository: Path, folder: Path, **options: Any) -> Cell:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
-    """One cell for all: nothing here gets as far as changing it."""
+    """The same cell for all tests, since no refused call changes it."""
     with _build(Path(__file__).parents[2], tmp_path_factory.mktemp("lib")) as made:
         yield made
 
@@ -82,7 +82,9 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
 
 
 @pytest.mark.parametrize(("call", "said"), _CALLS)
-def test_what_cannot_be_is_refused(cell: Cell, call: Callable[[Cell], object], said: str) -> None:
+def test_an_impossible_argument_is_refused(
+    cell: Cell, call: Callable[[Cell], object], said: str
+) -> None:
     """Source: the docstring of each method."""
     with pytest.raises(InputError, match=said):
         call(cell)

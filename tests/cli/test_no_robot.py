@@ -33,9 +33,7 @@ def motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "motor.st"
 
 
-def test_a_program_without_areas_runs_and_all_pictures_are_drawn(
-    motor: str, capsys: Captured
-) -> None:
+def test_a_program_without_areas_runs_with_all_pictures(motor: str, capsys: Captured) -> None:
     """The motor is on from the scan at 100 ms on, the count is 3 two scans later."""
     files = ["--trace", "t.jsonl", "--chart", "c.svg", "--vcd", "w.vcd", "--view", "v.html"]
     options = ["--stimulus", "s.toml", "--watch", "Main.*", "--show", "--engine", "builtin"]
@@ -54,7 +52,7 @@ def test_a_program_without_areas_runs_and_all_pictures_are_drawn(
     assert main(["view", "t.jsonl", "-o", "again.html"]) == 0
 
 
-def test_what_has_to_hold_is_judged_and_coverage_counted(motor: str, capsys: Captured) -> None:
+def test_properties_and_coverage_work_without_a_robot(motor: str, capsys: Captured) -> None:
     options = ["--stimulus", "s.toml", "--for", "1s", "--properties", "p.toml", "--coverage"]
     assert main(["run", motor, "--no-robot", *options]) == 1
     out = capsys.readouterr().out
@@ -62,9 +60,7 @@ def test_what_has_to_hold_is_judged_and_coverage_counted(motor: str, capsys: Cap
     assert "75.0 % 3/4" in out, "the motor is never stopped"
 
 
-def test_without_areas_and_robot_options_the_message_says_what_to_do(
-    motor: str, capsys: Captured
-) -> None:
+def test_missing_areas_are_reported_with_what_to_do(motor: str, capsys: Captured) -> None:
     assert main(["run", motor, "--engine", "builtin"]) == 2
     said = capsys.readouterr().err
     assert "declare InputArea and OutputArea" in said
@@ -97,9 +93,7 @@ def test_an_option_for_a_robot_is_refused(
 
 
 @pytest.mark.parametrize("key", ['robot = "alarm"', 'hold = "SO02"', 'area = "00"'])
-def test_a_stimulus_for_a_robot_is_refused_with_its_line(
-    motor: str, capsys: Captured, key: str
-) -> None:
+def test_a_stimulus_for_a_robot_is_refused(motor: str, capsys: Captured, key: str) -> None:
     Path("r.toml").write_text(f'at = [\n  {{ time = "1s", {key} }},\n]\n')
     assert main(["run", motor, "--no-robot", "--stimulus", "r.toml"]) == 2
     told = f"r.toml:2: {key.partition(' ')[0]!r} is for a robot, and there is none"
@@ -118,7 +112,7 @@ def test_all_states_of_a_program_alone_are_explored(motor: str, capsys: Captured
     assert "controller" not in out
 
 
-def test_what_an_exploration_finds_runs_again(motor: str, capsys: Captured) -> None:
+def test_a_counterexample_runs_again(motor: str, capsys: Captured) -> None:
     options = ["--input", "Main.Start", "--properties", "p.toml", "--workers", "0"]
     assert main(["explore", motor, "--no-robot", *options]) == 1
     out = capsys.readouterr().out
@@ -146,9 +140,7 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
         machine.close()
 
 
-def test_mutants_of_a_program_alone_are_judged_by_tests_on_a_bench(
-    motor: str, tmp_path: Path
-) -> None:
+def test_tests_on_a_bench_judge_mutants_of_a_program(motor: str, tmp_path: Path) -> None:
     """The motor that is the button, or nothing else, is seen by a test that presses it."""
     (tmp_path / "motor.st").write_text(
         "PROGRAM Main\n  VAR Start, Motor : BOOL; END_VAR\n  Motor := Start;\nEND_PROGRAM\n"
