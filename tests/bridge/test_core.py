@@ -168,9 +168,7 @@ def test_each_byte_of_the_two_counts(at: int) -> None:
     assert scene.go(100).state is State.CLEARING
 
 
-def test_a_short_loss_of_the_robot_is_told_to_the_plc_for_the_whole_hold_time(
-    scene: Scene,
-) -> None:
+def test_a_short_loss_of_the_robot_is_told_to_the_plc_for_the_whole_hold_time(scene: Scene) -> None:
     """FB_ReadArea.Connected must be FALSE for at least one scan."""
     scene.until_run()
     scene.robot_there = False

@@ -95,9 +95,7 @@ def test_after_a_refusal_the_connection_stays(
     assert link.read() == (0,) * 25
 
 
-def test_another_unit_is_refused_by_a_plc_that_looks_at_it(
-    link_to: Callable[..., PlcLink],
-) -> None:
+def test_another_unit_is_refused_by_a_plc_that_looks_at_it(link_to: Callable[..., PlcLink]) -> None:
     with pytest.raises(PlcError, match="was refused: Modbus exception"):
         link_to(unit=9).read()
 

@@ -112,8 +112,7 @@ def test_malformed_data_are_refused(connected: Session, data: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("o_to_t", "t_to_o", "answer"),
-    [("0942", "F843", "8E00 1500"), ("F843", "0742", "8E00 1100")],
+    ("o_to_t", "t_to_o", "answer"), [("0942", "F843", "8E00 1500"), ("F843", "0742", "8E00 1100")]
 )
 def test_messages_and_replies_fit_the_connections_size(
     bench: Any, registered: Session, o_to_t: str, t_to_o: str, answer: str

@@ -10,21 +10,8 @@ from dataclasses import replace
 
 import pytest
 
-from exchange_bench import (
-    DATA,
-    IMAGE,
-    INPUT_ONLY,
-    MASTER,
-    OTHER,
-    OWNER,
-    Device,
-    packet,
-)
-from rcx_harness.enip.cyclic.connections import (
-    ConnectionParameters,
-    EndReason,
-    OwnerState,
-)
+from exchange_bench import DATA, IMAGE, INPUT_ONLY, MASTER, OTHER, OWNER, Device, packet
+from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason, OwnerState
 from rcx_harness.enip.cyclic.journal import ConnectionEvent
 from rcx_harness.enip.cyclic.shared import Drop, SharedImages
 

@@ -9,13 +9,7 @@ from __future__ import annotations
 
 import pytest
 
-from rcx_harness.enip.cyclic.exchange import (
-    Arrival,
-    Consumer,
-    Packet,
-    Producer,
-    decode_packet,
-)
+from rcx_harness.enip.cyclic.exchange import Arrival, Consumer, Packet, Producer, decode_packet
 from rcx_harness.enip.cyclic.shared import Drop
 
 
@@ -265,8 +259,7 @@ def test_a_gap_of_the_sequence_number_is_counted_also_across_its_end(
 
 
 @pytest.mark.parametrize(
-    "content",
-    ["", "0100", "0100 01000000", "0100 01000000 A1A2A3", "0100 01000000 A1A2A3A4A5"],
+    "content", ["", "0100", "0100 01000000", "0100 01000000 A1A2A3", "0100 01000000 A1A2A3A4A5"]
 )
 def test_another_length_is_dropped(content: str) -> None:
     into = consumer()

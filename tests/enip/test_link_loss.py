@@ -146,9 +146,7 @@ def test_a_reader_alone_is_no_connection_to_the_controller(master: LiveMaster) -
 
 
 @pytest.mark.exhaustive
-def test_with_the_power_the_connection_goes_and_a_new_one_can_be_opened(
-    master: LiveMaster,
-) -> None:
+def test_with_the_power_the_connection_goes_and_a_new_one_can_be_opened(master: LiveMaster) -> None:
     """After a power cycle the robot waits for its master with the servos off."""
     master.servo_on()
     master.robot.inject("power_cycle")

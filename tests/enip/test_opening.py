@@ -181,9 +181,7 @@ def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
 
 
 @pytest.mark.parametrize("extended", [(), (0x315,), (0x126,), (0x129,), (0x12A,), (0x12B,)])
-def test_a_remedy_that_the_command_has_no_option_for_is_not_told(
-    extended: tuple[int, ...],
-) -> None:
+def test_a_remedy_that_the_command_has_no_option_for_is_not_told(extended: tuple[int, ...]) -> None:
     assert refusal_hint(CipError("x", 1, extended), 48, BRIDGE) == ""
 
 

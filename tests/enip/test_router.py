@@ -50,11 +50,7 @@ def test_a_list_of_attributes_is_answered_with_a_status_for_each(bench: Any) -> 
 
 @pytest.mark.parametrize(
     ("request_", "status"),
-    [
-        ("0302 2001 2401", 0x13),
-        ("0302 2001 2401 01", 0x13),
-        ("0302 2001 2401 0200 0100", 0x13),
-    ],
+    [("0302 2001 2401", 0x13), ("0302 2001 2401 01", 0x13), ("0302 2001 2401 0200 0100", 0x13)],
 )
 def test_a_list_that_is_shorter_than_it_says_is_refused(
     bench: Any, request_: str, status: int

@@ -363,10 +363,7 @@ class Silent:
 @pytest.mark.parametrize(
     ("drops", "message"),
     [
-        (
-            "",
-            "connected, but no packet came within 10 s; does a firewall stop UDP port 2222",
-        ),
+        ("", "connected, but no packet came within 10 s; does a firewall stop UDP port 2222"),
         (
             "of a wrong length (20 bytes instead of 50)",
             "connected, but none of the packets within 10 s can be used: they are of a wrong "

@@ -295,6 +295,5 @@ def test_a_refused_forward_open_brings_no_socket_address(registered: Session) ->
     message = forward_open(multiplier="08")
     data = f"00000000 0000 0200 0000 0000 B200 {len(bytes.fromhex(message)):02X}00 {message}"
     assert registered.receive(frame("6F00", data)) == frame(
-        "6F00",
-        "00000000 0000 0200 0000 0000 B200 1000 D400 0101 3301 0100 4D00 EFBEADDE 0000",
+        "6F00", "00000000 0000 0200 0000 0000 B200 1000 D400 0101 3301 0100 4D00 EFBEADDE 0000"
     )

@@ -173,10 +173,7 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
     ]
     assert [
         line.partition(" can be reached from the network: ")[0] for line in warnings(settings)
-    ] == [
-        "warning: 192.168.0.21",
-        "warning: 0.0.0.0",
-    ]
+    ] == ["warning: 192.168.0.21", "warning: 0.0.0.0"]
     # Below the ports that others are given: all addresses of the machine must be free.
     port = 20_000 + 2 * (os.getpid() % 5_000)
     ports = ["--port", str(port), "--io-port", str(port + 1)]
@@ -267,10 +264,7 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
             ["--port", "2222"],
             "--port and --io-port are both 2222; explicit and cyclic messages need two",
         ),
-        (
-            ["--web", "44818"],
-            "--web and --port are both 44818 of 127.0.0.1; give the page another",
-        ),
+        (["--web", "44818"], "--web and --port are both 44818 of 127.0.0.1; give the page another"),
         (
             ["--robot", "a.toml", "--robot", "b.toml"],
             "2 robot files for 1 addresses; give one for all, or one per address in their order",

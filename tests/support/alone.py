@@ -11,8 +11,6 @@ from structured_text.engines import build
 from structured_text.engines.base import Value
 from structured_text.projects.needed import needed
 
-__all__ = ["Alone"]
-
 
 class Alone:
     """The instance `Block` of a block, called once in each scan, whose number goes up.

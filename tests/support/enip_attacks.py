@@ -12,8 +12,6 @@ from random import Random
 
 from enip_frames import HEADER, READ_ONLY, frame, mutate, valid_frames
 
-__all__ = ["ATTACKER", "Attacker", "Report", "Target"]
-
 #: The address attacks come from; the peers that behave have others.
 ATTACKER = "127.0.0.3"
 #: Longest wait for an answer or for the end of a connection [s]; only a failure takes it.

@@ -10,8 +10,6 @@ from typing import Any
 
 from structured_text.engines.base import Value
 
-__all__ = ["EXAMPLE_BLOCKS", "answer_pins", "given_pins"]
-
 Pins = dict[str, Value]
 Meaning = Mapping[str, Callable[[Any], Pins]]
 
@@ -351,7 +349,7 @@ _ANSWER_AT: dict[str, Meaning] = {
         "data_mm": lambda values: {
             **dict(zip(("Data1", "Data2", "Data3"), values, strict=True)),
             "Data1Integer": round(values[0] * 1000),
-        },
+        }
     },
     "FB_ReadParameter": {"value": _to("ParameterValue")},
     "FB_ReadIoPort": {"value": _to("Pattern")},

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from plc_bench import ROOT
 
-__all__ = ["FAULTY", "Faulty", "changed_example"]
-
 _Changes = tuple[tuple[str, str], ...]
 
 #: A cycle as users write it by hand. It knows whether a part is in its hand, and is slower on

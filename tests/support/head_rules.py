@@ -9,18 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = [
-    "NEEDS",
-    "OTHERS",
-    "SAFETY",
-    "Channel",
-    "HandshakeRules",
-    "HeadRules",
-    "InputRules",
-    "Since",
-    "bits_of",
-]
-
 SAFETY = ("SI00_EmergencyStop", "SI06_Stop")
 OTHERS = (
     "SI01_ServoOn",

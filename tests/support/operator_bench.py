@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["OperatorBench"]
-
 _JOGS = (0x0020, 0x0021, 0x0022)
 
 

@@ -13,8 +13,6 @@ from datetime import date, time, timedelta
 from standard_rows import Row, call, ms, rows
 from standard_texts import TEXTS
 
-__all__ = ["TABLE"]
-
 # --- shifts and rotations (table 25) ---
 
 #: Of each width the bits 10..01, and what comes of them: shifted by 1 to the left, by 1 less than
@@ -406,13 +404,4 @@ _CHOICES = [
     *rows("{0} <> {1}", "BOOL", ("INT 1", "INT 1", False), ("INT 1", "INT 2", True)),
 ]
 
-TABLE = [
-    *_shifts(),
-    *_integers(),
-    *_SIGNS,
-    *_REALS,
-    *_TIMES,
-    *_CONVERSIONS,
-    *_CHOICES,
-    *TEXTS,
-]
+TABLE = [*_shifts(), *_integers(), *_SIGNS, *_REALS, *_TIMES, *_CONVERSIONS, *_CHOICES, *TEXTS]

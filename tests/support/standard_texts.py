@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from standard_rows import Row, rows
 
-__all__ = ["TEXTS"]
-
 # --- strings (table 29): positions count from 1, and 126 characters are the most ---
 
 #: 126 characters, neighbours always different.

@@ -6,20 +6,6 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = [
-    "Row",
-    "arrived",
-    "bench",
-    "end",
-    "goes_on",
-    "restart",
-    "rows_to",
-    "runs",
-    "sent",
-    "shown",
-    "start",
-]
-
 Row = dict[str, Any]
 
 

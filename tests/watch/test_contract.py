@@ -64,10 +64,7 @@ def test_an_end_after_execute_has_fallen_is_shown_for_one_scan(cell: Cell) -> No
     [
         (1, "Done and Error are true together; expected at most one"),
         (2, "Active is true without Busy"),
-        (
-            3,
-            "Error is FALSE with ErrorID 16#0012; Error is true exactly when ErrorID is not 0",
-        ),
+        (3, "Error is FALSE with ErrorID 16#0012; Error is true exactly when ErrorID is not 0"),
         (4, "Busy fell without an end; expected Done or Error for at least one scan"),
         (5, "no Busy, Done or Error in the call of the rising edge"),
         (6, "Done is gone while Execute is true"),
