@@ -33,6 +33,14 @@ def found(cell: Cell, side: str) -> list[str]:
     return [one.rule for one in cell.violations if one.text.startswith(side)]
 
 
+def test_changes_100_ms_apart_break_no_rule(cell: Cell) -> None:
+    """Source: manual chapter 5, 3.1, caution."""
+    for bits in (SI00, SI00 | SI06, SI00 | SI06 | SI01, SI00 | SI06):
+        cell["Main.Bits0"] = bits
+        cell.run("100ms")
+    assert not cell.violations
+
+
 HELD = "while the status read was 16#0100; held until 16#0200 or 16#4000 is read"
 
 
