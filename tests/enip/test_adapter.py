@@ -6,7 +6,6 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -14,24 +13,6 @@ import pytest
 from rcx_harness.enip import Adapter, CipError, Client, EnipError, Identity
 from structured_text.errors import InputError
 from structured_text.output.system import SharedMemory
-
-
-@pytest.fixture
-def processes(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen[str]]]:
-    """Every process started during the test."""
-    started: list[subprocess.Popen[str]] = []
-    popen = subprocess.Popen
-
-    def recording(*args: Any, **kwargs: Any) -> subprocess.Popen[str]:
-        started.append(popen(*args, **kwargs))
-        return started[-1]
-
-    monkeypatch.setattr("rcx_harness.enip.child.subprocess.Popen", recording)
-    yield started
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-            process.wait()
 
 
 @pytest.fixture
@@ -111,15 +92,6 @@ def test_the_frames_on_the_wire() -> None:
         assert answers.read(1) == b""
 
 
-def test_list_identity_names_the_address_it_was_reached_at() -> None:
-    with Adapter() as adapter, socket.create_connection(adapter.address, 10) as wire:
-        wire.sendall(bytes.fromhex("6300 0000") + bytes(20))
-        answer = wire.makefile("rb").read(24 + 8 + 16)
-        assert answer[32:40] == bytes.fromhex("0002") + adapter.address[1].to_bytes(
-            2, "big"
-        ) + bytes([127, 0, 0, 1])
-
-
 def test_the_identity_can_be_chosen() -> None:
     identity = Identity(1, 12, 3, 4, 5, 0x06070809, "another device")
     with Adapter(48, identity) as adapter, Client(*adapter.address) as master:
@@ -138,15 +110,6 @@ def test_a_refused_request_leaves_the_session_as_it_was() -> None:
         with pytest.raises(CipError, match="service not supported"):
             master.request(0x4C, bytes.fromhex("2004 2464"))
         assert master.get_assembly(100) == bytes(48)
-
-
-def test_several_scanners_see_one_device() -> None:
-    with Adapter() as adapter, Client(*adapter.address) as reader:
-        for number in range(1, 4):
-            with Client(*adapter.address) as writer:
-                writer.set_assembly(150, bytes([number]) * 48)
-                assert reader.get_assembly(150) == bytes([number]) * 48
-        assert reader.get_assembly(150) == b"\x03" * 48, "a scanner's leave changes nothing"
 
 
 @pytest.mark.exhaustive

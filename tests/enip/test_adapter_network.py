@@ -10,7 +10,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -204,21 +203,13 @@ def test_an_adapter_that_is_cut_off_answers_nobody(adapter: Adapter, state: Link
 
 @pytest.mark.skipif(sys.platform != "linux", reason="finds the process by /proc")
 def test_a_cyclic_process_that_dies_ends_the_adapter_and_leaves_no_owner_behind(
-    monkeypatch: pytest.MonkeyPatch,
+    processes: list[subprocess.Popen[str]],
 ) -> None:
-    started: list[int] = []
-    popen = subprocess.Popen
-
-    def recording(*args: Any, **kwargs: Any) -> subprocess.Popen[str]:
-        process = popen(*args, **kwargs)
-        started.append(process.pid)
-        return process
-
-    monkeypatch.setattr("rcx_harness.enip.child.subprocess.Popen", recording)
     with Adapter(48, cyclic=0) as adapter, Client(*adapter.address, timeout_s=LONG_S) as master:
         open_owner(master)
         wait_for_owner(adapter, master, OwnerState.WAITING)
-        children = Path(f"/proc/{started[0]}/task/{started[0]}/children").read_text().split()
+        pid = processes[0].pid
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
         (cyclic,) = [int(pid) for pid in children]
         os.kill(cyclic, signal.SIGKILL)
         assert adapter.wait_for_failure() == (

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from forward_open_bytes import forward_close, forward_open, opened, refused
+from forward_open_bytes import TRIAD, forward_close, forward_open, opened, refused
 from rcx_harness.enip.target.connection_manager import Origin
 from rcx_harness.enip.target.device import Session
 
@@ -159,9 +159,14 @@ def test_a_large_connection_has_4002_bytes_at_most(bench: Any) -> None:
     assert bench.ask(forward_open(**{**large, "o_to_t": "A20F0042"})) == opened(service="DB")
 
 
-def test_it_is_closed_by_a_forward_close(connected: Session, bench: Any) -> None:
-    assert bench.ask(forward_close(path="2002 2401"))[:4] == bytes.fromhex("CE00 0000")
+@pytest.mark.parametrize("path", ["2002 2401", ""])
+def test_it_is_closed_by_its_triad_whatever_the_path(
+    connected: Session, bench: Any, path: str
+) -> None:
+    """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close)."""
+    assert bench.ask(forward_close(path=path)) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
     assert connected.receive(unit(f"0100 {GET_SIZE}")) == b""
+    assert bench.ask(forward_close(path=path)) == refused("0701", "CE")
 
 
 def test_it_is_closed_with_its_session(connected: Session, bench: Any) -> None:

@@ -348,13 +348,6 @@ def test_a_connection_is_closed_by_its_triad_whatever_the_path(bench: Any, path:
     assert bench.ask(forward_close(path=path)) == refused("0701", "CE")
 
 
-def test_an_explicit_connection_is_closed_by_its_triad_too(bench: Any) -> None:
-    """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close)."""
-    bench.ask(forward_open(transport="A3", path="2002 2401", o_to_t="F843", t_to_o="F843"))
-    assert bench.ask(forward_close(path="")) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
-    assert bench.ask(forward_close(path="")) == refused("0701", "CE")
-
-
 @pytest.mark.parametrize(
     ("request_", "peer", "reply"),
     [

@@ -114,25 +114,16 @@ def test_what_is_told_of_an_arrival_is_told_after_its_data(
     assert seen == [IMAGE]
 
 
-def test_before_its_first_packet_the_owner_is_waited_for(owned: Device) -> None:
-    assert owned.owner() is OwnerState.WAITING
-
-
-def test_an_idle_master_is_shown_and_its_data_not_taken(owned: Device) -> None:
-    owned.exchange.receive(packet(1, 1, run=0), MASTER, 0)
-    assert owned.owner() is OwnerState.IDLE
-    assert owned.images.to_robot.read() == bytes(48)
-
-
 def test_the_program_stops_and_starts_again(owned: Device) -> None:
+    """Data of an idle master is not taken; the generation counts changes, not packets."""
     states = []
-    for number, run in enumerate((1, 0, 0, 1), 1):
+    for number, run in enumerate((0, 1, 0, 0, 1), 1):
         owned.exchange.receive(packet(number, number, run=run), MASTER, 0)
-        states.append(owned.owner())
-    run, idle = OwnerState.RUN, OwnerState.IDLE
-    assert states == [run, idle, idle, run]
-    # Waiting, run, idle, run: the generation counts changes, not packets.
-    assert owned.images.status().generation == 4
+        states.append((owned.owner(), owned.images.to_robot.read()))
+    run_, idle = OwnerState.RUN, OwnerState.IDLE
+    assert [state for state, _ in states] == [idle, run_, idle, idle, run_]
+    assert states[0][1] == bytes(48)
+    assert owned.images.status().generation == 5
 
 
 def test_without_run_idle_header_the_master_runs(device: Device) -> None:
@@ -222,21 +213,24 @@ def test_gaps_between_packets_are_kept(owned: Device) -> None:
 # The end of connections
 
 
-def test_an_owner_who_never_sends_gives_way_after_ten_seconds(device: Device) -> None:
-    """512 intervals of 3.2 s are 1,638.4 s."""
-    patient = replace(OWNER, o_to_t_api_us=3_200_000, multiplier=7, first_packet_us=10_000_000)
-    device.exchange.add(patient, 0)
+@pytest.mark.parametrize(
+    "owner",
+    [
+        pytest.param(OWNER, id="whose time-out is 160 ms"),
+        pytest.param(
+            replace(OWNER, o_to_t_api_us=3_200_000, multiplier=7, first_packet_us=10_000_000),
+            id="whose time-out is 512 intervals of 3.2 s",
+        ),
+    ],
+)
+def test_an_owner_who_never_sends_gives_way_after_ten_seconds(
+    device: Device, owner: ConnectionParameters
+) -> None:
+    device.exchange.add(owner, 0)
     device.poll(9_999_999)
     assert device.ended == []
     device.poll(10_000_000)
     assert device.ended == [(1, EndReason.TIMED_OUT)]
-
-
-def test_the_first_packet_has_ten_seconds(owned: Device) -> None:
-    owned.poll(9_999_999)
-    assert owned.ended == []
-    owned.poll(10_000_000)
-    assert owned.ended == [(1, EndReason.TIMED_OUT)]
 
 
 @pytest.mark.parametrize(("multiplier", "intervals"), [(0, 4), (2, 16), (5, 128), (7, 512)])
@@ -282,35 +276,28 @@ def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
     assert len(device.sent) == 2
 
 
-def test_the_robot_falls_silent_when_the_master_does(owned: Device) -> None:
+def test_after_the_time_out_nothing_is_sent_and_nothing_is_taken(owned: Device) -> None:
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.poll(160_000)
     owned.destinations()
+    assert not owned.exchange.receive(packet(2, 2), MASTER, 161_000)
+    assert owned.owner() is OwnerState.TIMED_OUT
     assert owned.poll(170_000) is None
     assert owned.destinations() == []
     assert owned.images.status().connections == 0
 
 
-def test_a_packet_after_the_time_out_belongs_to_nobody(owned: Device) -> None:
-    owned.exchange.receive(packet(1, 1), MASTER, 0)
-    owned.poll(160_000)
-    assert not owned.exchange.receive(packet(2, 2), MASTER, 161_000)
-    assert owned.owner() is OwnerState.TIMED_OUT
-
-
 def test_a_closed_connection_ends_without_report(owned: Device) -> None:
+    """To close a connection that is not open does no harm."""
     owned.exchange.receive(packet(1, 1), MASTER, 0)
+    owned.exchange.remove(99, 0)
+    assert owned.images.status().owners == 1
     owned.exchange.remove(1, 0)
     assert owned.owner() is OwnerState.CLOSED
     assert owned.ended == []
     assert owned.poll(20_000) is None
     assert owned.destinations() == []
     assert not owned.exchange.receive(packet(2, 2), MASTER, 0)
-
-
-def test_closing_what_is_not_open_does_no_harm(owned: Device) -> None:
-    owned.exchange.remove(99, 0)
-    assert owned.images.status().owners == 1
 
 
 def test_the_owner_comes_again_after_a_time_out(owned: Device) -> None:
