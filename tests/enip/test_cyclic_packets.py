@@ -220,11 +220,7 @@ def test_the_short_count_may_wrap_and_jump_as_it_likes() -> None:
 @pytest.mark.parametrize(
     ("last", "number", "missing"),
     [
-        (7, 8, 0),
-        (7, 10, 2),
-        (0xFFFFFFFF, 0, 0),
-        (0xFFFFFFFE, 1, 2),
-        (7, 7 + 1024, 1023),
+        *((7, 8, 0), (7, 10, 2), (0xFFFFFFFF, 0, 0), (0xFFFFFFFE, 1, 2), (7, 7 + 1024, 1023)),
         (0xFFFFFFFF, 1023, 1023),
     ],
 )

@@ -76,12 +76,7 @@ def test_the_reader_would_find_a_fault(caplog: pytest.LogCaptureFixture) -> None
 
 def test_the_sections_come_in_their_order(sheet: Sheet) -> None:
     assert list(sheet)[:6] == [
-        "File",
-        "Device",
-        "Device Classification",
-        "Params",
-        "Assembly",
-        "Connection Manager",
+        *("File", "Device", "Device Classification", "Params", "Assembly", "Connection Manager"),
     ]
     assert sheet["Device Classification"] == {"Class1": ["EtherNetIP"]}
 

@@ -26,14 +26,8 @@ def test_identity_gives_all_its_attributes(bench: Any) -> None:
 @pytest.mark.parametrize(
     ("attribute", "value"),
     [
-        ("01", "7C02"),
-        ("02", "2B00"),
-        ("03", "0500"),
-        ("04", "0101"),
-        ("05", "3000"),
-        ("06", "01000000"),
-        ("07", f"17{NAME}"),
-        ("08", "03"),
+        *(("01", "7C02"), ("02", "2B00"), ("03", "0500"), ("04", "0101"), ("05", "3000")),
+        *(("06", "01000000"), ("07", f"17{NAME}"), ("08", "03")),
     ],
 )
 def test_identity_gives_each_attribute(bench: Any, attribute: str, value: str) -> None:

@@ -77,16 +77,9 @@ class Attacker:
         self._udp.bind((ATTACKER, 0))
         self.last = b""
         self._kinds: list[tuple[int, Callable[[], None]]] = [
-            (50, self._mutated),
-            (8, self._pieces),
-            (6, self._abandoned),
-            (4, self._oversized),
-            (6, self._never_closed),
-            (3, self._flood),
-            (8, self._slowly),
-            (5, self._never_reading),
-            (8, self._udp_explicit),
-            (12, self._udp_cyclic),
+            *((50, self._mutated), (8, self._pieces), (6, self._abandoned), (4, self._oversized)),
+            *((6, self._never_closed), (3, self._flood), (8, self._slowly)),
+            *((5, self._never_reading), (8, self._udp_explicit), (12, self._udp_cyclic)),
         ]
 
     def attack(self) -> None:

@@ -188,11 +188,8 @@ def test_what_the_robot_sends_is_read_whatever_the_variables_are_called(
 
 @pytest.mark.exhaustive(
     but=[
-        "a number",
-        "one that a block copies",
-        "an image of another name",
-        "one that a pointer leads to",
-        "an array without an address",
+        *("a number", "one that a block copies", "an image of another name"),
+        *("one that a pointer leads to", "an array without an address"),
     ]
 )
 @pytest.mark.parametrize(("way", "text"), WARNED.values(), ids=WARNED.keys())

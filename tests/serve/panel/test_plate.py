@@ -257,17 +257,9 @@ def test_a_key_that_is_none_is_refused(plate: Plate) -> None:
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("Automatic", True),
-        ("Stepwise", True),
-        ("Frame", "JOG_TOOL"),
-        ("Units", "UNIT_MM"),
-        ("Language", "LANGUAGE_JAPANESE"),
-        ("RobotNumber", 4),
-        ("Axis", 6),
-        ("Percent", 100),
-        ("Amount", 10_000),
-        ("Point", 29_999),
-        ("ProgramNumber", 100),
+        *(("Automatic", True), ("Stepwise", True), ("Frame", "JOG_TOOL"), ("Units", "UNIT_MM")),
+        *(("Language", "LANGUAGE_JAPANESE"), ("RobotNumber", 4), ("Axis", 6), ("Percent", 100)),
+        *(("Amount", 10_000), ("Point", 29_999), ("ProgramNumber", 100)),
     ],
 )
 def test_a_selection_is_written_and_shown(
