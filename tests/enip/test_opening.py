@@ -6,45 +6,13 @@ import threading
 
 import pytest
 
-from rcx_harness.enip.cyclic.connections import EndReason
+from fake_scanner import FakeScanner
 from rcx_harness.enip.errors import CipError, EnipError
 from rcx_harness.enip.originator.opening import Opener, multiplier_of, refusal_hint
-from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
 from structured_text.errors import InputError
 
 SCAN = ("--write", "--listen-only", "--heartbeat", "--input-instance", "--config-data")
 BRIDGE = ("--size", "--rpi")
-
-
-class FakeScanner:
-    """A scanner without a network."""
-
-    def __init__(self) -> None:
-        self.ended: EndReason | None = None
-        self.failure = ""
-        self.connected = False
-        self.dropped = ""
-
-    def open(self) -> None:
-        """Open."""
-
-    def read(self) -> Received:
-        """Whether packets come."""
-        return Received(bytes(48), 5, self.connected)
-
-    def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
-        """Nothing."""
-
-    def drops(self) -> str:
-        """Why packets were dropped."""
-        return self.dropped
-
-    def statistics(self) -> ScannerStatistics:
-        """All 0."""
-        return ScannerStatistics(0, 0, 0, 0, 0, 0, 0, 0)
-
-    def close(self) -> None:
-        """Nothing."""
 
 
 class Bench:
@@ -77,18 +45,6 @@ def test_what_is_not_wanted_is_not_opened() -> None:
     bench.opener.wanted = False
     assert bench.opener.keep()
     assert bench.openings == 0
-
-
-@pytest.mark.parametrize("end", ["timed out", "process"])
-def test_what_has_ended_is_opened_anew(end: str) -> None:
-    bench = Bench()
-    bench.opener.keep()
-    if end == "process":
-        bench.scanner.failure = "killed"
-    else:
-        bench.scanner.ended = EndReason.TIMED_OUT
-    bench.opener.keep()
-    assert bench.openings == 2
 
 
 def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
