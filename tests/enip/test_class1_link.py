@@ -30,14 +30,10 @@ def eventually(link: Class1Link, condition: Callable[[], bool]) -> None:
     raise AssertionError("not within 100,000 requests")
 
 
-def test_it_is_a_link_and_both_areas_are_zero_at_first(link: Class1Link) -> None:
+def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: Class1Link) -> None:
     assert isinstance(link, Link)
     assert (link.name, link.size) == ("enip", 48)
-    assert link.scanner_read() == bytes(48)
-    assert link.robot_read() == bytes(48)
-
-
-def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: Class1Link) -> None:
+    assert link.scanner_read() == link.robot_read() == bytes(48)
     link.scanner_write(bytes(range(48)))
     link.robot_write(bytes(range(100, 148)))
     assert not link.scanner.read().connected

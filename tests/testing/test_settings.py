@@ -9,14 +9,6 @@ import pytest
 Run = Callable[..., pytest.RunResult]
 
 _SHOW = "def test_it(cell):\n    print('scan', cell.timing.scan_us)\n"
-_USAGE = pytest.ExitCode.USAGE_ERROR
-
-
-def _refused(result: pytest.RunResult, message: str) -> None:
-    """It ended before any test, with one message and no traceback."""
-    assert result.ret == _USAGE
-    result.stderr.fnmatch_lines([f"*{message}*"])
-    assert "Traceback" not in result.stderr.str() + result.stdout.str()
 
 
 def test_cell_is_the_program_of_the_ini_file_and_robot_its_robot(run: Run) -> None:
@@ -187,36 +179,28 @@ def test_a_wrong_marker_is_one_message(run: Run) -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "message"),
+    ("options", "ini", "message"),
     [
-        ("seed", "many", "rcx_seed is 'many', not a whole number"),
-        ("size", "48 256", "rcx_size is '48 256', not a whole number"),
-        ("scan", "fast", "not a duration: 'fast'"),
-        ("robot", "none.toml", "none.toml"),
-        ("sources", "nothing/*.st", "no file is called nothing"),
-        ("artifacts", "pytest.ini", "is no folder"),
+        ([], {"seed": "many"}, "rcx_seed is 'many', not a whole number"),
+        ([], {"size": "48 256"}, "rcx_size is '48 256', not a whole number"),
+        ([], {"scan": "fast"}, "not a duration: 'fast'"),
+        ([], {"robot": "none.toml"}, "none.toml"),
+        ([], {"sources": "nothing/*.st"}, "no file is called nothing"),
+        ([], {"artifacts": "pytest.ini"}, "is no folder"),
+        (["--rcx-engine", "steam"], {}, "invalid choice: 'steam'"),
+        (["--rcx-link", "rope"], {}, "invalid choice: 'rope'"),
+        (["--rcx-seed", "many"], {}, "invalid int value: 'many'"),
+        (["--rcx-scan", "fast"], {}, "not a duration: 'fast'"),
+        (["--rcx-robot", "none.toml"], {}, "none.toml"),
     ],
 )
-def test_a_wrong_key_of_the_ini_file_ends_the_run_with_one_message(
-    run: Run, key: str, value: str, message: str
+def test_a_wrong_option_or_key_of_the_ini_file_ends_the_run_with_one_message(
+    run: Run, options: list[str], ini: dict[str, str], message: str
 ) -> None:
-    _refused(run(_SHOW, **{key: value}), message)
-
-
-@pytest.mark.parametrize(
-    ("option", "value", "message"),
-    [
-        ("engine", "steam", "invalid choice: 'steam'"),
-        ("link", "rope", "invalid choice: 'rope'"),
-        ("seed", "many", "invalid int value: 'many'"),
-        ("scan", "fast", "not a duration: 'fast'"),
-        ("robot", "none.toml", "none.toml"),
-    ],
-)
-def test_a_wrong_option_ends_the_run_with_one_message(
-    run: Run, option: str, value: str, message: str
-) -> None:
-    _refused(run(_SHOW, f"--rcx-{option}", value), message)
+    result = run(_SHOW, *options, **ini)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"*{message}*"])
+    assert "Traceback" not in result.stderr.str() + result.stdout.str()
 
 
 def test_a_bare_number_that_is_refused_as_a_time_is_told_to_be_microseconds(run: Run) -> None:
