@@ -17,6 +17,7 @@ from rcx_harness.bridge.core import (
     PlcSeen,
     RobotSeen,
     State,
+    area_of,
     words_of,
 )
 
@@ -94,6 +95,7 @@ def test_words_are_little_endian_as_the_library_reads_them() -> None:
     """
     assert words_of(_ANSWERS)[:4] == (0x0200, 0x0000, 0x1234, 0x0000)
     assert words_of(_ANSWERS)[16] == 0x0002
+    assert area_of(words_of(_ANSWERS)) == _ANSWERS
 
 
 def test_at_the_start_the_plc_is_told_for_the_hold_time_that_there_was_no_connection() -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from rcx_harness.bridge.core import Limits, Lost, Registers, RobotSeen, State, area_of, words_of
+from rcx_harness.bridge.core import Limits, Lost, Registers, RobotSeen, State, words_of
 from rcx_harness.bridge.figures import Figures, figures_text, plc_text, robot_text, state_text
 from rcx_harness.bridge.loop import Loop
 from rcx_harness.bridge.plc import PlcError
@@ -276,11 +276,6 @@ def test_figures_of_another_time_are_not_shown() -> None:
     assert robot_text((_SEEN, 2_000_000)) == "robot: no packet for 2.0 s"
 
 
-def test_a_state_is_told_with_its_reason() -> None:
-    assert state_text(State.RUN, "") == "running"
-    assert state_text(State.NO_PLC, "x") == "no PLC: x"
-
-
 def test_an_area_and_the_word_behind_it_are_one_request_of_48_two_of_256_bytes() -> None:
     """Modbus: 125 registers are read, 123 written at once. Double words are not cut in two."""
     assert list(Registers(0, 1024, 48).parts(1024)) == [(1024, 25)]
@@ -310,6 +305,6 @@ def test_the_last_registers_and_neighbours_can_be_used() -> None:
     assert Registers(25, 0, 48).words == 24
 
 
-def test_words_and_bytes_are_the_same_both_ways() -> None:
-    assert area_of(words_of(_ANSWERS)) == _ANSWERS
-    assert words_of(b"\x34\x12") == (0x1234,)
+def test_a_state_is_told_with_its_reason() -> None:
+    assert state_text(State.RUN, "") == "running"
+    assert state_text(State.NO_PLC, "x") == "no PLC: x"

@@ -65,33 +65,6 @@ def test_another_size_is_bad_input(size: int) -> None:
         Adapter(size)
 
 
-def test_the_frames_on_the_wire() -> None:
-    """One exchange byte by byte: register, set assembly 150, read assembly 100, take leave."""
-    with Adapter(48) as adapter, socket.create_connection(adapter.address, 10) as wire:
-        adapter.write_to_master(bytes(range(48)))
-        answers = wire.makefile("rb")
-        context = "0102030405060708"
-
-        wire.sendall(bytes.fromhex(f"6500 0400 00000000 00000000 {context} 00000000 0100 0000"))
-        assert answers.read(28) == bytes.fromhex(
-            f"6500 0400 01000000 00000000 {context} 00000000 0100 0000"
-        )
-
-        head = f"00000000 {context} 00000000 00000000 0000 0200 0000 0000 B200"
-        written = "55" * 48
-        wire.sendall(bytes.fromhex(f"6F00 4800 01000000 {head} 3800 1003 2004 2496 3003 {written}"))
-        assert answers.read(44) == bytes.fromhex(f"6F00 1400 01000000 {head} 0400 9000 0000")
-        assert adapter.read_to_robot() == b"\x55" * 48
-
-        wire.sendall(bytes.fromhex(f"6F00 1800 01000000 {head} 0800 0E03 2004 2464 3003"))
-        assert answers.read(92) == bytes.fromhex(
-            f"6F00 4400 01000000 {head} 3400 8E00 0000 {bytes(range(48)).hex()}"
-        )
-
-        wire.sendall(bytes.fromhex(f"6600 0000 01000000 00000000 {context} 00000000"))
-        assert answers.read(1) == b""
-
-
 def test_the_identity_can_be_chosen() -> None:
     identity = Identity(1, 12, 3, 4, 5, 0x06070809, "another device")
     with Adapter(48, identity) as adapter, Client(*adapter.address) as master:
@@ -110,22 +83,6 @@ def test_a_refused_request_leaves_the_session_as_it_was() -> None:
         with pytest.raises(CipError, match="service not supported"):
             master.request(0x4C, bytes.fromhex("2004 2464"))
         assert master.get_assembly(100) == bytes(48)
-
-
-@pytest.mark.exhaustive
-def test_two_adapters_share_nothing() -> None:
-    with (
-        Adapter(48) as one,
-        Adapter(256) as other,
-        Client(*one.address) as to_one,
-        Client(*other.address) as to_other,
-    ):
-        to_one.set_assembly(150, b"\x01" * 48)
-        to_other.set_assembly(150, b"\x02" * 256)
-        one.write_to_master(b"\x03" * 48)
-        assert to_other.get_assembly(100) == bytes(256)
-        assert one.read_to_robot() == b"\x01" * 48
-        assert other.read_to_robot() == b"\x02" * 256
 
 
 def test_stopping_leaves_no_process_and_no_memory(

@@ -61,17 +61,6 @@ def close_owner(master: Client) -> bytes:
     return master.request(FORWARD_CLOSE, CONNECTION_MANAGER, bytes.fromhex(forward_close())[6:])
 
 
-def test_who_asks_over_udp_is_told(wire: socket.socket) -> None:
-    """The context comes back; the socket address is the adapter's own."""
-    with Adapter() as adapter:
-        wire.sendto(LIST_IDENTITY, adapter.address)
-        answer, sender = wire.recvfrom(1500)
-        assert sender == adapter.address
-        assert answer[:24] == bytes.fromhex("6300 3F00") + LIST_IDENTITY[4:]
-        address = struct.pack(">HH4s8x", 2, adapter.address[1], bytes([127, 0, 0, 1]))
-        assert answer[24:48] == bytes.fromhex("0100 0C00 3900 0100") + address
-
-
 def test_an_adapter_of_all_addresses_tells_the_one_it_was_asked_at(wire: socket.socket) -> None:
     """Over UDP and over TCP; nobody can connect to 0.0.0.0. Attribute 5 has one of ours, too."""
     told = struct.pack(">HH4s8x", 2, 0, bytes([127, 0, 0, 1]))
@@ -130,26 +119,6 @@ def test_a_cyclic_connection_owns_the_outputs_until_it_is_closed(adapter: Adapte
         assert master.get_attribute(1, 1, 5) == bytes.fromhex("3000")
         master.set_assembly(150, b"\x01" * 48)
     assert adapter.read_to_robot() == b"\x01" * 48
-
-
-def test_the_packets_go_to_where_they_are_wanted(adapter: Adapter, wire: socket.socket) -> None:
-    """Sequenced address item (0x8002) with the originator's id, then assembly 100."""
-    wire.bind(("127.0.0.1", 0))
-    adapter.write_to_master(bytes(range(48)))
-    port = wire.getsockname()[1]
-    with Client(*adapter.address) as master:
-        message = bytes.fromhex(forward_open(o_to_t_rpi="A0860100", multiplier="07"))
-        item = bytes.fromhex(f"0002 {port:04X}") + bytes(12)
-        _, items = master.exchange(message, (0x8001, item))
-        assert adapter.io_port is not None
-        ours = bytes.fromhex(f"0002 {adapter.io_port:04X} 7F000001") + bytes(8)
-        assert (0x8000, ours) in items
-        packet, sender = wire.recvfrom(1500)
-        assert sender == ("127.0.0.1", adapter.io_port)
-        assert packet[:10] == bytes.fromhex("0200 0280 0800 78563412")
-        assert packet[14:18] == bytes.fromhex("B100 3200")
-        assert packet[20:] == bytes(range(48))
-        close_owner(master)
 
 
 def test_an_adapter_without_cyclic_io_opens_none() -> None:

@@ -65,14 +65,6 @@ def test_a_block_that_keeps_the_contract_is_not_reported(cell: Cell) -> None:
     assert not cell.violations
 
 
-def test_an_end_after_execute_has_fallen_is_shown_for_one_scan(cell: Cell) -> None:
-    cell["Main.Go"] = True
-    cell.scan()
-    cell["Main.Go"] = False
-    cell.scan(10)
-    assert not cell.violations
-
-
 @pytest.mark.parametrize(
     ("fault", "finding"),
     [
@@ -93,12 +85,6 @@ def test_each_broken_clause_is_reported(cell: Cell, fault: int, finding: str) ->
     assert found
     assert found[0].rule == "contract"
     assert found[0].text.endswith(f": contract: Main.Steady: {finding}")
-
-
-def test_a_lasting_fault_is_reported_once(cell: Cell) -> None:
-    cell["Main.Fault"] = 3
-    one_job(cell)
-    assert len(cell.violations) == 1
 
 
 def test_a_block_that_is_not_called_is_not_blamed(cell: Cell) -> None:
