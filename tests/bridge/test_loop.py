@@ -191,7 +191,7 @@ def test_a_refusal_leaves_the_connection_and_is_asked_again_at_once(loop: Loop, 
     assert room.names() == ["read", "robot"]
 
 
-def test_each_change_of_state_is_told_once(
+def test_each_change_of_state_is_reported_once(
     loop: Loop, room: Room, robot: Robot, news: list[tuple[State, str]]
 ) -> None:
     run(loop, room)
@@ -213,7 +213,7 @@ def test_at_the_end_both_sides_have_zeros(loop: Loop, room: Room, robot: Robot) 
     assert room.names()[2:] == ["robot"], "nobody is written to who is not there"
 
 
-def test_a_plc_that_goes_while_it_is_told_the_end_does_no_harm(loop: Loop, room: Room) -> None:
+def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room: Room) -> None:
     run(loop, room)
     room.fails.add("write")
     loop.end()
@@ -235,7 +235,7 @@ def test_figures_are_of_the_exchanges_that_succeeded(loop: Loop, room: Room) -> 
     assert loop.figures.look(room.now_us).count == count
 
 
-def test_the_99_of_100_are_told_from_the_longest() -> None:
+def test_the_99th_percentile_differs_from_the_longest() -> None:
     figures = Figures()
     for k in range(100):
         figures.add(k * 10_000, 1_000 if k < 98 else 50_000 + k)
@@ -256,7 +256,7 @@ _SEEN = ScannerStatistics(
 )
 
 
-def test_the_figures_are_told_in_one_line() -> None:
+def test_the_figures_are_one_line() -> None:
     figures = Figures()
     for k in range(11):
         figures.add(k * 10_000, 500)
@@ -305,6 +305,6 @@ def test_the_last_registers_and_neighbours_can_be_used() -> None:
     assert Registers(25, 0, 48).words == 24
 
 
-def test_a_state_is_told_with_its_reason() -> None:
+def test_a_state_is_shown_with_its_reason() -> None:
     assert state_text(State.RUN, "") == "running"
     assert state_text(State.NO_PLC, "x") == "no PLC: x"

@@ -71,7 +71,7 @@ def test_a_connection_that_has_ended_is_replaced(end: str) -> None:
     assert second.done == ["write", "open"]
 
 
-def test_without_a_robot_the_reason_is_told_and_keeping_on_does_no_harm() -> None:
+def test_without_a_robot_the_reason_is_reported_and_retries_do_no_harm() -> None:
     link = Network().link
     link.opener.keep()
     link.opener.keep()
@@ -133,9 +133,7 @@ def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) 
 
 
 @pytest.mark.exhaustive
-def test_words_whose_time_is_over_are_not_sent_until_there_are_new_ones(
-    adapter: Adapter, link: RobotLink
-) -> None:
+def test_expired_words_are_not_sent_until_new_words_come(adapter: Adapter, link: RobotLink) -> None:
     """Who has stopped writing must not keep the robot going.
 
     Twenty packets of the robot have come meanwhile, as many as would have gone the other way.

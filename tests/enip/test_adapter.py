@@ -112,7 +112,7 @@ def test_a_port_in_use_is_reported_and_leaves_nothing(
 
 
 @pytest.mark.parametrize(("host", "port"), [("127.0.0.1", 70000), ("not..a.name", 0)])
-def test_an_address_that_is_none_is_reported(host: str, port: int) -> None:
+def test_an_invalid_address_is_reported(host: str, port: int) -> None:
     with pytest.raises(EnipError, match=rf"cannot listen on {host}:{port}"):
         Adapter(host=host, port=port)
 
@@ -131,7 +131,7 @@ def test_a_process_that_cannot_start_is_reported(
 @pytest.mark.parametrize(
     ("number", "how"), [(signal.SIGKILL, "SIGKILL"), (signal.SIGTERM, "SIGTERM")]
 )
-def test_a_process_that_dies_is_told_and_how(
+def test_a_dead_process_is_reported_with_its_signal(
     processes: list[subprocess.Popen[str]], number: signal.Signals, how: str
 ) -> None:
     with Adapter() as adapter:

@@ -61,7 +61,9 @@ def close_owner(master: Client) -> bytes:
     return master.request(FORWARD_CLOSE, CONNECTION_MANAGER, bytes.fromhex(forward_close())[6:])
 
 
-def test_an_adapter_of_all_addresses_tells_the_one_it_was_asked_at(wire: socket.socket) -> None:
+def test_an_adapter_on_all_addresses_answers_with_the_address_that_was_asked(
+    wire: socket.socket,
+) -> None:
     """Over UDP and over TCP; nobody can connect to 0.0.0.0. Attribute 5 has one of ours, too."""
     told = struct.pack(">HH4s8x", 2, 0, bytes([127, 0, 0, 1]))
     with Adapter(host="0.0.0.0") as adapter:
@@ -149,7 +151,7 @@ def test_a_reset_closes_the_tcp_connections_behind_its_reply() -> None:
 
 @pytest.mark.exhaustive(but=["1"])
 @pytest.mark.parametrize("state", [LinkState.CUT, LinkState.OFF])
-def test_an_adapter_that_is_cut_off_answers_nobody(adapter: Adapter, state: LinkState) -> None:
+def test_an_adapter_that_is_cut_off_does_not_answer(adapter: Adapter, state: LinkState) -> None:
     master = Client(*adapter.address, timeout_s=LONG_S)
     open_owner(master)
     adapter.shared.link = state

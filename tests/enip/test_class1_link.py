@@ -56,6 +56,6 @@ def test_one_millisecond_is_accepted() -> None:
         link.close()
 
 
-def test_what_the_scanner_cannot_ask_for_is_refused_and_leaves_no_process() -> None:
+def test_a_refused_interval_leaves_no_process() -> None:
     with pytest.raises(InputError, match="a packet interval of 10 us"):
         Class1Link(48, 10, address=ADDRESS)

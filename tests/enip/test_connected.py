@@ -70,7 +70,7 @@ def test_a_refused_request_gets_its_status(connected: Session) -> None:
         unit(""),
     ],
 )
-def test_what_belongs_to_no_connection_or_is_no_request_has_no_reply(
+def test_a_message_of_no_connection_or_without_request_has_no_reply(
     connected: Session, frame: bytes
 ) -> None:
     assert connected.receive(frame) == b""

@@ -84,7 +84,7 @@ def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> Non
 
 
 @pytest.mark.parametrize("before", [[], [0]])
-def test_who_sees_the_state_run_finds_its_data(
+def test_data_is_there_when_the_state_run_is_published(
     owned: Device, monkeypatch: pytest.MonkeyPatch, before: list[int]
 ) -> None:
     """At the moment RUN is published, at first and after idle, the data stands there already."""
@@ -103,7 +103,7 @@ def test_who_sees_the_state_run_finds_its_data(
     assert seen[-1] == (OwnerState.RUN, IMAGE)
 
 
-def test_what_is_told_of_an_arrival_is_told_after_its_data(
+def test_an_arrival_is_published_after_its_data(
     owned: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[bytes] = []
@@ -150,7 +150,7 @@ def test_without_run_idle_header_the_master_runs(device: Device) -> None:
         (packet(0x70000000, 2), Drop.JUMP),
     ],
 )
-def test_what_is_dropped_is_counted_with_its_reason(
+def test_a_dropped_packet_is_counted_with_its_reason(
     owned: Device, wrong: bytes, reason: Drop
 ) -> None:
     owned.exchange.receive(packet(7, 1), MASTER, 0)
@@ -174,7 +174,7 @@ def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: D
     assert (status.received, status.drops[Drop.JUMP], status.missing) == (49, 48, 0)
 
 
-def test_the_length_of_a_packet_dropped_for_it_is_told_beside_the_right_one(owned: Device) -> None:
+def test_a_wrong_length_is_stored_beside_the_right_one(owned: Device) -> None:
     """48 bytes without the header of 4: 50 with the count of 2, where 54 are agreed."""
     wrong = bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}")
     owned.exchange.receive(wrong, MASTER, 0)
@@ -192,7 +192,7 @@ def test_a_packet_from_another_host_is_dropped_and_counted(owned: Device) -> Non
 @pytest.mark.parametrize(
     "unknown", [packet(1, 1, "99999999"), packet(1, 1, "22222222"), b"", b"\0" * 72]
 )
-def test_what_belongs_to_no_connection_is_reported_as_such(owned: Device, unknown: bytes) -> None:
+def test_a_packet_of_no_connection_is_not_received(owned: Device, unknown: bytes) -> None:
     assert not owned.exchange.receive(unknown, MASTER, 0)
     assert owned.images.status().received == 0
 
@@ -204,7 +204,7 @@ def test_packets_that_never_came_are_counted(owned: Device) -> None:
     assert (status.received, status.missing, status.dropped) == (3, 2, 0)
 
 
-def test_gaps_between_packets_are_kept(owned: Device) -> None:
+def test_gaps_between_packets_are_stored(owned: Device) -> None:
     for number, now_us in enumerate((0, 10_100, 19_900), 1):
         owned.exchange.receive(packet(number, number), MASTER, now_us)
     assert owned.images.gaps_us() == [10_100, 9_800]
@@ -327,7 +327,7 @@ def told(device: Device) -> list[tuple[int, str, str, str, int]]:
     return [(one.at_us, one.kind.value, one.state, one.peer, one.readers) for one in events]
 
 
-def test_each_change_of_each_connection_is_told_once_with_its_own_time(device: Device) -> None:
+def test_each_change_of_a_connection_is_one_entry_with_its_own_time(device: Device) -> None:
     device.exchange.add(OWNER, 1_000)
     device.exchange.receive(packet(1, 1), MASTER, 2_000)
     device.exchange.receive(packet(2, 2), MASTER, 12_000)

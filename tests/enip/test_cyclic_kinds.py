@@ -86,7 +86,7 @@ def test_listen_only_lives_on_while_another_one_does(owned: Device) -> None:
     assert owned.ended == [(3, EndReason.NO_OWNER)]
 
 
-def test_a_listener_that_times_out_ends_nobody_else(owned: Device) -> None:
+def test_a_listener_that_times_out_ends_no_other_connection(owned: Device) -> None:
     owned.exchange.add(LISTEN_ONLY, 0)
     owned.exchange.receive(packet(1, 1), MASTER, 9_900_000)
     owned.poll(10_000_000)
@@ -105,7 +105,7 @@ def test_one_packet_serves_all_multicast_connections(device: Device) -> None:
     assert device.destinations() == [GROUP]
 
 
-def test_who_joins_later_finds_the_sequence_running(device: Device) -> None:
+def test_a_connection_that_joins_later_sees_the_running_sequence(device: Device) -> None:
     device.exchange.add(multicast(OWNER), 0)
     device.poll(10_000)
     device.exchange.add(multicast(INPUT_ONLY), 15_000)

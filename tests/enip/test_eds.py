@@ -76,7 +76,7 @@ def test_the_reader_would_find_a_fault(caplog: pytest.LogCaptureFixture) -> None
 
 def test_the_sections_come_in_their_order(sheet: Sheet) -> None:
     assert list(sheet)[:6] == [
-        *("File", "Device", "Device Classification", "Params", "Assembly", "Connection Manager"),
+        *("File", "Device", "Device Classification", "Params", "Assembly", "Connection Manager")
     ]
     assert sheet["Device Classification"] == {"Class1": ["EtherNetIP"]}
 
@@ -204,7 +204,7 @@ def test_the_sheet_can_be_made_for_what_is_served(capsys: Captured) -> None:
 
 
 @pytest.mark.parametrize("options", [["--revision", "3"], ["--rpi-min", "10us"]])
-def test_what_cannot_be_served_has_no_sheet(options: list[str], capsys: Captured) -> None:
+def test_invalid_options_are_bad_input(options: list[str], capsys: Captured) -> None:
     assert main(["eds", *options]) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
@@ -221,7 +221,7 @@ def test_a_file_that_cannot_be_written_is_bad_input(capsys: Captured) -> None:
     assert capsys.readouterr().err.startswith("rcx: /proc/rcx3.eds: cannot be written: ")
 
 
-def test_what_is_there_is_written_over_with_force_only(tmp_path: Path, capsys: Captured) -> None:
+def test_an_existing_sheet_is_replaced_only_with_force(tmp_path: Path, capsys: Captured) -> None:
     file = tmp_path / "main.st"
     file.write_text("mine")
     assert main(["eds", str(file)]) == 2

@@ -108,7 +108,7 @@ def test_a_refused_forward_open_says_why_and_opens_nothing(
         ("", "00"),
     ],
 )
-def test_a_segment_that_is_not_understood_is_told_by_the_words_left(
+def test_an_unknown_segment_is_reported_with_the_remaining_words(
     bench: Any, path: str, remaining: str
 ) -> None:
     """Extended status 0x315."""

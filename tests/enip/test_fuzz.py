@@ -40,7 +40,7 @@ def target() -> Iterator[Bench]:
 
 @pytest.mark.exhaustive(but=["2"])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_hostile_input_is_answered_or_cut_off_and_nobody_else_notices(
+def test_hostile_input_is_answered_or_cut_off_and_disturbs_no_other_peer(
     target: Bench, seed: int
 ) -> None:
     """300 attacks; a reader, newcomers and the robot's master work on all the while."""

@@ -24,7 +24,7 @@ def test_the_device_type_is_the_manuals() -> None:
         *({"product_name": "x" * 33}, {"product_name": "naïve"}),
     ],
 )
-def test_what_the_attributes_cannot_carry_is_refused_by_name(wrong: dict[str, Any]) -> None:
+def test_a_value_beyond_its_attribute_is_refused_by_name(wrong: dict[str, Any]) -> None:
     (name,) = wrong
     with pytest.raises(InputError, match=name):
         Identity(**wrong)

@@ -91,7 +91,7 @@ def test_forward_close_names_the_connection_and_its_path() -> None:
     )
 
 
-def test_the_reply_tells_ids_and_actual_intervals() -> None:
+def test_the_reply_has_ids_and_actual_intervals() -> None:
     reply = hexa("01000000 44332211 3412 7856 F0DEBC9A 10270000 204E0000 00 00")
     assert decode_open_reply(reply) == OpenReply(1, 0x11223344, 10_000, 20_000, REQUEST.triad)
     assert REQUEST.problem(OpenReply(1, 0x11223344, 10_000, 20_000, REQUEST.triad)) == ""
@@ -119,7 +119,7 @@ def test_the_reply_tells_ids_and_actual_intervals() -> None:
         ),
     ],
 )
-def test_a_reply_that_cannot_be_meant_is_named(
+def test_an_implausible_reply_is_explained(
     triad: str, o_to_t: str, t_to_o: str, problem: str
 ) -> None:
     agreed = decode_open_reply(hexa(f"01000000 44332211 {triad} {o_to_t} {t_to_o} 00 00"))
@@ -136,5 +136,5 @@ def test_an_interval_near_the_one_that_was_asked_for_is_the_devices_choice() -> 
 
 
 @pytest.mark.parametrize("length", [0, 23])
-def test_a_reply_that_is_too_short_is_none(length: int) -> None:
+def test_a_reply_that_is_too_short_is_not_decoded(length: int) -> None:
     assert decode_open_reply(bytes(length)) is None

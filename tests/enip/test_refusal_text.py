@@ -139,13 +139,13 @@ def test_the_second_master_learns_who_the_first_is(make_bench: Any) -> None:
     ]
 
 
-def test_who_joins_a_multicast_learns_its_interval(make_bench: Any) -> None:
+def test_a_refused_multicast_request_is_told_the_interval(make_bench: Any) -> None:
     slow = {**INPUT_ONLY, "t_to_o": "3228", "t_to_o_rpi": "204E0000", "triad": OTHER}
     (text,) = said(make_bench, forward_open(t_to_o="3228"), forward_open(**slow))
     assert text.endswith("its multicast input is sent every 10 ms: set that, or point to point")
 
 
-def test_what_is_no_whole_forward_open_is_told_too(make_bench: Any) -> None:
+def test_an_incomplete_forward_open_is_reported_too(make_bench: Any) -> None:
     assert said(make_bench, "54 02 2006 2401 0A0E") == [
         "192.168.0.10 asked for a connection: refused with 0x13, not enough data"
     ]

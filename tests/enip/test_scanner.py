@@ -116,7 +116,7 @@ def test_the_scanner_has_a_serial_number_of_its_own_and_each_opening_another_one
     assert originators[0] == originators[1] != originators[2] == originators[3]
 
 
-def test_data_is_set_before_the_word_that_it_runs_and_read_after_what_is_told_of_it(
+def test_data_is_written_before_the_run_flag_and_read_after_the_state(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[bytes] = []
@@ -169,7 +169,7 @@ def test_the_adapter_sees_that_the_program_stands_still(adapter: Adapter) -> Non
         eventually(adapter, lambda: adapter.shared.owner is OwnerState.IDLE)
 
 
-def test_what_was_agreed_can_be_read(adapter: Adapter) -> None:
+def test_the_agreed_parameters_can_be_read(adapter: Adapter) -> None:
     with scan(adapter, rpi_us=5_000) as scanner:
         scanner.open()
         agreed = scanner.connection
@@ -316,7 +316,7 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
     ("length", "text"),
     [(16, "sets a packet to it every 0 ms, where every 4 ms"), (9, "is too short")],
 )
-def test_a_reply_that_cannot_be_meant_opens_nothing_and_is_named(
+def test_an_implausible_reply_opens_nothing_and_is_explained(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch, length: int, text: str
 ) -> None:
     """An interval of 0 us, half a reply; what the adapter has opened is closed again."""
@@ -361,7 +361,7 @@ def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:
         assert scanner.drops() == "of a wrong length (22 bytes instead of 50)"
 
 
-def test_where_the_usual_port_is_taken_another_one_is_told(adapter: Adapter) -> None:
+def test_if_the_usual_port_is_taken_another_port_is_used(adapter: Adapter) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first:
         first.bind(("127.6.0.3", 2222))
         with scan(adapter, address="127.6.0.3", io_port=None) as scanner:
@@ -369,7 +369,7 @@ def test_where_the_usual_port_is_taken_another_one_is_told(adapter: Adapter) -> 
             eventually(adapter, lambda: scanner.read().connected)
 
 
-def test_a_port_of_ones_own_choice_must_be_free(adapter: Adapter) -> None:
+def test_a_chosen_port_must_be_free(adapter: Adapter) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first:
         first.bind((HOST, 0))
         with pytest.raises(EnipError, match="cannot use UDP port"):
@@ -386,7 +386,7 @@ def test_a_port_of_ones_own_choice_must_be_free(adapter: Adapter) -> None:
         (48, 10_000, -1, "the time-out multiplier must be 0 to 7"),
     ],
 )
-def test_what_cannot_be_asked_for_is_refused_before_anything_is_sent(
+def test_invalid_parameters_are_refused_before_anything_is_sent(
     size: int, rpi_us: int, multiplier: int, message: str
 ) -> None:
     with pytest.raises(InputError, match=message):

@@ -28,13 +28,10 @@ def images() -> Iterator[SharedImages]:
 
 
 @pytest.mark.parametrize(("to_master", "to_robot"), [(48, 48), (256, 256), (5, 700)])
-def test_what_is_written_is_read_in_full_by_who_attached_by_name(
+def test_images_are_read_completely_by_a_process_that_attaches_by_name(
     to_master: int, to_robot: int
 ) -> None:
-    with (
-        SharedImages.create(to_master, to_robot) as ours,
-        SharedImages.attach(ours.name) as theirs,
-    ):
+    with SharedImages.create(to_master, to_robot) as ours, SharedImages.attach(ours.name) as theirs:
         ours.unlink()
         assert (ours.to_master.read(), ours.to_robot.read()) == (bytes(to_master), bytes(to_robot))
         for _ in range(20):
@@ -45,7 +42,7 @@ def test_what_is_written_is_read_in_full_by_who_attached_by_name(
         assert ours.to_robot.read() == b"\x5a" * to_robot
 
 
-def test_memory_that_nobody_has_made_is_not_there() -> None:
+def test_memory_that_was_not_created_is_not_found() -> None:
     """On Windows a wrong name gives new memory, all zero: that is nobody's either."""
     with pytest.raises(FileNotFoundError):
         SharedImages.attach("/dev/shm/rcx-of-nobody")
@@ -223,7 +220,7 @@ def test_the_status_counts_packets_and_connections(images: SharedImages) -> None
     assert images.gaps_us() == [2_500]
 
 
-def test_the_latest_gaps_are_kept(images: SharedImages) -> None:
+def test_the_latest_gaps_are_stored(images: SharedImages) -> None:
     for gap in range(GAPS + 2):
         images.arrive(gap, gap)
     gaps = images.gaps_us()
@@ -231,13 +228,13 @@ def test_the_latest_gaps_are_kept(images: SharedImages) -> None:
     assert sorted(gaps) == list(range(2, GAPS + 2))
 
 
-def test_a_gap_too_long_for_its_word_is_kept_as_the_longest(images: SharedImages) -> None:
+def test_a_gap_too_long_for_its_word_is_stored_as_the_largest_number(images: SharedImages) -> None:
     images.arrive(0, 2**32 + 5)
     assert images.gaps_us() == [2**32 - 1]
 
 
 @pytest.mark.parametrize("state", list(LinkState))
-def test_the_link_is_cut_by_the_one_and_seen_by_the_other(
+def test_one_process_cuts_the_link_and_the_other_sees_it(
     images: SharedImages, state: LinkState
 ) -> None:
     with SharedImages.attach(images.name) as theirs:

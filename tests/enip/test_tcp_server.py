@@ -209,7 +209,7 @@ def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
     serve(bench, talk)
 
 
-def test_who_asks_without_end_leaves_the_others_their_turn(
+def test_endless_requests_of_one_peer_do_not_block_the_others(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two thousand requests in one piece; a neighbour's answer does not wait for all of them."""
@@ -236,7 +236,7 @@ def test_who_asks_without_end_leaves_the_others_their_turn(
     serve(bench, talk)
 
 
-def test_who_takes_no_answers_is_not_listened_to(bench: Any) -> None:
+def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
     """What waits for a peer is bounded: its requests stay in its own machine."""
 
     async def talk(tcp: TcpServer, port: int) -> None:

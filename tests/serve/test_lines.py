@@ -38,7 +38,7 @@ def watched(served: ServedHost | None = None, after_ms: int = 0) -> tuple[Served
     return served, lines
 
 
-def test_each_change_is_told_once_with_its_own_time(served: ServedHost) -> None:
+def test_each_change_is_shown_once_with_its_own_time(served: ServedHost) -> None:
     """However late one looks; the controller sees a packet in its next cycle of 5 ms."""
     lines = Lines([served])
     assert lines.new() == [
@@ -97,7 +97,7 @@ def test_the_clock_of_the_adapter_is_turned_into_the_controllers_time() -> None:
     assert [at_s for at_s, _ in _told(lines.new())] == [0.0, 0.003, 0.005]
 
 
-def test_a_reader_is_told_by_itself_and_repeats_nothing_of_the_master(served: ServedHost) -> None:
+def test_a_reader_has_its_own_lines_and_repeats_none_of_the_master(served: ServedHost) -> None:
     """One time-out of the master is one line, whoever comes and goes afterwards."""
     served.network.become(OwnerState.TIMED_OUT)
     served.run(5)
@@ -146,7 +146,7 @@ def test_three_commands_between_two_looks_have_three_times(served: ServedHost) -
     assert [round(later - sooner, 3) for sooner, later in itertools.pairwise(times)] == [0.08, 0.08]
 
 
-def test_a_refused_connection_is_told_once_and_then_counted() -> None:
+def test_a_refused_connection_is_shown_once_and_then_counted() -> None:
     """A master that is refused asks again every second; another one is told at once."""
     served, lines = watched()
     said = []
@@ -164,7 +164,7 @@ def test_a_refused_connection_is_told_once_and_then_counted() -> None:
     ]
 
 
-def test_dropped_packets_are_told_with_the_reason_at_once_and_then_every_five_seconds() -> None:
+def test_dropped_packets_are_shown_at_once_and_then_every_five_seconds() -> None:
     served, lines = watched()
     network = served.network
     network.lengths = (300, 54)
@@ -188,7 +188,7 @@ def test_dropped_packets_are_told_with_the_reason_at_once_and_then_every_five_se
     ]
 
 
-def test_power_and_cable_are_told(served: ServedHost) -> None:
+def test_power_and_cable_are_shown(served: ServedHost) -> None:
     _, lines = watched(served)
     texts = []
     for event in ("link_down", "link_up", "power_off"):
@@ -256,7 +256,7 @@ def test_plain_lines_tell_alarms_that_go_skipped_cycles_and_an_end() -> None:
     assert lines.new() == []
 
 
-def test_a_single_skipped_cycle_is_told_as_one() -> None:
+def test_a_single_skipped_cycle_is_written_in_the_singular() -> None:
     served, lines = watched(after_ms=200)
     served.now_us += 10_000
     served.station.step(served.now_us, skipped=1)

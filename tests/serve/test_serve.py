@@ -111,7 +111,7 @@ def test_quiet_says_nothing_and_sigint_still_ends_it() -> None:
 
 
 @pytest.mark.exhaustive
-def test_what_two_controllers_see_is_written_and_can_be_judged(
+def test_the_traces_of_two_controllers_are_written_and_can_be_judged(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     addresses, files = own_addresses(2), [tmp_path / "a.jsonl", tmp_path / "b.jsonl"]
@@ -186,7 +186,7 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
     assert said.count("\n") == 1
 
 
-def test_the_warning_comes_also_where_it_is_told_to_end_at_once(
+def test_the_warning_comes_even_if_ctrl_c_follows_at_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Others could reach it from its first open port on."""

@@ -205,7 +205,7 @@ def test_a_workpiece_is_placed_and_taken_away(hosts: list[ServedHost], client: W
         ("events", " " * 5000, "the request is longer than 4096 bytes"),
     ],
 )
-def test_what_cannot_be_done_is_refused_in_one_message(
+def test_an_impossible_request_is_refused_in_one_message(
     path: str, body: str, message: str, client: WebClient
 ) -> None:
     answer = client.post(f"/token/api/robots/0/{path}", data=body.encode())
@@ -214,7 +214,7 @@ def test_what_cannot_be_done_is_refused_in_one_message(
     assert said
 
 
-def test_what_was_done_is_a_stimulus_from_the_beginning_on(
+def test_the_actions_since_the_beginning_are_a_stimulus(
     hosts: list[ServedHost], tmp_path: Path, client: WebClient
 ) -> None:
     """Of both controllers, from when it began: what a run takes, and does the same."""
@@ -250,7 +250,7 @@ def test_state_is_never_changed_by_get(client: WebClient) -> None:
 
 
 @pytest.mark.parametrize("path", ["/api/robots/2", "/api/robots/x", "/api/robots/-1", "/x"])
-def test_what_is_not_there_is_not_found(path: str, client: WebClient) -> None:
+def test_an_unknown_path_is_not_found(path: str, client: WebClient) -> None:
     answer = client.get(f"/token{path}")
     assert answer.status == 404
     assert "error" in answer.json

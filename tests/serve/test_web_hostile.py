@@ -90,7 +90,7 @@ def test_a_body_that_is_no_event_is_refused_in_one_message(body: bytes, message:
         ("Content-Encoding: foo", "a packed request is not taken"),
     ],
 )
-def test_what_is_written_in_another_way_is_refused(header: str, message: str) -> None:
+def test_another_encoding_is_refused(header: str, message: str) -> None:
     ((status, text),) = ask((b"POST", _EVENTS, (header.encode(),), _STOP))
     assert status == 400
     assert said(text).startswith(message)

@@ -140,7 +140,7 @@ def test_the_link_may_be_ethernet_ip(run: Run) -> None:
     result.assert_outcomes(passed=1)
 
 
-def test_the_header_tells_version_engine_link_and_seed(run: Run) -> None:
+def test_the_header_shows_version_engine_link_and_seed(run: Run) -> None:
     result = run(_SHOW, "--rcx-seed", "42")
     result.stdout.re_match_lines(
         [r"rcx-harness \d+\.\d+\.\d+: engine builtin, link direct, seed 42"]
@@ -203,7 +203,7 @@ def test_a_wrong_option_or_key_of_the_ini_file_ends_the_run_with_one_message(
     assert "Traceback" not in result.stderr.str() + result.stdout.str()
 
 
-def test_a_bare_number_that_is_refused_as_a_time_is_told_to_be_microseconds(run: Run) -> None:
+def test_a_refused_bare_number_is_explained_as_microseconds(run: Run) -> None:
     wrong = {
         "scan=5": "*the scan is 0.005 ms; *; a bare number is microseconds; write '5ms'",
         "rpi=10": "*the RPI is 0.01 ms; *; a bare number is microseconds; write '10ms'",

@@ -210,10 +210,7 @@ def test_legal_calls_are_not_reported(check: Check, body: tuple[str, ...]) -> No
             (READ, "IF Gate THEN RETURN; END_IF;", MOVE, WRITE),
             [f"3?: Step1 {RETURNED}", f"4?: WriteArea {RETURNED}"],
         ),
-        (
-            (READ, IF_GATE, MOVE, "ELSE", MOVE, "END_IF;", WRITE),
-            [f"3?: {GATED}", f"5?: {GATED}"],
-        ),
+        ((READ, IF_GATE, MOVE, "ELSE", MOVE, "END_IF;", WRITE), [f"3?: {GATED}", f"5?: {GATED}"]),
         (
             (READ, IF_GATE, MOVE, WRITE, "RETURN;", "END_IF;", MOVE, WRITE),
             [
@@ -305,7 +302,7 @@ def test_the_shipped_examples_call_their_blocks_well() -> None:
 
 
 @pytest.mark.parametrize("made", [call_plan, steady_instances])
-def test_what_was_made_by_other_code_is_not_taken_from_the_cache(
+def test_results_of_other_code_are_not_taken_from_the_cache(
     made: Callable[[Sequence[Path]], object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Source: language/cache.py, whose own key knows of the engine's code alone."""

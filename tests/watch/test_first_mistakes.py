@@ -246,7 +246,7 @@ def test_a_first_mistake_is_named_with_its_line(
     assert [one[: len(begin)] for one, begin in zip(found, expected, strict=True)] == expected
 
 
-def test_what_is_declared_but_not_called_and_what_may_be_meant_is_said(check: Check) -> None:
+def test_a_declared_block_and_a_likely_name_are_suggested(check: Check) -> None:
     """Source: CONTRIBUTING.md, a message says what to do."""
     [found] = check(MOVE, WRITE)
     assert found.endswith(f"; ReadArea is declared in line {FIRST - 9}, but not called")
@@ -312,7 +312,7 @@ def _whole(folder: Path, text: str) -> list[str]:
 
 
 @pytest.mark.parametrize("text", OTHERS.values(), ids=OTHERS)
-def test_what_the_source_does_not_settle_is_not_reported(tmp_path: Path, text: str) -> None:
+def test_unclear_sources_are_not_reported(tmp_path: Path, text: str) -> None:
     """Source: docs/how-to/testing.md, first mistakes."""
     assert _whole(tmp_path, text) == []
 
@@ -327,7 +327,7 @@ def test_what_the_source_does_not_settle_is_not_reported(tmp_path: Path, text: s
         ("a block that extends another", WRITE, "", "Move is called for Robot, but FB_WriteArea"),
     ],
 )
-def test_what_it_settles_is_found_there_too(
+def test_mistakes_in_such_programs_are_found_if_the_source_is_clear(
     tmp_path: Path, name: str, old: str, new: str, finding: str
 ) -> None:
     """Source: docs/how-to/testing.md, first mistakes."""

@@ -158,7 +158,7 @@ def test_a_continuous_output_may_be_ended_by_the_status_reset(cell: Cell) -> Non
     assert not cell.violations
 
 
-def test_what_is_written_without_a_link_is_not_judged(cell: Cell) -> None:
+def test_writes_without_a_link_are_not_judged(cell: Cell) -> None:
     """After recovery the first image is taken as it is."""
     cell["Main.Bits0"] = SI00
     cell.run("100ms")

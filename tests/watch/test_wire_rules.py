@@ -188,7 +188,7 @@ def test_servo_on_needs_the_emergency_stop_input_only() -> None:
 
 
 @pytest.mark.parametrize("bit", [SI10, SI15, SI16])
-def test_what_starts_no_movement_may_come_in_a_stop(bit: int) -> None:
+def test_inputs_that_start_no_movement_may_come_in_a_stop(bit: int) -> None:
     assert judge(*bits((0, 0), (100, bit), (200, 0))) == []
 
 
@@ -362,7 +362,7 @@ def test_a_code_that_was_out_before_the_link_came_is_not_judged() -> None:
     assert (found, monitor.commands) == ([], 0)
 
 
-def test_what_is_written_in_the_scan_of_a_loss_or_of_a_recovery_is_not_judged() -> None:
+def test_writes_in_the_scan_of_a_loss_or_recovery_are_not_judged() -> None:
     away = Scan(10, SI15 | SI16 | 4, data={46: 1}, connected=False)
     assert judge(Scan(0), away) == []
     assert judge(Scan(0), Scan(5, connected=False), away._replace(connected=True)) == []

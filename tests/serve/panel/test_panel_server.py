@@ -97,7 +97,7 @@ def test_keys_and_selections_reach_the_program_and_the_state_comes_back(
         ("x/choices", {"name": "Axis", "value": 3}, 404),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_line(
+def test_an_invalid_message_is_refused_in_one_line(
     path: str, message: object, status: int, client: WebClient
 ) -> None:
     answer = client.post(f"/token/api/panels/{path}", json=message)
