@@ -257,6 +257,10 @@ def test_the_number_of_connections_is_limited(bench: Any, fields: dict[str, str]
     assert bench.ask(forward_open())[2] == 0
 
 
+def test_without_a_cyclic_part_there_are_no_resources(make_bench: Any) -> None:
+    assert make_bench(cyclic=False).ask(forward_open()) == refused("1301")
+
+
 def test_a_cyclic_part_that_has_ended_opens_nothing(bench: Any) -> None:
     def fail(_: object) -> None:
         raise EnipError("it has ended")

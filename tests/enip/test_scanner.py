@@ -376,6 +376,14 @@ def test_a_chosen_port_must_be_free(adapter: Adapter) -> None:
             scan(adapter, io_port=first.getsockname()[1])
 
 
+def test_without_an_adapter_there_is_no_scanner() -> None:
+    with socket.socket() as free:
+        free.bind((HOST, 0))
+        port = free.getsockname()[1]
+    with pytest.raises(EnipError, match="no connection to the EtherNet/IP adapter"):
+        Scanner(HOST, port=port)
+
+
 @pytest.mark.parametrize(
     ("size", "rpi_us", "multiplier", "message"),
     [
