@@ -129,7 +129,7 @@ def test_the_registers_can_be_others(bridge: Start, plc: ModbusPlc) -> None:
     assert {(3, 100, 25), (16, 0, 25)} == set(plc.requests)
 
 
-def test_where_there_is_no_plc_one_line_says_so(capsys: Captured) -> None:
+def test_a_missing_plc_is_one_line(capsys: Captured) -> None:
     assert main(["bridge", "--plc", "127.0.0.1:1", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("rcx: no Modbus TCP connection to 127.0.0.1:1: ")
@@ -137,7 +137,7 @@ def test_where_there_is_no_plc_one_line_says_so(capsys: Captured) -> None:
     assert error.count("\n") == 1
 
 
-def test_where_there_is_no_robot_one_line_says_so(plc: ModbusPlc, capsys: Captured) -> None:
+def test_a_missing_robot_is_one_line(plc: ModbusPlc, capsys: Captured) -> None:
     assert main(["bridge", "--plc", f"127.0.0.1:{plc.port}", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert "no connection to the EtherNet/IP adapter at 127.0.0.1:1" in error

@@ -48,7 +48,7 @@ def test_the_chart_names_the_command() -> None:
     assert ">0x0100<" in drawn
 
 
-def test_what_is_older_is_forgotten_but_for_the_state_it_left() -> None:
+def test_old_changes_are_removed_except_for_the_state_they_left() -> None:
     history = History(kept_us=1_000_000)
     history.add([_change(0, si="00004000"), _change(500_000, si="00004100")], 500_000)
     history.add([_change(1_200_000, si="00000100")], 1_600_000)

@@ -213,7 +213,7 @@ def test_outputs_inputs_and_workpieces_have_their_forms(page: Page, scanner: Sca
     page.until(lambda: "SI(01) is an input" in page.text("#refused-too"), "nothing is refused")
 
 
-def test_what_was_done_is_recorded_and_a_stimulus(
+def test_actions_are_recorded_and_become_a_stimulus(
     page: Page, scanner: Scanner, tmp_path: Path
 ) -> None:
     def got(selector: str) -> str:
@@ -339,7 +339,7 @@ def test_a_wrong_alarm_number_is_refused_in_words(page: Page) -> None:
     assert page.text("#refused") == "group = 99999 of event 'alarm' is no number from 0 to 65535"
 
 
-def test_the_page_asks_nobody_else_and_meets_no_error(page: Page) -> None:
+def test_the_page_asks_no_other_server_and_has_no_error(page: Page) -> None:
     script = "return performance.getEntriesByType('resource').map((one) => one.name)"
     asked: list[str] = page.browser.execute_script(script)
     own = page.browser.current_url

@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from plc_bench import compiled
 from structured_text.engines.base import Value
 
-__all__ = ["Alone"]
-
 
 class Alone:
     """The instance `Block` of a block, called once in each scan, whose number goes up.

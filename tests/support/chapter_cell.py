@@ -11,8 +11,6 @@ from rcx_harness.robot import Controller, RobotConfig, RobotProgram
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from structured_text.engines.base import Program, Value
 
-__all__ = ["ChapterCell", "steps_once"]
-
 
 def steps_once(*steps: str) -> dict[str, Any]:
     """Return the properties of a robot whose program does these steps once."""

@@ -7,8 +7,6 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["OperatorBench"]
-
 _JOGS = (0x0020, 0x0021, 0x0022)
 
 

@@ -10,8 +10,6 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = ["PickBench", "picking"]
-
 _DI = 0x0304
 _DATE = 0x0511
 _OUTPUTS = 1  # port type DO

@@ -12,8 +12,6 @@ from structured_text.engines import build
 from structured_text.engines.base import Program, Value
 from structured_text.projects.needed import needed
 
-__all__ = ["LIBRARY", "ROOT", "PlcBench", "compiled"]
-
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = sorted((ROOT / "plc/lib").rglob("*.st"))
 BENCH = ROOT / "tests/data/library/Bench.st"

@@ -7,32 +7,6 @@ from typing import Any
 from rcx_harness.robot import RobotProgram
 from robot_master import Master
 
-__all__ = [
-    "ALL",
-    "EXECUTE",
-    "FIRST",
-    "INFO",
-    "LINES",
-    "NAME",
-    "NEXT",
-    "NO_TASK",
-    "NUMBER",
-    "REGISTER",
-    "RESET",
-    "SECOND",
-    "SKIP",
-    "STATES",
-    "STEP",
-    "TASK",
-    "info",
-    "lines",
-    "program_master",
-    "registered_master",
-    "states",
-    "telegram",
-    "text_words",
-]
-
 REGISTER, EXECUTE, STEP, SKIP, NEXT, RESET, INFO = 0x401, 0x402, 0x403, 0x404, 0x405, 0x406, 0x408
 STATES, LINES = 0x507, 0x508
 ALL, NUMBER, TASK, NAME = 0, 1, 2, 4

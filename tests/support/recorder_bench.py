@@ -8,8 +8,6 @@ from typing import Any
 
 from alone import Alone
 
-__all__ = ["Recorder", "Row", "connected", "short"]
-
 Row = tuple[str, int, int]
 
 _NOTHING: Row = ("LOG_NOTHING", 0, 0)

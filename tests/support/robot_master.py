@@ -9,8 +9,6 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["NORMAL_END", "Master", "abnormal_end", "answer_of", "powered_up", "servos_on"]
-
 #: Words m to m+30 of a normal end without response data.
 NORMAL_END = (0x0200,) + (0,) * 15
 

@@ -18,18 +18,6 @@ from typing import Any
 from rcx_harness.spec.telegram import WORDS
 from structured_text.output.toml_files import load_toml
 
-__all__ = [
-    "Legal",
-    "Place",
-    "Reading",
-    "Row",
-    "every_reading",
-    "first",
-    "place",
-    "reading",
-    "row",
-]
-
 FOLDER = Path(__file__).resolve().parents[1] / "spec" / "second_reading"
 
 _BITS = re.compile(r"([mn])\+(\d+)\.(\d+)(?:-(\d+))?")

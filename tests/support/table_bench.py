@@ -6,22 +6,6 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-__all__ = [
-    "Row",
-    "arrived",
-    "bench",
-    "end",
-    "goes_on",
-    "moving",
-    "restart",
-    "rows_to",
-    "runs",
-    "sent",
-    "shown",
-    "start",
-    "started",
-]
-
 Row = dict[str, Any]
 
 
