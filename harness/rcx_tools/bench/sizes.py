@@ -28,7 +28,7 @@ from structured_text.engines.load import (
 )
 from structured_text.engines.matiec.source import join_sources
 from structured_text.engines.strucpp.build import Strucpp, compile_project
-from structured_text.engines.strucpp.memory import NAMESPACE
+from structured_text.engines.strucpp.strucpp_dialect import NAMESPACE
 from structured_text.errors import InputError
 from structured_text.language.load import load
 

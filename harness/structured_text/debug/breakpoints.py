@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from operator import eq, ge, gt, le, lt
 from typing import Any
 
-from structured_text.debug.expressions import Compiled
+from structured_text.debug.watch_expressions import Compiled
 from structured_text.errors import InputError
 
 __all__ = ["Breakpoint", "Counting", "DataWatch", "Message", "message_of"]

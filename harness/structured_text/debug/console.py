@@ -8,9 +8,9 @@ from typing import Any
 
 from structured_text.debug.breakpoints import DataWatch
 from structured_text.debug.debugger import Back, Debugger, Forward, Order
-from structured_text.debug.expressions import Expressions
 from structured_text.debug.scopes import Frame
-from structured_text.debug.values import Held, Memory, local, refuse_set
+from structured_text.debug.values import Held, ProgramVariables, local, refuse_set
+from structured_text.debug.watch_expressions import WatchExpressions
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.errors import InputError
 from structured_text.language import tree as t
@@ -36,7 +36,9 @@ _LAST = re.compile(r"(?:(?P<base>[A-Za-z_][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<na
 class Console:
     """An interpreter for the user's input in the debug console."""
 
-    def __init__(self, debugger: Debugger, expressions: Expressions, memory: Memory) -> None:
+    def __init__(
+        self, debugger: Debugger, expressions: WatchExpressions, memory: ProgramVariables
+    ) -> None:
         self._debugger, self._expressions, self._memory = debugger, expressions, memory
         self._machine = debugger.player.machine
         self._project = self._machine.program.module.project

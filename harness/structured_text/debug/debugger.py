@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from structured_text.debug.breakpoints import Breakpoint, DataWatch
 from structured_text.debug.places import Code
 from structured_text.debug.player import Moment, Player
-from structured_text.debug.values import Memory
+from structured_text.debug.values import ProgramVariables
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
@@ -113,7 +113,7 @@ class Debugger:
     """
 
     player: Player
-    memory: Memory
+    memory: ProgramVariables
     front: Front
     breakpoints: list[Breakpoint] = field(default_factory=list)
     watches: list[DataWatch] = field(default_factory=list)

@@ -12,7 +12,7 @@ from typing import Any
 from structured_text.debug.machine import Machine
 from structured_text.debug.places import Places
 from structured_text.debug.tracer import Tracer
-from structured_text.debug.values import Held, Item, Memory, Text, local
+from structured_text.debug.values import Held, Item, ProgramVariables, Text, local
 from structured_text.language import tree as t
 from structured_text.language.values import describe
 from structured_text.output.units import format_us
@@ -46,7 +46,7 @@ class Frame:
 class Scopes:
     """The stack and the scopes of a machine."""
 
-    def __init__(self, machine: Machine, places: Places, memory: Memory) -> None:
+    def __init__(self, machine: Machine, places: Places, memory: ProgramVariables) -> None:
         self._machine, self._places, self._memory = machine, places, memory
         self._project = places.project
 

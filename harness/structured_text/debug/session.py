@@ -14,13 +14,13 @@ from typing import Any
 from structured_text.debug.breakpoints import Breakpoint, Counting, DataWatch, message_of
 from structured_text.debug.console import Console
 from structured_text.debug.debugger import Back, Debugger, Forward, Order, Quit, Stop
-from structured_text.debug.expressions import Expressions
 from structured_text.debug.machine import Machine
 from structured_text.debug.places import Places
 from structured_text.debug.player import Player
 from structured_text.debug.protocol import Client, Message
 from structured_text.debug.scopes import Frame, Scopes
-from structured_text.debug.values import Held, Item, Memory, Text
+from structured_text.debug.values import Held, Item, ProgramVariables, Text
+from structured_text.debug.watch_expressions import WatchExpressions
 from structured_text.errors import COMMAND, InputError
 
 __all__ = ["Launched", "Session"]
@@ -143,10 +143,10 @@ class Session:
         self._arguments = arguments
         program = machine.program
         self._places = Places(program)
-        self._memory = Memory(program)
+        self._memory = ProgramVariables(program)
         self._player = Player(machine, self._places)
         self._scopes = Scopes(machine, self._places, self._memory)
-        self._expressions = Expressions(program.module.project, program.module.names)
+        self._expressions = WatchExpressions(program.module.project, program.module.names)
         self._debugger = Debugger(self._player, self._memory, self)
         self._console = Console(self._debugger, self._expressions, self._memory)
 

@@ -29,7 +29,7 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import array_length, describe, scalar_to_python
 
-__all__ = ["Held", "Item", "Memory", "Shown", "Text", "local", "refuse_set"]
+__all__ = ["Held", "Item", "ProgramVariables", "Shown", "Text", "local", "refuse_set"]
 
 #: Number of elements of an array in a line of text.
 _FEW = 8
@@ -77,7 +77,7 @@ class Shown:
     numbered: int = 0
 
 
-class Memory:
+class ProgramVariables:
     """The variables of a program.
 
     Attributes:

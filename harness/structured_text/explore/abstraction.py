@@ -13,11 +13,11 @@ Two states get the same bytes only if no later scan can distinguish them:
   state Serving is 0, and the tickets are differences. A ticket that has been passed remains passed
   for at least 32767 further turns; all such tickets get the same code.
 * Numbers of scans: only whether a number is that of the last scan counts.
-* Words without a later effect are omitted, as the tables of `kept` say.
+* Words without a later effect are omitted, as the tables of `omitted` say.
 
 For an unknown program (`exact`) all variables that it can name are stored unchanged, pins too. Of
-`kept` this mode uses tickets, numbers of scans, variables that are read only under a condition, and
-private variables of the library's blocks. Each timer counts up to its own PT. Such a state contains
+`omitted` this mode uses tickets, numbers of scans, variables that are read only under a condition,
+and private variables of the library's blocks. Each timer counts up to its own PT. Such a state contains
 the values themselves, so it means the same in every process with the program. Other states contain
 an index for each value, in the order of first occurrence.
 """
@@ -36,7 +36,7 @@ from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.builtin.blocks import CLASSES
 from structured_text.engines.builtin.storage import address_slot, is_scalar
 from structured_text.errors import InputError
-from structured_text.explore.kept import Kept, Tables
+from structured_text.explore.omitted import Omitted, Tables
 from structured_text.language import tree as t
 from structured_text.language.printer import expression_text
 from structured_text.language.types import (
@@ -143,13 +143,13 @@ class Abstraction:
             self._robot = self._only_robot(program)
             for name, kind in program.instances().items():
                 assert isinstance(kind, BlockType)
-                self._walk(kind, program.holder(name), Kept(), "", "")
+                self._walk(kind, program.holder(name), Omitted(), "", "")
             self._globals(program)
         else:
             self._robot = getattr(getattr(self.root, tables.variable), tables.member)
             kind = next(iter(program.instances().values()))
             assert isinstance(kind, BlockType)
-            self._walk(kind, self.root, Kept(dropped=" ".join(free)), "", "")
+            self._walk(kind, self.root, Omitted(dropped=" ".join(free)), "", "")
         self._compile()
 
     def _only_robot(self, program: BuiltinProgram) -> Any:
@@ -284,7 +284,7 @@ class Abstraction:
 
     # --- the plan ---
 
-    def _walk(self, kind: Type, held: Any, kept: Kept, owner: str, channel: str) -> None:
+    def _walk(self, kind: Type, held: Any, kept: Omitted, owner: str, channel: str) -> None:
         """Plan all variables of a structure or block."""
         tables = self._tables
         name = f"o{len(self._objects)}"
@@ -334,7 +334,7 @@ class Abstraction:
                 self._timer(code, conditions.get(slot, ""), reads_et=type_name == tables.clock)
             elif isinstance(part, (BlockType, StructType)):
                 assert self._exact or slot not in conditions
-                inner = tables.types.get(part.name.upper(), Kept())
+                inner = tables.types.get(part.name.upper(), Omitted())
                 below = jobs.get(slot) or self._below(slot, channel, name)
                 self._walk(part, getattr(held, slot), inner, type_name, below)
             elif self._exact and slot not in conditions:
@@ -351,7 +351,7 @@ class Abstraction:
             told = f"a variable of type {describe(kind)} cannot be told apart"
             raise InputError(told, hint="explored are programs without pointers and references")
         if isinstance(kind, (BlockType, StructType)):
-            self._walk(kind, held, self._tables.types.get(kind.name.upper(), Kept()), "", "")
+            self._walk(kind, held, self._tables.types.get(kind.name.upper(), Omitted()), "", "")
         elif isinstance(kind, ArrayType) and not is_scalar(kind.element):
             for place, one in enumerate(held):
                 self._part(f"{code}[{place}]", kind.element, one)

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-__all__ = ["Broken", "Ready", "Result", "Search", "Step", "Taken", "World", "steps"]
+__all__ = ["Broken", "Ready", "Result", "Search", "Taken", "Transition", "World", "steps"]
 
 _OPEN = -1
 
@@ -143,7 +143,7 @@ class Paths(Protocol):
         """Return the choices from the start to a state, followed by `last`."""
 
 
-class Step(NamedTuple):
+class Transition(NamedTuple):
     """A step from a state.
 
     Attributes:
@@ -165,7 +165,7 @@ class Step(NamedTuple):
 
 def steps(
     world: World[Any], number: int, state: bytes, seed: int, is_known: Callable[[bytes], bool]
-) -> Iterator[Step]:
+) -> Iterator[Transition]:
     """Yield all steps from a state; seed and number draw one of them, which is checked.
 
     Args:
@@ -186,7 +186,7 @@ def steps(
         key, is_cut = world.known_as(following), world.is_cut()
         is_checked = place == check and not is_cut
         sent = b"" if is_known(key) else world.packed(following)
-        yield Step(choice.number, key, sent, is_cut, is_checked, broken)
+        yield Transition(choice.number, key, sent, is_cut, is_checked, broken)
         if is_checked:
             world.check(state, choice, following, random)
 
@@ -239,7 +239,7 @@ class Ready:
 
 
 #: The number of a state, the state (packed), and the steps from it.
-Taken = tuple[int, bytes, Iterable[Step]]
+Taken = tuple[int, bytes, Iterable[Transition]]
 
 
 class Search(Generic[Choice]):
@@ -306,7 +306,9 @@ class Search(Generic[Choice]):
                     break
         return result
 
-    def _merge(self, number: int, found: Iterable[Step], ready: Ready, result: Result) -> None:
+    def _merge(
+        self, number: int, found: Iterable[Transition], ready: Ready, result: Result
+    ) -> None:
         """Merge the steps from one state into the result, up to the first broken rule."""
         world, every, known = self._world, self._every, self._known
         depth = self._depths[number] + 1

@@ -10,7 +10,7 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.calls import block_arguments, pin_of
 from structured_text.language.declare import Scope
-from structured_text.language.expressions import Expressions, group
+from structured_text.language.expression_checker import ExpressionChecker, group
 from structured_text.language.functions import NOTHING, same_text
 from structured_text.language.objects import START
 from structured_text.language.references import PLACES, place_of
@@ -88,10 +88,10 @@ class _Statements:
     def __init__(self, scope: Scope, report: Callable[[InputError], None]) -> None:
         self._scope = scope
         self._report = report
-        self._expressions = Expressions(scope)
+        self._expressions = ExpressionChecker(scope)
         self._calls = _BlockCalls(self._expressions)
         self._loops = self._depth = 0
-        # Nodes made here. `Expressions` caches results by `id`, so these nodes must stay alive.
+        # Nodes made here: they must stay alive, because `ExpressionChecker` caches by `id`.
         self._made: list[s.Expression] = []
         self.assigned: set[t.Symbol] = set()
 
@@ -351,7 +351,7 @@ class _Statements:
 class _BlockCalls:
     """The block calls of one POU; `_Statements` uses it with its own expressions."""
 
-    def __init__(self, expressions: Expressions) -> None:
+    def __init__(self, expressions: ExpressionChecker) -> None:
         self._expressions = expressions
         self._scope = expressions.scope
 

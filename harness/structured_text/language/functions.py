@@ -80,7 +80,7 @@ _OF_VARIABLES = ("SIZEOF", "LOWER_BOUND", "UPPER_BOUND")
 
 
 class Functions:
-    """The function calls in the expressions of one POU; `expressions` uses it."""
+    """The function calls in the expressions of one POU; `expression_checker` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._expressions = expressions

@@ -24,7 +24,7 @@ from structured_text.language.compiling import deeply, uncollected
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
-from structured_text.language.project import Project, Run, Task, Unit, runnable
+from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
 from structured_text.language.registry import Declared, Registry
 from structured_text.language.resolve import ConsequenceError
 from structured_text.language.scalars import TIME
@@ -51,7 +51,7 @@ class Schedule:
     instances: dict[str, BlockType]
     tasks: tuple[Task, ...]
     tick_us: int | None
-    runs: tuple[Run, ...]
+    runs: tuple[ScheduledInstance, ...]
 
 
 def configure(registry: Registry, declarations: Declarations) -> Schedule:
@@ -68,7 +68,9 @@ def configure(registry: Registry, declarations: Declarations) -> Schedule:
         programs = _uncalled(registry, declarations)
         blocks = [pou.block for pou in programs if pou.block is not None]
         instances = dict(zip(("Main",), blocks, strict=False))
-        return Schedule(instances, (), None, tuple(Run(name, 1) for name in instances))
+        return Schedule(
+            instances, (), None, tuple(ScheduledInstance(name, 1) for name in instances)
+        )
     return _configured(declared, registry, declarations)
 
 
@@ -125,14 +127,16 @@ def _configured(declared: Declared, registry: Registry, declarations: Declaratio
     )
     tick = math.gcd(*(task.interval_us for task in tasks)) if tasks else None
     runs = [
-        Run(instance, task.interval_us // (tick or 1))
+        ScheduledInstance(instance, task.interval_us // (tick or 1))
         for task in sorted(tasks, key=lambda task: task.priority)
         for instance in task.instances
     ]
-    return Schedule(instances, tasks, tick, (*runs, *(Run(name, 1) for name in free)))
+    return Schedule(instances, tasks, tick, (*runs, *(ScheduledInstance(name, 1) for name in free)))
 
 
-def _settings(task: s.Task, declared: Declared, declarations: Declarations) -> tuple[int, int]:
+def _settings(
+    task: s.TaskDeclaration, declared: Declared, declarations: Declarations
+) -> tuple[int, int]:
     interval, priority = 0, _LOWEST
     for name, value in task.settings:
         if name.key == "INTERVAL":

@@ -21,7 +21,7 @@ _DIRECT = (*_SECTIONS, "VAR")
 
 
 class Methods:
-    """The calls of methods in one POU; `expressions` uses it.
+    """The calls of methods in one POU; `expression_checker` uses it.
 
     Args:
         expressions: The checker of the other expressions of the POU.

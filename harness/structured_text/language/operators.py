@@ -37,7 +37,7 @@ LOGIC = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE")
 
 
 class Operators:
-    """The operators in the expressions of one POU; `expressions` uses it."""
+    """The operators in the expressions of one POU; `expression_checker` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._expressions = expressions

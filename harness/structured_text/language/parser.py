@@ -371,7 +371,7 @@ class _Builder(Statements):
         return s.Configuration(
             name_of(name),
             nodes_of(items, s.Section),
-            nodes_of(items, s.Task),
+            nodes_of(items, s.TaskDeclaration),
             nodes_of(items, s.ProgramInstance),
             len(resources),
             position_of(word),
@@ -380,8 +380,8 @@ class _Builder(Statements):
     def resource(self, _word: Token, *rest: Any) -> list[Any]:
         return [item for item in rest if not isinstance(item, Token)]
 
-    def task(self, _word: Token, name: Token, *rest: Any) -> s.Task:
-        return s.Task(name_of(name), nodes_of(rest, tuple), position_of(name))
+    def task(self, _word: Token, name: Token, *rest: Any) -> s.TaskDeclaration:
+        return s.TaskDeclaration(name_of(name), nodes_of(rest, tuple), position_of(name))
 
     def task_setting(
         self, name: Token, _is: Token, value: s.Expression

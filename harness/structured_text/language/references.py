@@ -36,7 +36,7 @@ _REFUSED = {
 
 
 class References:
-    """The pointers and references of one POU; `expressions` uses it.
+    """The pointers and references of one POU; `expression_checker` uses it.
 
     Args:
         expressions: The checker of the other expressions of the POU.

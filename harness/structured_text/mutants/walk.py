@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Scope
-from structured_text.language.expressions import Expressions
+from structured_text.language.expression_checker import ExpressionChecker
 from structured_text.language.types import Type
 from structured_text.mutants.text import SourceText
 
@@ -47,7 +47,7 @@ class Body:
         self.pou = pou
         self.source = source
         self.scope = scope
-        self._expressions = Expressions(scope)
+        self._expressions = ExpressionChecker(scope)
 
     def type_of(self, node: Any) -> Type | None:
         """Return the type of an expression; None if it has no type by itself."""

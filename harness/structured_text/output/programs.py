@@ -11,16 +11,30 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from structured_text.output.system import APART, GUARDED, end_apart
 
-__all__ = ["Program", "run"]
+__all__ = ["Program", "environment", "run"]
 
 _GUARD = Path(__file__).with_name("guard.py")
 _WORD = 16
+
+
+def environment(*, without: Iterable[str] = (), **changes: str) -> dict[str, str]:
+    """Return the environment of this process for a child process.
+
+    Every changed environment of a child is made here.
+
+    Args:
+        without: Variables that the child must not have.
+        changes: Variables that the child gets instead, or in addition.
+    """
+    left_out = set(without)
+    inherited = {name: value for name, value in os.environ.items() if name not in left_out}
+    return inherited | changes
 
 
 class Program(subprocess.Popen[Any]):

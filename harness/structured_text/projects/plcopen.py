@@ -30,7 +30,7 @@ from structured_text.projects.numbers import (
     milliseconds_us,
     priority_of,
 )
-from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
 __all__ = ["read_plcopen"]
@@ -328,7 +328,7 @@ class _Reader:
         program = element.get("typeName") or element.get("type") or name
         return made(element.at, f"    PROGRAM {name}{task} : {program};{_note(element)}")
 
-    def tasks(self, root: Element) -> list[Task]:
+    def tasks(self, root: Element) -> list[ToolTask]:
         """Return the tasks outside of a configuration, as CODESYS writes them."""
         found = []
         for element in root.below("task"):
@@ -340,7 +340,7 @@ class _Reader:
                 continue
             priority = element.get("priority")
             found.append(
-                Task(
+                ToolTask(
                     self._name(element),
                     _microseconds(element, self._file),
                     priority_of(priority, self._name(element), self._file, element.at),

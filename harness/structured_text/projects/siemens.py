@@ -21,7 +21,7 @@ from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes
 from structured_text.projects.formats import SCL
 from structured_text.projects.model import Piece, Project, Unit
-from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.tasks import ToolTask, configuration
 
 __all__ = ["called", "plain_name", "read_scl", "started"]
 
@@ -140,7 +140,7 @@ def started(units: Sequence[Unit]) -> Project:
         return Project()
     one = main[0]
     at = one.piece.head[0].at
-    task = Task("", 0, None, ((one.name, one.name),), one.file, at)
+    task = ToolTask("", 0, None, ((one.name, one.name),), one.file, at)
     notes = tuple(
         f"{unit.file}:{unit.piece.head[0].at}: {unit.name} does not run: what starts it, the "
         "source does not say"

@@ -19,7 +19,7 @@ from structured_text.projects.model import (
     trimmed,
 )
 from structured_text.projects.numbers import priority_of, whole
-from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element, read_xml
 
 __all__ = ["read_object", "read_plcproj", "read_tasks"]
@@ -194,7 +194,7 @@ def read_tasks(files: list[Path]) -> Project:
             what = f"the cycle time of the task {name} [us]"
             said = priority.text() if priority is not None else ""
             tasks.append(
-                Task(
+                ToolTask(
                     name,
                     whole(time.text(), what, 1, _LONGEST_US, file, time.at),
                     priority_of(said, name, file, (priority or element).at),

@@ -24,10 +24,10 @@ from structured_text.language.scalars import ELEMENTARY
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, Type
 from structured_text.prove import standard, values
-from structured_text.prove.expressions import Expressions
+from structured_text.prove.expression_terms import ExpressionTerms
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated
-from structured_text.prove.memory import Alternatives, Memory, Path, leaves
 from structured_text.prove.overflow import Operation, Span
+from structured_text.prove.symbolic_memory import Alternatives, Path, SymbolicMemory, leaves
 from structured_text.prove.values import Value
 
 __all__ = ["Alternatives", "Call", "Machine", "Obligation", "Path", "leaves"]
@@ -71,7 +71,7 @@ class _Frame:
     roots: dict[str, Alternatives] = field(default_factory=dict)
 
 
-class Machine(Memory):
+class Machine(SymbolicMemory):
     """A symbolic machine: a program's memory as terms, and the execution of code on it.
 
     Args:
@@ -101,7 +101,7 @@ class Machine(Memory):
         self.summaries = dict(summaries or {})
         self._guards: list[Bool] = []
         self._frames: list[_Frame] = []
-        self.expressions = Expressions(self)
+        self.expressions = ExpressionTerms(self)
         self._at: tuple[str, int] = ("", 0)
 
     # --- the running POU and its conditions ---

@@ -12,9 +12,9 @@ from structured_text.language.displayed import value_text
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import scalar_to_python
 from structured_text.prove.machine import Path
-from structured_text.prove.memory import Memory
 from structured_text.prove.search import value_of
 from structured_text.prove.surroundings import Surroundings
+from structured_text.prove.symbolic_memory import SymbolicMemory
 
 __all__ = ["Names"]
 
@@ -29,7 +29,7 @@ class Names:
         around: The surroundings of the program.
     """
 
-    def __init__(self, memory: Memory, around: Surroundings) -> None:
+    def __init__(self, memory: SymbolicMemory, around: Surroundings) -> None:
         self._memory = memory
         instances = {name.upper(): name for name in around.project.instances}
         self._roots: dict[Path, tuple[str, Type]] = {}

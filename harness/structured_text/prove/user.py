@@ -29,7 +29,7 @@ from structured_text.prove.machine import Path as Place
 from structured_text.prove.naming import Names
 from structured_text.prove.program import ProgramMachine
 from structured_text.prove.properties import Key, Library, Watch, inner_written, title
-from structured_text.prove.search import Run, Search, SearchEndedError
+from structured_text.prove.search import Counterexample, Search, SearchEndedError
 from structured_text.prove.solve import PROVED, REFUTED, UNKNOWN
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.values import TIME_BITS
@@ -140,7 +140,7 @@ class Bench(Protocol):
 
     def replay(
         self,
-        run: Run,
+        run: Counterexample,
         around: Surroundings,
         files: Sequence[Path],
         stimulus: Path,
@@ -162,7 +162,7 @@ class Bench(Protocol):
             InputError: a file cannot be written, or exists already and was not written by a search.
         """
 
-    def command(self, run: Run, around: Surroundings, stimulus: Path) -> str:
+    def command(self, run: Counterexample, around: Surroundings, stimulus: Path) -> str:
         """Return the command with which a user can replay the run."""
 
 
@@ -423,7 +423,7 @@ class _Work:
             for key in self.open:
                 self._spent[key] = self._spent.get(key, 0.0) + time.monotonic() - begin
 
-    def _found(self, key: Key, run: Run) -> None:
+    def _found(self, key: Key, run: Counterexample) -> None:
         """Replay a run that the solver found, and record the result.
 
         The property is refuted only if the built-in engine shows the violation, too. Otherwise the

@@ -17,14 +17,14 @@ from structured_text.language.types import ArrayType, BlockType, EnumType, Struc
 from structured_text.language.values import scalar_to_python
 from structured_text.prove import values
 from structured_text.prove.machine import Path as Place
-from structured_text.prove.search import Run
+from structured_text.prove.search import Counterexample
 from structured_text.prove.surroundings import path_of
 from structured_text.prove.user import Replayed
 
 __all__ = ["entries", "replay"]
 
 
-def entries(run: Run, around: CellSurroundings) -> Iterator[Entry]:
+def entries(run: Counterexample, around: CellSurroundings) -> Iterator[Entry]:
     """Yield the stimulus of a run: each change at its time."""
     before: dict[int, tuple[bytes, bool]] = {}
     values = {one.name: one.initial for one in around.inputs}
@@ -51,7 +51,7 @@ def _told(value: Any, kind: Any) -> Any:
 
 
 def replay(
-    run: Run,
+    run: Counterexample,
     around: CellSurroundings,
     files: Sequence[Path],
     stimulus: Path,

@@ -16,7 +16,7 @@ from structured_text.language.project import Project
 from structured_text.output.console import quoted
 from structured_text.prove import user
 from structured_text.prove.properties import Library
-from structured_text.prove.search import Run
+from structured_text.prove.search import Counterexample
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.user import Replayed, Result
 
@@ -84,7 +84,7 @@ class CellBench:
 
     def replay(
         self,
-        run: Run,
+        run: Counterexample,
         around: Surroundings,
         files: Sequence[Path],
         stimulus: Path,
@@ -96,7 +96,7 @@ class CellBench:
         assert isinstance(around, CellSurroundings)
         return replay(run, around, files, stimulus, about=about, lib=self.lib, chart=chart)
 
-    def command(self, run: Run, around: Surroundings, stimulus: Path) -> str:
+    def command(self, run: Counterexample, around: Surroundings, stimulus: Path) -> str:
         """Return the command that replays a run."""
         assert isinstance(around, CellSurroundings)
         words = ["rcx run", *map(quoted, self.files)]

@@ -14,6 +14,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from structured_text.output.programs import environment
+
 __all__ = ["FOLDERS", "Run", "run_tests"]
 
 #: Folders of tests in which blocks of the library run.
@@ -65,7 +67,6 @@ def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
     command += [f"--ignore={path}" for path in _LEFT_OUT]
     command += ["-p", "rcx_tools.evidence.coverage.counting", "--counts", str(counts)]
     command += ["--count-below", str(root / "plc" / "lib")]
-    environment = _environment()
     last: deque[str] = deque(maxlen=_LAST_LINES)
     progress = Progress(
         TextColumn("{task.description}"),
@@ -80,7 +81,7 @@ def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
         subprocess.Popen(
             command,
             cwd=root,
-            env=environment,
+            env=_environment(),
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -102,12 +103,9 @@ def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
 
 def _environment() -> dict[str, str]:
     """Return the environment without matiec, so that every program runs on the counting engine."""
-    environment = dict(os.environ)
-    environment.pop("RCX_MATIEC", None)
-    path = environment.get("PATH", "").split(os.pathsep)
-    kept = [entry for entry in path if not (Path(entry) / "iec2c").exists()]
-    environment["PATH"] = os.pathsep.join(kept)
-    return environment
+    path = os.environ.get("PATH", "").split(os.pathsep)
+    without_matiec = [entry for entry in path if not (Path(entry) / "iec2c").exists()]
+    return environment(without=["RCX_MATIEC"], PATH=os.pathsep.join(without_matiec))
 
 
 def _ended(code: int, lines: list[str]) -> Run:

@@ -31,7 +31,7 @@ _KINDS = ("*.py", "*.lark")
 OWN = ("model", "contract", "oracle", "search", "stages", "models")
 _SHARED = (
     "structured_text/explore/abstraction.py",
-    "structured_text/explore/kept.py",
+    "structured_text/explore/omitted.py",
     "rcx_harness/verify/explore/kept.py",
     "structured_text/explore/search.py",
 )

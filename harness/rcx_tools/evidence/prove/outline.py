@@ -17,7 +17,7 @@ from structured_text.language.project import Project
 from structured_text.language.standard import BLOCKS
 from structured_text.prove.logic import Bool, both
 from structured_text.prove.machine import Alternatives, Call, Machine, Path
-from structured_text.prove.memory import Leaf
+from structured_text.prove.symbolic_memory import Leaf
 from structured_text.prove.values import Value
 
 __all__ = [

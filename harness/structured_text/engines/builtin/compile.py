@@ -1,9 +1,9 @@
 """Compilation of a checked project to Python.
 
 Each POU becomes a Python function (`statements`), each expression a Python expression
-(`expressions`), and each block or structure a class (`storage`). The line of the source is recorded
-for each line of a function, so that errors at run time name the user's file and line. The compiled
-code is cached as `marshal` writes it.
+(`expression_code`), and each block or structure a class (`storage`). The line of the source is
+recorded for each line of a function, so that errors at run time name the user's file and line. The
+compiled code is cached as `marshal` writes it.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from structured_text.engines.builtin.expressions import Expressions, Value, type_name
+from structured_text.engines.builtin.expression_code import ExpressionCode, Value, type_name
 from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
@@ -278,7 +278,7 @@ _SAFE = frozenset(
 _FEW = 50
 
 
-class _CountingExpressions(Expressions):
+class _CountingExpressions(ExpressionCode):
     """The writer of expressions that records the vector of conditions of each decision.
 
     For a decision without skipped conditions, the code computes all conditions, joins them to a

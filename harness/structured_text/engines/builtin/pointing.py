@@ -34,7 +34,7 @@ POINTING = (
 
 
 class _Code(Protocol):
-    """The part of `expressions.Expressions` that `Pointing` uses."""
+    """The part of `ExpressionCode` that `Pointing` uses."""
 
     def is_local(self, symbol: t.Symbol) -> bool:
         """Return whether a variable lasts for one call only."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple, NoReturn, TypeAlias
 
-from structured_text.engines.builtin.memory import (
+from structured_text.engines.builtin.byte_views import (
     Elements,
     Fields,
     Held,

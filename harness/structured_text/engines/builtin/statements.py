@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from structured_text.engines.builtin.expressions import Expressions, has_call, type_name
+from structured_text.engines.builtin.expression_code import ExpressionCode, has_call, type_name
 from structured_text.engines.builtin.objects import handed_back, is_dynamic
 from structured_text.engines.builtin.storage import (
     Storage,
@@ -54,7 +54,7 @@ class Writer:
         self._pou = pou
         self._storage = storage
         self._project = project
-        self._code = Expressions(project, pou)
+        self._code = ExpressionCode(project, pou)
         self._code.pointing.storage = storage
         self._at = 0
         self._prelude = 0

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from structured_text.engines.native.memory import tables
+from structured_text.engines.native.c_layout import tables
 from structured_text.engines.native.toolchain import (
     CompilerError,
     compile_shared,

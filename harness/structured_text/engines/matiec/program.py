@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from structured_text.engines.matiec.build import Matiec, TranslationError, Wanted, compile_program
-from structured_text.engines.matiec.memory import MatiecDialect
+from structured_text.engines.matiec.matiec_dialect import MatiecDialect
 from structured_text.engines.matiec.source import (
     HIDDEN_INSTANCE,
     explain,

@@ -1,7 +1,7 @@
 """A program in a shared object, scanned in process; the base of the matiec and STruC++ engines.
 
 The shared object exports `shim_start`, `shim_scan`, `shim_tick`, and the tables `shim_regions`,
-`shim_sizes` and `shim_layout` (`native.memory.tables`). The regions hold the whole state of the
+`shim_sizes` and `shim_layout` (`native.c_layout.tables`). The regions hold the whole state of the
 program. A snapshot is a copy of their bytes.
 """
 
@@ -19,7 +19,7 @@ from operator import itemgetter
 from typing import Any, Literal, TypeVar
 
 from structured_text.engines.base import Value
-from structured_text.engines.native.memory import (
+from structured_text.engines.native.c_layout import (
     Codec,
     Dialect,
     Layout,

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from structured_text.engines.native.memory import tables
+from structured_text.engines.native.c_layout import tables
 from structured_text.engines.native.toolchain import (
     CompilerError,
     compile_shared,
@@ -20,7 +20,7 @@ from structured_text.engines.native.toolchain import (
     run_tool,
     version,
 )
-from structured_text.engines.strucpp.memory import NAMESPACE
+from structured_text.engines.strucpp.strucpp_dialect import NAMESPACE
 from structured_text.errors import COMMAND, InputError
 from structured_text.language.project import Project
 from structured_text.language.source import origin, source_text

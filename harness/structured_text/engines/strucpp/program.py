@@ -6,8 +6,8 @@ import ctypes
 
 from structured_text.engines.native.program import NativeProgram, layout_of
 from structured_text.engines.strucpp.build import Strucpp, compile_project
-from structured_text.engines.strucpp.memory import StrucppDialect
 from structured_text.engines.strucpp.start import check_start
+from structured_text.engines.strucpp.strucpp_dialect import StrucppDialect
 from structured_text.errors import InputError
 from structured_text.language.project import Project
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from structured_text.export.initial import differing, zero
-from structured_text.export.l5x.expressions import Expressions, fold
+from structured_text.export.l5x.expression_writer import ExpressionWriter, fold
 from structured_text.export.l5x.model import (
     FIRST_SCAN,
     RESULT,
@@ -96,7 +96,7 @@ class _Writer:
 
     def __init__(self, part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> None:
         self._part, self._pou, self._pous, self._images = part, pou, pous, images
-        self._expressions = Expressions(pous, images)
+        self._expressions = ExpressionWriter(pous, images)
         self._comments = _comments(part)
         self._zeros: dict[str, Data] = {}
         self._at: Position | None = None

@@ -38,7 +38,7 @@ __all__ = [
     "StructInit",
     "StructSpec",
     "SubrangeSpec",
-    "Task",
+    "TaskDeclaration",
     "TypeDecl",
     "TypeSpec",
     "VarDecl",
@@ -251,7 +251,7 @@ class Pou:
 
 
 @dataclass(frozen=True)
-class Task:
+class TaskDeclaration:
     """A task: `TASK name (INTERVAL := …, PRIORITY := …)`."""
 
     name: Name
@@ -279,7 +279,7 @@ class Configuration:
 
     name: Name
     globals: tuple[Section, ...]
-    tasks: tuple[Task, ...]
+    tasks: tuple[TaskDeclaration, ...]
     programs: tuple[ProgramInstance, ...]
     resources: int
     at: Position

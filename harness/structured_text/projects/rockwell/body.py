@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 from structured_text.language.source import Line
 from structured_text.projects.rockwell.data import INTEGERS, STORED, Data
-from structured_text.projects.rockwell.expressions import (
+from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
     FIRST_SCAN,
-    Expressions,
+    ExpressionReader,
     Routine,
     Token,
     bare,
@@ -36,7 +36,7 @@ def translated(lines: Sequence[Line], routine: Routine) -> tuple[Line, ...]:
     return tuple(made.block("  ", whole=True))
 
 
-class _Statements(Expressions):
+class _Statements(ExpressionReader):
     # --- statements -----------------------------------------------------------------------
 
     def block(self, indent: str, *, whole: bool = False) -> list[Line]:

@@ -28,7 +28,7 @@ from structured_text.projects.rockwell.body import (
 )
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
 from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
-from structured_text.projects.tasks import Task, configuration
+from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
 __all__ = ["read_l5x"]
@@ -350,7 +350,7 @@ class _Reader:
                 elif found["name"]:
                     yield Line(f"JSR({found['name']},0);", one.at)
 
-    def _tasks(self, names: Mapping[str, str]) -> Iterator[Task]:
+    def _tasks(self, names: Mapping[str, str]) -> Iterator[ToolTask]:
         for task in self._root.below("Task"):
             programs = []
             for one in task.all("ScheduledPrograms", "ScheduledProgram"):
@@ -365,7 +365,7 @@ class _Reader:
                 self._note(f"the task {name} waits for an event and does not run", task)
                 continue
             periodic, rate = kind == "PERIODIC", task.get("Rate")
-            yield Task(
+            yield ToolTask(
                 name if periodic else "",
                 milliseconds_us(rate, name, self._file, task.at) if periodic else 0,
                 priority_of(task.get("Priority"), name, self._file, task.at),

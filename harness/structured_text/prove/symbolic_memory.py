@@ -20,7 +20,7 @@ from structured_text.prove import standard, values
 from structured_text.prove.logic import Bool
 from structured_text.prove.values import Value
 
-__all__ = ["Alternatives", "Leaf", "Memory", "Path", "leaves"]
+__all__ = ["Alternatives", "Leaf", "Path", "SymbolicMemory", "leaves"]
 
 #: Names and positions, from the outermost variable inwards.
 Path = tuple[Any, ...]
@@ -86,7 +86,7 @@ def _count(kind: ArrayType) -> int:
     return count
 
 
-class Memory:
+class SymbolicMemory:
     """The variables of a program as terms.
 
     Args:

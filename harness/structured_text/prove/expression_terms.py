@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import z3
 
-from structured_text.engines.builtin.expressions import settle, standard_call
+from structured_text.engines.builtin.expression_code import settle, standard_call
 from structured_text.engines.builtin.runtime import NAMES, ProgramError
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.language import tree as t
@@ -31,11 +31,11 @@ from structured_text.language.scalars import (
 from structured_text.language.types import ArrayType, ElementaryType, Type
 from structured_text.prove import overflow, reals, texts, values
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, is_known, negated
-from structured_text.prove.memory import Alternatives, Leaf
 from structured_text.prove.overflow import Span, resized
+from structured_text.prove.symbolic_memory import Alternatives, Leaf
 from structured_text.prove.values import TIME_BITS, Value
 
-__all__ = ["Expressions"]
+__all__ = ["ExpressionTerms"]
 
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 _CHAINS = {"GT": ">", "GE": ">=", "EQ": "=", "LE": "<=", "LT": "<", "NE": "<>"}
@@ -48,7 +48,7 @@ def _name(kind: Type) -> str:
 
 
 class _Machine(Protocol):
-    """The interface of `machine.Machine` that `Expressions` uses."""
+    """The interface of `machine.Machine` that `ExpressionTerms` uses."""
 
     project: Project
 
@@ -78,7 +78,7 @@ class _Machine(Protocol):
     def call_function(self, name: str, arguments: list[Value | Alternatives | None]) -> Any: ...
 
 
-class Expressions:
+class ExpressionTerms:
     """The evaluation of expressions in the memory of a machine; `Machine` owns one."""
 
     def __init__(self, machine: _Machine) -> None:

@@ -20,7 +20,7 @@ from structured_text.projects.rockwell.data import INTEGERS, NUMBERS, STORED, Da
 __all__ = [
     "COUNTER",
     "FIRST_SCAN",
-    "Expressions",
+    "ExpressionReader",
     "Routine",
     "Token",
     "Value",
@@ -103,7 +103,7 @@ Value = tuple[str, str]
 """An expression as it is written, and its type; integers are DINT or longer."""
 
 
-class Expressions:
+class ExpressionReader:
     """The reader of values, tags and conversions from the tokens of a routine."""
 
     def __init__(self, tokens: Sequence[Token], last: int, routine: Routine) -> None:
@@ -284,7 +284,7 @@ class Expressions:
             return FIRST_SCAN, Data("BOOL")
         alias = routine.aliases.get(token.word)
         if alias is not None:
-            inner = Expressions(tokens_of([Line(alias, token.at)]), token.at, routine)
+            inner = ExpressionReader(tokens_of([Line(alias, token.at)]), token.at, routine)
             text, data = inner._variable()
         else:
             found = routine.tags.get(token.word)

@@ -39,7 +39,7 @@ from structured_text.language.scalars import (
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, Type, has_block
 
 __all__ = [
-    "Expressions",
+    "ExpressionCode",
     "Value",
     "has_call",
     "of_type",
@@ -55,7 +55,7 @@ _BRACKETS = 60
 _LOCAL = ("VAR_IN_OUT", "VAR_TEMP", "RESULT")
 
 
-class Expressions:
+class ExpressionCode:
     """The writer of the expressions of one POU.
 
     Args:

@@ -12,13 +12,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from structured_text.engines.builtin.expressions import Expressions as Python
+from structured_text.engines.builtin.expression_code import Expressions as Python
 from structured_text.engines.builtin.runtime import ProgramError
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Declarations, Scope
-from structured_text.language.expressions import Expressions as Checker
+from structured_text.language.expression_checker import Expressions as Checker
 from structured_text.language.load import read_file
 from structured_text.language.parser import read_text
 from structured_text.language.project import Project
@@ -27,7 +27,7 @@ from structured_text.language.scalars import BOOL
 from structured_text.language.types import Type
 from structured_text.language.walk import nodes
 
-__all__ = ["Compiled", "Expressions"]
+__all__ = ["Compiled", "WatchExpressions"]
 
 _HERE = Path("expression")
 _HEAD = "FUNCTION HarnessHere : BOOL\n"
@@ -72,7 +72,7 @@ class Compiled:
             raise InputError(f"{self.text}: {said}") from None
 
 
-class Expressions:
+class WatchExpressions:
     """A compiler for expressions in the scope of any POU of a program.
 
     Args:

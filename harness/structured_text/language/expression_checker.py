@@ -51,7 +51,7 @@ from structured_text.language.types import (
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF
 
-__all__ = ["Expressions", "group"]
+__all__ = ["ExpressionChecker", "group"]
 
 #: The types of the parts of a bit string.
 _PARTS = {"X": "BOOL", "B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}
@@ -59,7 +59,7 @@ _PARTS = {"X": "BOOL", "B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}
 _LARGEST = 1 << 128
 
 
-class Expressions:
+class ExpressionChecker:
     """The expressions of one POU.
 
     `infer` returns the type that an expression has by itself, or None if it consists only of

@@ -13,7 +13,7 @@ from structured_text.output.limits import MOST_LINE_BYTES, OTHER
 from structured_text.output.reading import open_file
 from structured_text.output.results import Results, move_aside, read_entry
 
-__all__ = ["Kept"]
+__all__ = ["ResultFile"]
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -27,7 +27,7 @@ def _as_it_is(value: Any) -> Any:
     return value
 
 
-class Kept(Generic[Item, Result]):
+class ResultFile(Generic[Item, Result]):
     """The results of items from earlier calls, in a file; used by `Farm`.
 
     Args:
