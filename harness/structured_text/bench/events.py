@@ -103,12 +103,6 @@ def checked(
 ) -> Callable[[_On, int], None]:
     """Return the call by which an event acts on a bench, or on one of the devices around it.
 
-    Args:
-        events: All known events.
-        event: Name of the event.
-        args: Its arguments.
-        key: Its key in a stimulus.
-
     Raises:
         InputError: arguments that the event does not take, or impossible values.
     """

@@ -36,7 +36,6 @@ class Entry:
 
     Attributes:
         t_us: Time from the start of the run.
-        line: Its line in the file.
         values: Variables to set, by path.
         events: Events of the PLC: name and arguments.
         held_us: Time after which the values, all of type BOOL, and the events are undone; None:

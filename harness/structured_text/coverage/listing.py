@@ -66,7 +66,6 @@ class Listing:
     """All items to cover in one POU.
 
     Attributes:
-        name: Its name.
         line: The line where it begins.
         statements: Its statements in source order.
         branches: Its branches in source order, without those that the source excludes. These are

@@ -125,9 +125,6 @@ class FileResult:
         source: Its lines, by their numbers.
         pous: Name, line and number of calls of each function or block in it.
         bodies: The sorted lines of the statements of each of these.
-        statements: Its statements.
-        branches: Its branches.
-        decisions: Its decisions.
         stale: Lines with a reason although everything on them was executed.
         changed: The file has changed since, or counts of several versions exist.
         demands_mcdc: MC/DC is required for it.

@@ -38,11 +38,7 @@ class Outcome:
 
 
 def check_fail_under(option: str, given: float | str) -> float:
-    """Return the required percentage.
-
-    Raises:
-        InputError: it is not a number from 0 to 100.
-    """
+    """Return the required percentage, or raise InputError."""
     try:
         percent = float(given)
     except ValueError:
@@ -61,7 +57,7 @@ def conclude(
     lost: Sequence[str] = (),
     width: int = 100,
 ) -> Outcome:
-    """Write the report on the counts.
+    """Write the report on the counts, or raise InputError.
 
     Args:
         merged: The counts.
@@ -70,9 +66,6 @@ def conclude(
         fail_under: The required percentage of statements and branches together [%].
         lost: Processes whose part is missing.
         width: Width of the table, in characters.
-
-    Raises:
-        InputError: it cannot be written.
     """
     results = measure(merged, home)
     found = total(results)

@@ -159,11 +159,7 @@ class Console:
         raise InputError(f"{text} is no variable that lasts from scan to scan")
 
     def watch(self, path: str, number: int) -> DataWatch:
-        """Return a watch for a variable.
-
-        Raises:
-            InputError: there is no such variable.
-        """
+        """Return a watch for a variable, or raise InputError."""
         found = self._memory.at(resolve(self._project, path))
         if is_scalar(found.type):
             return DataWatch(

@@ -42,9 +42,6 @@ class Recorded:
     """A program that records scans and writes; it passes on all other calls.
 
     `restore` also discards the recording since the snapshot.
-
-    Args:
-        program: The program, on any engine.
     """
 
     def __init__(self, program: Program) -> None:

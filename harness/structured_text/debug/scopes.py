@@ -25,7 +25,6 @@ class Frame:
     """A call of a POU, or a program between two scans.
 
     Attributes:
-        pou: The POU.
         title: Its name in a stack.
         line: Current line.
         instance: The object of its instance; None for a function.

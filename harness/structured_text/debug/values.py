@@ -41,7 +41,6 @@ class Held:
 
     Attributes:
         name: Its displayed name: a member, `[3]`, or the user's expression.
-        type: Its type.
         get: Returns its value.
         set: Sets its value; None if it cannot be set.
         path: An expression for it in its POU; empty without one.

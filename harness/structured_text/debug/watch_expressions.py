@@ -12,13 +12,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from structured_text.engines.builtin.expression_code import Expressions as Python
+from structured_text.engines.builtin.expression_code import ExpressionCode as Python
 from structured_text.engines.builtin.runtime import ProgramError
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Declarations, Scope
-from structured_text.language.expression_checker import Expressions as Checker
+from structured_text.language.expression_checker import ExpressionChecker as Checker
 from structured_text.language.load import read_file
 from structured_text.language.parser import read_text
 from structured_text.language.project import Project
@@ -41,7 +41,6 @@ class Compiled:
     Attributes:
         text: The expression as typed.
         node: Its checked syntax tree.
-        type: Its type.
         names: The Python variables that it needs.
         run: The compiled function of these variables.
     """
@@ -86,16 +85,7 @@ class WatchExpressions:
         self._scopes: dict[str, Scope] | None = None
 
     def compiled(self, pou: t.Pou, text: str, want: Type | None = None) -> Compiled:
-        """Compile an expression in the scope of a POU.
-
-        Args:
-            pou: The POU with the visible names.
-            text: The expression.
-            want: The required type; None for any.
-
-        Raises:
-            InputError: it cannot be parsed, or does not fit; one message.
-        """
+        """Compile an expression in the scope of a POU, or raise InputError."""
         key = pou.name.upper(), text, want.name if want is not None else ""
         if key not in self._known:
             self._known[key] = self._made(pou, text, want)
@@ -150,11 +140,7 @@ class WatchExpressions:
 
 @lru_cache(maxsize=256)
 def syntax_of(text: str) -> s.Expression:
-    """Parse an expression.
-
-    Raises:
-        InputError: it is not an expression.
-    """
+    """Parse an expression, or raise InputError."""
     wrong = InputError(f"{text!r} is no expression of Structured Text", hint="as Count + 1 > 3")
     source = read_text(f"{_HEAD}HarnessHere := (\n{text}\n);\nEND_FUNCTION\n", _HERE)
     if source.errors:

@@ -17,9 +17,9 @@ Two states get the same bytes only if no later scan can distinguish them:
 
 For an unknown program (`exact`) all variables that it can name are stored unchanged, pins too. Of
 `omitted` this mode uses tickets, numbers of scans, variables that are read only under a condition,
-and private variables of the library's blocks. Each timer counts up to its own PT. Such a state contains
-the values themselves, so it means the same in every process with the program. Other states contain
-an index for each value, in the order of first occurrence.
+and private variables of the library's blocks. Each timer counts up to its own PT. Such a state
+contains the values themselves, so it means the same in every process with the program. Other states
+contain an index for each value, in the order of first occurrence.
 """
 
 from __future__ import annotations
@@ -246,11 +246,7 @@ class Abstraction:
         return now_us
 
     def check_fixed(self) -> None:
-        """Check, after a scan, that the variables that the tables call fixed have not changed.
-
-        Raises:
-            AssertionError: such a variable has changed.
-        """
+        """Check, after a scan, that the variables that the tables call fixed have not changed."""
         for holder, slot, before in self._fixed:
             if repr(_held(getattr(holder, slot))) != before:
                 raise AssertionError(f"{type(holder).__name__}.{slot} is not fixed")

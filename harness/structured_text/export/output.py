@@ -28,7 +28,6 @@ class Missing:
         what: Its kind and name.
         why: What is missing, or what to do instead.
         file: The file that declares it.
-        line: Line in that file.
         replaced: It belongs to the library, and other blocks of the library replace it.
     """
 

@@ -78,7 +78,6 @@ class Sources:
 
     Attributes:
         parts: The declarations.
-        project: The checked project.
         renaming: The new names of the library.
         names: Names and texts about the library.
     """

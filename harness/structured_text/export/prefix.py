@@ -137,11 +137,7 @@ def _variables(sections: Iterable[s.Section]) -> Iterator[s.Name]:
 
 
 def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
-    """Refuse a new name that is already in use.
-
-    Raises:
-        InputError: the name is in use.
-    """
+    """Refuse a new name that is already in use."""
     for file in files:
         for token in tokens(source_text(file), file):
             words = token.split("#") if token.type == "TYPED" else [token]

@@ -38,7 +38,6 @@ class Tool:
     """A tool for which a program may be intended.
 
     Attributes:
-        title: The name of the tool.
         export: The target of the export for it.
         words: Its list of functions and blocks, in the folder `words`.
         takes: Constructs that it accepts, with the source.

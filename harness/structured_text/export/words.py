@@ -116,7 +116,6 @@ class Words:
     """The list of a tool.
 
     Attributes:
-        tool: The name of the tool.
         functions: Standard functions by their names in IEC 61131-3.
         blocks: Standard blocks by their names in IEC 61131-3, with pins in the standard's order.
         conversions: Types among which each conversion `X_TO_Y` exists.

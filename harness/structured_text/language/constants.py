@@ -95,11 +95,7 @@ def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constan
 
 
 def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
-    """Return a member of an enumeration by its name.
-
-    Raises:
-        InputError: there is no such member.
-    """
+    """Return a member of an enumeration by its name, or raise InputError."""
     try:
         return Constant(kind.value_of(name.key), kind, True)
     except ValueError:
@@ -109,14 +105,11 @@ def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
 
 
 def adapt(found: Constant, kind: Type, at: s.Position, where: Declared) -> Constant:
-    """Convert a constant to the type that its place requires.
+    """Convert a constant to the type that its place requires, or raise InputError.
 
     An untyped integer fits every integer and bit string type that holds it (BOOL for 0 and 1). An
     untyped real fits REAL and LREAL. A typed constant must widen to the type. Integers where a REAL
     is expected, and constants of another type, are noted as not portable.
-
-    Raises:
-        InputError: another type, or out of its range.
     """
     if found.typed or not isinstance(kind, ElementaryType):
         return _retyped(found, kind, at, where)
@@ -190,7 +183,7 @@ def constant(
     lookup: Lookup,
     detail: str = "",
 ) -> Constant:
-    """Return the value of an initial value or CASE label in the required type.
+    """Return the value of an initial value or CASE label in the required type, or raise InputError.
 
     Args:
         node: The expression.
@@ -199,9 +192,6 @@ def constant(
         where: Its declaration, for messages.
         lookup: Finds named constants.
         detail: As for `evaluate`.
-
-    Raises:
-        InputError: not constant, or not of the type.
     """
     if isinstance(node, s.Name) and isinstance(kind, EnumType):
         if node.key in (one.upper() for one in kind.members):

@@ -139,11 +139,7 @@ class ExpressionChecker:
         return self.variable(node)
 
     def invoked(self, node: s.Invoke) -> t.Variable:
-        """Type a call of a method.
-
-        Raises:
-            InputError: it is not a method.
-        """
+        """Type a call of a method, or raise InputError."""
         call = self.methods.call(node)
         if call is None:
             hint = "call a block in a statement before"
@@ -380,14 +376,11 @@ class ExpressionChecker:
         return self.scope.declarations.types[owners[0]] if len(owners) == 1 else None
 
     def check(self, node: s.Expression, want: Type | None) -> t.Expression:
-        """Type an expression.
+        """Type an expression, or raise InputError.
 
         Args:
             node: The expression.
             want: The type that its place requires; None if any type will do.
-
-        Raises:
-            InputError: a type that does not fit, an undeclared name and the like.
         """
         if isinstance(want, (ReferenceType, InterfaceType)):
             return self.references.wanted(node, want)

@@ -18,11 +18,7 @@ __all__ = ["Fitting"]
 
 
 class Fitting:
-    """The implicit conversions in the expressions of one POU.
-
-    Args:
-        expressions: The checker of the expressions.
-    """
+    """The implicit conversions in the expressions of one POU."""
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions

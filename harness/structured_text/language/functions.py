@@ -143,11 +143,7 @@ class Functions:
     # --- calls ---
 
     def call(self, node: s.Call, want: Type | None) -> t.Expression:
-        """Type a call.
-
-        Raises:
-            InputError: no such function, or arguments that do not fit.
-        """
+        """Type a call, or raise InputError."""
         key, name, at = node.function.key, node.function.text, node.at
         pou = self._scope.declarations.pous.get(key)
         if pou is not None and pou.kind == "FUNCTION":
@@ -224,11 +220,7 @@ class Functions:
         return t.CallFunction(pou.name.upper(), arguments, kind, in_outs, outputs)
 
     def _passed(self, argument: s.Argument, pin: t.Symbol, pou: str) -> t.Variable:
-        """Return the variable that a function writes.
-
-        Raises:
-            InputError: the argument is not a variable, or has another type.
-        """
+        """Return the variable that a function writes, or raise InputError."""
         value, kind = argument.value, pin.type
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)

@@ -80,11 +80,7 @@ class Inheritance:
     # --- declarations ---
 
     def base_symbols(self, node: s.Pou, where: Declared) -> dict[str, Symbol]:
-        """Return the variables that a block inherits, by upper-case name.
-
-        Raises:
-            InputError: its base is not a block that can be extended.
-        """
+        """Return the variables that a block inherits, by upper-case name, or raise InputError."""
         if node.extends is None:
             return {}
         if TWO_BASES in node.words:

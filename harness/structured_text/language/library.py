@@ -26,7 +26,6 @@ class Names:
         about: Description in one line.
         licence: Its SPDX identifier.
         copyright: Year and owner, for the licence.
-        owner: The owner of the library.
     """
 
     prefix: str = ""

@@ -206,15 +206,7 @@ def load(paths: Sequence[Path], read: Read | None = None) -> Project:
 
 
 def checked(paths: Sequence[Path], read: Read | None = None) -> Project:
-    """Parse and check sources that may also be a library without a PROGRAM.
-
-    Args:
-        paths: The files.
-        read: The parser of a file; `read_file` if None.
-
-    Raises:
-        InputError: the first mistake.
-    """
+    """Parse and check sources that may also be a library without a PROGRAM, or raise InputError."""
     project, errors = analyse(paths, read)
     if errors:
         raise errors[0]
@@ -243,11 +235,7 @@ def analyse(
 
 
 def read_file(path: Path) -> s.Source:
-    """Parse a file as far as it can be read, and collect its errors.
-
-    Raises:
-        InputError: the file cannot be read, or is not UTF-8.
-    """
+    """Parse a file as far as it can be read, and collect its errors, or raise InputError."""
     return read_text(source_text(path), path)
 
 

@@ -21,11 +21,7 @@ _DIRECT = (*_SECTIONS, "VAR")
 
 
 class Methods:
-    """The calls of methods in one POU; `expression_checker` uses it.
-
-    Args:
-        expressions: The checker of the other expressions of the POU.
-    """
+    """The calls of methods in one POU; `expression_checker` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions

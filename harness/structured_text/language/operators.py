@@ -127,11 +127,7 @@ class Operators:
         return left or right
 
     def unary(self, node: s.Unary, want: Type | None) -> t.Expression:
-        """Type `-x` or `NOT x`.
-
-        Raises:
-            InputError: it is not defined for the operand.
-        """
+        """Type `-x` or `NOT x`, or raise InputError."""
         kind = (
             self._expressions.infer(node.operand)
             or want

@@ -447,20 +447,12 @@ def _parser() -> tuple[Lark, _Builder]:
 
 
 def parse(file: Path) -> s.Source:
-    """Read and parse a file.
-
-    Raises:
-        InputError: the file cannot be read, is not UTF-8, or has a syntax error.
-    """
+    """Read and parse a file, or raise InputError."""
     return parse_text(source_text(file), file)
 
 
 def parse_text(text: str, file: Path) -> s.Source:
-    """Parse a source.
-
-    Raises:
-        InputError: the first syntax error.
-    """
+    """Parse a source, or raise InputError."""
     return _whole(read_text(text, file))
 
 

@@ -27,7 +27,6 @@ class Resolved:
         root: Name of the program instance, or of the global variable.
         is_global: Whether `root` is a global variable.
         steps: The steps from the root to the variable.
-        type: Type of the variable.
         address: Direct address of the variable, or of the located variable that contains it.
         inside: The steps from the located variable to this one.
     """

@@ -36,11 +36,7 @@ _REFUSED = {
 
 
 class References:
-    """The pointers and references of one POU; `expression_checker` uses it.
-
-    Args:
-        expressions: The checker of the other expressions of the POU.
-    """
+    """The pointers and references of one POU; `expression_checker` uses it."""
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions
@@ -54,11 +50,7 @@ class References:
         return found
 
     def deref(self, node: s.Dereference) -> t.Deref:
-        """Type `pointer^`.
-
-        Raises:
-            InputError: the variable is not a pointer.
-        """
+        """Type `pointer^`, or raise InputError."""
         base = self._all.base(node.base)
         kind = base.type
         if not isinstance(kind, ReferenceType):

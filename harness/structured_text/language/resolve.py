@@ -240,15 +240,12 @@ class Types:
         return kind, [initial] * array_length(kind)
 
     def resolve(self, spec: s.TypeSpec, where: Declared, owner: str = "") -> tuple[Type, Any]:
-        """Return the type of a specification, and its initial value.
+        """Return the type of a specification, and its initial value, or raise InputError.
 
         Args:
             spec: The specification.
             where: The declaration with the specification.
             owner: The name of the variable, used to name a type without a name.
-
-        Raises:
-            InputError: no such type, or one that is not supported.
         """
         if isinstance(spec, s.ArraySpec):
             return self._array("", spec, where)
@@ -454,19 +451,11 @@ class Types:
             self._under_way.discard(key)
 
     def constant(self, node: s.Init, kind: Type, where: Declared, detail: str = "") -> Constant:
-        """Return the value of a constant expression in the required type.
-
-        Raises:
-            InputError: not constant, or not of the type.
-        """
+        """Return the value of a constant expression in the required type, or raise InputError."""
         return constant(node, kind, self.types, where, self.lookup, detail)
 
     def integer(self, node: s.Expression, where: Declared) -> int:
-        """Return the value of a whole number, for bounds and lengths.
-
-        Raises:
-            InputError: anything else.
-        """
+        """Return the value of a whole number, for bounds and lengths, or raise InputError."""
         if isinstance(node, s.Literal) or (
             isinstance(node, s.Unary) and isinstance(node.operand, s.Literal)
         ):

@@ -85,11 +85,7 @@ class Extract(_AnyPath):
 
 
 def source_text(file: Path) -> str:
-    """Return the Structured Text of a source.
-
-    Raises:
-        InputError: the file cannot be read, or is not a text file.
-    """
+    """Return the Structured Text of a source, or raise InputError."""
     lines = getattr(file, "lines", None)
     if lines is not None:
         return "".join(f"{line.text}\n" for line in lines)

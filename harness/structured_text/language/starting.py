@@ -28,12 +28,7 @@ class Start:
 
 
 def starting(sections: Iterable[s.Section], scope: Scope) -> Iterator[s.Assign | s.Latch | Start]:
-    """Yield the initial values of a POU that are not constant, as statements.
-
-    Args:
-        sections: The declarations.
-        scope: The POU.
-    """
+    """Yield the initial values of a POU that are not constant, as statements."""
     for section in sections:
         if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
             continue

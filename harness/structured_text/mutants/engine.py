@@ -279,14 +279,11 @@ class _Builder:
 
 
 def load_checked(paths: list[Path], parsing: Callable[[Path], s.Source] = parse) -> Checked:
-    """Load a project and save the scopes of its POUs.
+    """Load a project and save the scopes of its POUs, or raise InputError.
 
     Args:
         paths: Its files.
         parsing: A function that returns the syntax of a file.
-
-    Raises:
-        InputError: a mistake in the sources.
     """
     scopes: dict[str, Scope] = {}
 

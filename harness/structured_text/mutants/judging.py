@@ -67,7 +67,6 @@ class Judging:
     """The verdict on mutants by saved outcomes, and by running their tests.
 
     Attributes:
-        results: The saved outcomes.
         until: Start no mutant after this time of the monotonic clock [s]; None: run all.
     """
 

@@ -35,8 +35,6 @@ class Mutant:
 
     Attributes:
         file: Its path relative to the repository.
-        pou: Name of the POU.
-        operator: A name of `operators.OPERATORS`.
         line: The line of the first change.
         before: The original text of the changed lines.
         after: Their changed text; empty if they are removed.
@@ -221,11 +219,7 @@ class _Checker:
 
 
 class _Reach:
-    """A search for the statement that contains a change.
-
-    Args:
-        body: The POU.
-    """
+    """A search for the statement that contains a change."""
 
     def __init__(self, body: Body) -> None:
         self._found: list[tuple[Span, int]] = [

@@ -56,10 +56,6 @@ class SourceText:
 
     The syntax tree records only where a node begins. The end is found by counting tokens, and
     parentheses around a node are found by matching them.
-
-    Args:
-        text: The whole source.
-        file: Its path, for errors.
     """
 
     def __init__(self, text: str, file: Path) -> None:

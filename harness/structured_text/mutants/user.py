@@ -31,11 +31,6 @@ UNREACHED = "no test runs it"
 class UserMutants:
     """The mutants of a program, and its tests.
 
-    Args:
-        sources: The program.
-        run: The user's tests.
-        written: Result files, which no test depends on.
-
     Raises:
         InputError: sources that do not compile or are not ST files.
     """

@@ -35,13 +35,7 @@ class Place:
 
 
 class Body:
-    """The POU that is mutated: its syntax, its text, and the meaning of its names.
-
-    Args:
-        pou: The POU as parsed, or a method of it.
-        source: The text of its file.
-        scope: Its checked declarations.
-    """
+    """The POU that is mutated: its syntax, its text, and the meaning of its names."""
 
     def __init__(self, pou: s.Pou | s.Method, source: SourceText, scope: Scope) -> None:
         self.pou = pou

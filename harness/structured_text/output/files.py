@@ -24,12 +24,9 @@ _MOST_NAMES = 1_000
 
 
 def replace_files(contents: Mapping[Path, bytes | str]) -> None:
-    """Write a set of files; no file is replaced before all are written.
+    """Write a set of files, or raise InputError; none is replaced before all are written.
 
     A full disk, a fault or Ctrl-C leaves the previous files unchanged.
-
-    Raises:
-        InputError: a file cannot be written.
     """
     files: list[OutputFile] = []
     try:

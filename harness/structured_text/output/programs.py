@@ -44,10 +44,6 @@ class Program(subprocess.Popen[Any]):
     child processes. On Windows there is no guard, and the program survives if this process is
     killed.
 
-    Args:
-        command: Its name or path, and its arguments.
-        how: Arguments of `Popen`.
-
     Raises:
         OSError: It cannot be started.
     """

@@ -60,11 +60,7 @@ def open_file(path: str | Path, kind: Kind) -> BinaryIO:
 
 
 def file_bytes(path: str | Path, kind: Kind) -> bytes:
-    """Read a plain file.
-
-    Raises:
-        InputError: as `open_file`.
-    """
+    """Read a plain file, or raise InputError."""
     with open_file(path, kind) as file:
         try:
             if kind.most_bytes is None:
@@ -97,11 +93,7 @@ def file_text(path: str | Path, kind: Kind) -> str:
 
 
 def beginning(path: str | Path, kind: Kind, length: int) -> bytes:
-    """Read the first bytes of a plain file.
-
-    Raises:
-        InputError: as `open_file`.
-    """
+    """Read the first bytes of a plain file, or raise InputError."""
     with open_file(path, kind) as file:
         try:
             return file.read(length)

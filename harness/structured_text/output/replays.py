@@ -17,11 +17,7 @@ BEGINS = {".toml": MARK.encode(), ".svg": b"<svg "}
 
 
 def check(file: Path) -> None:
-    """Refuse to overwrite a file that no search has written.
-
-    Raises:
-        InputError: there is such a file.
-    """
+    """Refuse to overwrite a file that no search has written."""
     if not os.path.isfile(file):
         return
     with file.open("rb") as stream:

@@ -26,20 +26,12 @@ _TOO_LONG = re.compile(r"[0-9_]{4301}|[\[{]{50}")
 
 
 def load_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises:
-        InputError: it cannot be read, or is not TOML (with the line).
-    """
+    """Read a TOML file, or raise InputError."""
     return parse_toml(toml_text(path), path)
 
 
 def toml_text(path: Path) -> str:
-    """Read the text of a TOML file.
-
-    Raises:
-        InputError: it cannot be read.
-    """
+    """Read the text of a TOML file, or raise InputError."""
     return file_text(path, TABLE)
 
 

@@ -46,11 +46,7 @@ class Sources:
 
 
 def read_project(files: Sequence[Path]) -> Project:
-    """Read project files.
-
-    Raises:
-        InputError: A file cannot be read, or violates its format.
-    """
+    """Read project files, or raise InputError."""
     found = Project()
     tasks = [file for file in files if file.suffix.lower() == TASKS]
     calls = siemens.called(file for file in files if file.suffix.lower() in SCL)

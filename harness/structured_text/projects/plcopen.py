@@ -58,15 +58,7 @@ _OWNERS = ("pou", "Method", "Property", "Action", "Interface", "globalVars", "da
 
 
 def read_plcopen(root: Element, file: Path) -> Project:
-    """Read the types, POUs, lists of variables and tasks of a project.
-
-    Args:
-        root: The element `project`.
-        file: Its file, for messages.
-
-    Raises:
-        InputError: The file violates the format.
-    """
+    """Read the types, POUs, lists of variables and tasks of a project, or raise InputError."""
     reader = _Reader(file)
     units: list[Unit] = []
     for element in root.below("dataType", "pou", "Interface", "configuration", "globalVars"):

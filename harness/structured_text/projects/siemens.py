@@ -100,14 +100,11 @@ def called(files: Iterable[Path]) -> dict[str, str]:
 
 
 def read_scl(file: Path, calls: Mapping[str, str] | None = None) -> Project:
-    """Read an external source.
+    """Read an external source, or raise InputError.
 
     Args:
         file: The source.
         calls: Blocks that other files call on data blocks (see `called`).
-
-    Raises:
-        InputError: The file cannot be read, or a block does not end.
     """
     reader = _Reader(_text(file), file, calls)
     return Project(tuple(reader.units()), tuple(reader.notes))

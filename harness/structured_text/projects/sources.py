@@ -144,11 +144,7 @@ def _needed(
 
 
 def named_files(program: Files) -> list[Path]:
-    """Return the named files, and the source files of the named folders.
-
-    Raises:
-        InputError: A file or folder is missing, or a folder has no sources.
-    """
+    """Return the named files, and the source files of the named folders, or raise InputError."""
     given = [program] if isinstance(program, (str, Path)) else list(program)
     if not given:
         raise InputError("no program is given")

@@ -24,7 +24,6 @@ class ToolTask:
         interval_us: Its interval [µs].
         priority: Its priority, the lowest number first; None if the file has none.
         programs: Names of instances and of their programs.
-        file: Its file.
         at: Its line in that file.
     """
 

@@ -31,11 +31,7 @@ _KNOWN = ("TC2_STANDARD", "TC2_SYSTEM", "TC3_MODULE")
 
 
 def read_object(file: Path) -> Project:
-    """Read a POU, a type, a list of global variables or an interface.
-
-    Raises:
-        InputError: The file cannot be read, is not such an object, or has no declaration.
-    """
+    """Read a POU, a type, a list of global variables or an interface, or raise InputError."""
     root = read_xml(file)
     if root.name != "TcPlcObject":
         raise InputError(f"is no object of TwinCAT, its root is <{root.name}>", file=file)

@@ -22,12 +22,7 @@ _REALS = {"REAL": "f", "LREAL": "d"}
 
 
 class Names:
-    """The names and values of solver variables, for messages.
-
-    Args:
-        memory: The memory that created the variables.
-        around: The surroundings of the program.
-    """
+    """The names and values of solver variables, for messages."""
 
     def __init__(self, memory: SymbolicMemory, around: Surroundings) -> None:
         self._memory = memory

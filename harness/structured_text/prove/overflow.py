@@ -39,9 +39,7 @@ class Operation:
     """An arithmetic operation that was run, with its place.
 
     Attributes:
-        node: The operation.
         pou: The POU that contains it.
-        file: Its file.
         line: The line where its statement begins.
         reached: The conditions under which it is run.
         leaves: Returns whether the result leaves its type, given the range of a TIME. The term is

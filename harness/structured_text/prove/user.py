@@ -129,11 +129,7 @@ class Bench(Protocol):
         """Return the requirements of the library and the facts known about it."""
 
     def surroundings(self, project: Project) -> Surroundings:
-        """Return the surroundings of a program.
-
-        Raises:
-            InputError: it cannot be run here.
-        """
+        """Return the surroundings of a program, or raise InputError."""
 
     def blame(self, error: InputError) -> InputError:
         """Return an error in the sources with the wording for users."""

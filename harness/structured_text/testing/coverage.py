@@ -109,11 +109,7 @@ class _Coverage(Gathering):
 
 
 def start(config: pytest.Config) -> None:
-    """Start counting, if the settings demand it.
-
-    Raises:
-        UsageError: a wrong setting, or a setting of coverage while coverage is off.
-    """
+    """Start counting, if the settings demand it, or raise UsageError."""
     try:
         settings = _settings(config)
     except InputError as error:

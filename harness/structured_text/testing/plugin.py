@@ -45,12 +45,7 @@ def order() -> Path | None:
 
 
 def add_options(parser: pytest.Parser, options: Mapping[str, Mapping[str, Any]]) -> None:
-    """Add options to the command line, with their keys of the ini file.
-
-    Args:
-        parser: Parser of pytest.
-        options: Arguments of `addoption`, by the name of the key.
-    """
+    """Add options to the command line, with their keys of the ini file."""
     group = parser.getgroup(COMMAND)
     for name, about in options.items():
         option = f"--{COMMAND}-{name.replace('_', '-')}"

@@ -81,11 +81,8 @@ class Counted(NamedTuple):
     """A POU with counters.
 
     Attributes:
-        file: The path of its file.
         hash: A hash of the file's content.
-        pou: The POU.
         plan: The numbers of its counters and decisions.
-        counts: The counters.
         sources: The sources of the program that were taken from this file.
     """
 

@@ -90,7 +90,6 @@ class Plan:
     """The numbers of counters and decisions in one POU.
 
     Attributes:
-        size: Number of counters.
         run: Counter of a statement's run, by `id` of the statement.
         first: The same, but only for the first statement of each run.
         empty: Counter of the path that skips the body of an IF, CASE, WHILE or FOR, by its `id`.

@@ -378,11 +378,7 @@ def _get(holder: Any, key: Any) -> Any:
 
 
 def _element(place: _Place) -> str:
-    """Return BYTE or WORD, the element type of a process image.
-
-    Raises:
-        InputError: The variable is not an array of BYTE or WORD.
-    """
+    """Return BYTE or WORD, the element type of a process image, or raise InputError."""
     kind = place.type
     element = kind.element if isinstance(kind, ArrayType) else None
     if isinstance(element, ElementaryType) and element.name in ("BYTE", "WORD"):

@@ -38,11 +38,6 @@ class Writer:
     passes the same variable twice is refused. Therefore a program cannot observe the difference
     from copying in and out.
 
-    Args:
-        project: The project.
-        pou: The POU to write.
-        storage: Writer of copies of structures and arrays.
-
     Attributes:
         lines: The code.
         origins: Source line of each line of code, 0 if it has none.

@@ -218,10 +218,6 @@ class Matiec:
     def translate(self, source: Path, target: Path) -> None:
         """Translate one ST file to C.
 
-        Args:
-            source: The file with all sources.
-            target: The folder for the C files.
-
         Raises:
             TranslationError: The exit status is not 0; iec2c may crash after it printed errors.
         """

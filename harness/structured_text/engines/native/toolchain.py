@@ -39,11 +39,7 @@ _SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"
 
 
 class CompilerError(Exception):
-    """The error for a C or C++ compiler that produced no shared object.
-
-    Args:
-        output: The whole output of the compiler.
-    """
+    """The error for a C or C++ compiler that produced no shared object."""
 
     def __init__(self, output: str) -> None:
         self.output = output

@@ -33,7 +33,6 @@ class Dialect:
     """The words of a tool.
 
     Attributes:
-        tool: Its name.
         listed: The name of its list of functions and blocks, in the folder `words`.
         types: Names of elementary types in its tables; it does not have types that are missing
             here.

@@ -69,16 +69,13 @@ _STEP = "  "
 
 
 def translated(part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> Aoi:
-    """Translate a POU.
+    """Translate a POU, or raise NotCarriedError.
 
     Args:
         part: Its text, for the comments.
         pou: Its checked form.
         pous: All POUs of the sources by upper-case name.
         images: The types of process images.
-
-    Raises:
-        NotCarriedError: something in it has no counterpart; the message names it.
     """
     return _Writer(part, pou, pous, images).aoi()
 

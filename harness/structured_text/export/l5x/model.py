@@ -131,11 +131,7 @@ class Aoi:
 
 
 def data_of(kind: Type, images: Images) -> Data:
-    """Return the type of the tag for a variable of this type.
-
-    Raises:
-        NotCarriedError: the type has no counterpart.
-    """
+    """Return the type of the tag for a variable of this type, or raise NotCarriedError."""
     if isinstance(kind, EnumType):
         return Data("DINT")
     if isinstance(kind, StructType):

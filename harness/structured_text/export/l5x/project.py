@@ -139,11 +139,7 @@ def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
 
 
 def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> None:
-    """Refuse a POU that needs a type or block that is not exported.
-
-    Raises:
-        NotCarriedError: it needs one.
-    """
+    """Refuse a POU that needs a type or block that is not exported."""
     for name in (*made.types, *made.blocks):
         if name not in types and name not in aois:
             raise NotCarriedError(f"needs {name}, which is not carried")

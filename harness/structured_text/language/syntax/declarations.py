@@ -302,7 +302,6 @@ class Source:
     """All declarations of a file, in its order.
 
     Attributes:
-        file: The file.
         declarations: The declarations, as far as they could be read.
         uses: Constructs beyond the portable subset (`constructs.Use`).
         pragmas: The contents of { }.

@@ -26,11 +26,7 @@ _BLOCKS = {"TONR": "FBD_TIMER", "OSRI": "FBD_ONESHOT", "OSFI": "FBD_ONESHOT"}
 
 
 def translated(lines: Sequence[Line], routine: Routine) -> tuple[Line, ...]:
-    """Return the statements of a routine in the standard's language.
-
-    Raises:
-        InputError: The text is not Structured Text of Logix, or has no equivalent.
-    """
+    """Return the statements of a routine in the standard's language, or raise InputError."""
     last = lines[-1].at if lines else 1
     made = _Statements(tokens_of(lines), last, routine)
     return tuple(made.block("  ", whole=True))
