@@ -94,7 +94,7 @@ def _conditions(result: FileResult) -> Iterator[str]:
 
 
 def cobertura(results: Sequence[FileResult], home: Path) -> bytes:
-    """Return the XML of Cobertura according to its DTD (coverage-04), which has no place for MC/DC."""
+    """Return the XML of Cobertura after its DTD (coverage-04), which has no place for MC/DC."""
     lines, branches = _shares(results)
     root = ET.Element("coverage", _rates(results))
     for name, share in (("lines", lines), ("branches", branches)):

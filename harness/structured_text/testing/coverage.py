@@ -109,7 +109,7 @@ class _Coverage(Gathering):
 
 
 def start(config: pytest.Config) -> None:
-    """Start counting, if the settings demand it, or raise UsageError."""
+    """Start counting if the settings demand it; raise UsageError for a wrong setting."""
     try:
         settings = _settings(config)
     except InputError as error:

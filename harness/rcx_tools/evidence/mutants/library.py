@@ -25,9 +25,9 @@ from rcx_tools.evidence.mutants.suite import (
     remove_folders,
 )
 from rcx_tools.evidence.mutants.tiers import quick_tier
+from rcx_tools.evidence.mutants.workshop import Workshop
 from rcx_tools.library import files as generated_files
 from rcx_tools.library.alarm_texts import text_files
-from structured_text.mutants.engine import Workshop
 from structured_text.mutants.judging import Judging, MutantTask
 from structured_text.mutants.mutant import Mutant, Mutants
 from structured_text.mutants.report import Reasons, figures

@@ -16,10 +16,10 @@ from rcx_tools.evidence.prove import hunting, interval, jobs, seeded
 from rcx_tools.evidence.prove.claims import CLAIMS
 from rcx_tools.evidence.prove.library import BLOCK, Library
 from rcx_tools.evidence.prove.property import Goal, Property
+from rcx_tools.evidence.prove.solve import ask
 from rcx_tools.evidence.results import ROOT
 from structured_text.errors import InputError
 from structured_text.prove.logic import UnsupportedError
-from structured_text.prove.solve import ask
 
 _LIBRARY = ROOT / "plc" / "lib"
 _A = """FUNCTION_BLOCK FB_A
