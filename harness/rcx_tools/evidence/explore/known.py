@@ -28,7 +28,7 @@ _HERE = Path(__file__).parent
 _ENGINE = ("engines", "language", "projects")
 _KINDS = ("*.py", "*.lark")
 #: The modules in this folder that determine the result; below, those of all explorations.
-OWN = ("model", "contract", "oracle", "search", "stages", "models")
+OWN = ("abstraction", "model", "contract", "oracle", "search", "stages", "models")
 _SHARED = (
     "structured_text/explore/abstraction.py",
     "structured_text/explore/omitted.py",
