@@ -11,7 +11,9 @@ from example_runs import EXAMPLES
 from exported import comments, shapes, written
 from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
-from structured_text.engines.load import build, find_c_compiler, find_matiec
+from structured_text.engines.load import build
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.export.output import Output, write
 from structured_text.export.parts import Sources

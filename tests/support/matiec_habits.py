@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-from structured_text.engines.load import find_matiec
+from structured_text.engines.matiec.build import find_matiec
 
 __all__ = ["HABITS", "iec2c_takes"]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.engines.load import Matiec
+from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.program import MatiecProgram
 from structured_text.errors import InputError
 from structured_text.language.load import analyse, load

@@ -14,8 +14,6 @@ from structured_text.output.paths import real
 if TYPE_CHECKING:
     from structured_text.projects.sources import SourceFiles
 
-__all__ = ["check_outputs"]
-
 #: Kinds of output: name, and the first characters of every such file.
 _WRITTEN = {
     "trace": ("trace", f'{{"format":"{FORMAT.partition("/")[0]}/'),

@@ -17,8 +17,6 @@ from structured_text.language import tree as t
 from structured_text.language.values import describe
 from structured_text.output.units import format_us
 
-__all__ = ["Frame", "Scopes"]
-
 
 @dataclass
 class Frame:

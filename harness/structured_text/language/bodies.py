@@ -10,11 +10,13 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.calls import block_arguments, pin_of
 from structured_text.language.declare import Scope
-from structured_text.language.expression_checker import ExpressionChecker, group
-from structured_text.language.functions import NOTHING, same_text
+from structured_text.language.expression_checker import ExpressionChecker
+from structured_text.language.functions import group, same_text
+from structured_text.language.methods import NOTHING
 from structured_text.language.objects import START
 from structured_text.language.references import PLACES, place_of
-from structured_text.language.resolve import ConsequenceError, fills
+from structured_text.language.registry import ConsequenceError
+from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from structured_text.language.standard import BLOCKS
 from structured_text.language.starting import Start, start_call, starting
@@ -29,8 +31,6 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import describe
 from structured_text.language.widening import widens
-
-__all__ = ["check_body", "check_start", "root_of"]
 
 #: Deepest nesting of statements and of loops. Python limits the depth of generated code.
 _MOST_NESTED, _MOST_LOOPS = 64, 16

@@ -25,21 +25,6 @@ from structured_text.language.types import (
 )
 from structured_text.output.limits import MOST_LEVELS, MOST_WATCHED
 
-__all__ = [
-    "LONGEST",
-    "Changed",
-    "Part",
-    "check_watched",
-    "count",
-    "described",
-    "is_long",
-    "literal",
-    "members",
-    "parts",
-    "typed",
-]
-__all__ += ["value_text"]
-
 #: An array with more elements is shown as a single value, because so many lanes are unreadable.
 LONGEST = 64
 

@@ -25,7 +25,7 @@ from structured_text.language.functions import Functions, group
 from structured_text.language.methods import Methods
 from structured_text.language.operators import COMPARISONS, Operators
 from structured_text.language.references import PLACES, References
-from structured_text.language.resolve import ConsequenceError
+from structured_text.language.registry import ConsequenceError
 from structured_text.language.scalars import (
     ANY_BIT,
     ANY_INT,
@@ -50,8 +50,6 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF
-
-__all__ = ["ExpressionChecker", "group"]
 
 #: The types of the parts of a bit string.
 _PARTS = {"X": "BOOL", "B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}

@@ -17,8 +17,6 @@ from structured_text.language.types import ArrayType, BlockType, ElementaryType,
 from structured_text.language.values import array_length
 from structured_text.output.limits import MOST_BLOCKS, MOST_ELEMENTS, MOST_NESTED
 
-__all__ = ["Extents"]
-
 #: So many characters of a STRING count as one more element.
 _CHARACTERS = 8
 _SHOWN = 60

@@ -16,7 +16,8 @@ from structured_text.language.calls import function_arguments, standard_argument
 from structured_text.language.checking import Checking
 from structured_text.language.methods import NOTHING
 from structured_text.language.references import PLACES
-from structured_text.language.resolve import ConsequenceError, fills
+from structured_text.language.registry import ConsequenceError
+from structured_text.language.resolve import fills
 from structured_text.language.scalars import (
     ANY_BIT,
     ANY_INT,
@@ -45,8 +46,6 @@ from structured_text.language.standard import (
 from structured_text.language.types import ArrayType, ElementaryType, EnumType, Type
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF, joined, number_of, widens
-
-__all__ = ["NOTHING", "Functions", "group", "same_text"]
 
 #: Standard functions that mean an operator, the functions of durations included.
 _OPERATORS = {

@@ -25,17 +25,13 @@ from structured_text.language.declare import Declarations, Scope
 from structured_text.language.located import located
 from structured_text.language.parser import read_text
 from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
-from structured_text.language.registry import Declared, Registry
-from structured_text.language.resolve import ConsequenceError
+from structured_text.language.registry import ConsequenceError, Declared, Registry
 from structured_text.language.scalars import TIME
 from structured_text.language.source import source_text
 from structured_text.language.tree import Pou
 from structured_text.language.types import BlockType, Variable
 from structured_text.language.walk import parts
 from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
-
-__all__ = ["Schedule", "analyse", "check", "checked", "configure", "load", "read_file"]
-__all__ += ["too_deep"]
 
 #: A function that parses one source.
 Read = Callable[[Path], s.Source]

@@ -6,13 +6,12 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.checking import Checking
 from structured_text.language.references import PLACES, place_of
-from structured_text.language.resolve import ConsequenceError, fills
+from structured_text.language.registry import ConsequenceError
+from structured_text.language.resolve import fills
 from structured_text.language.types import BlockType, ElementaryType, InterfaceType, Type
 from structured_text.language.values import describe
 from structured_text.language.widening import widens
 from structured_text.output.limits import MOST_LEVELS
-
-__all__ = ["NOTHING", "Methods"]
 
 #: The type of a call without a result.
 NOTHING = ElementaryType("")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.checking import Checking
-from structured_text.language.resolve import ConsequenceError, is_null
+from structured_text.language.registry import ConsequenceError
+from structured_text.language.resolve import is_null
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, string_length
 from structured_text.language.sizes import size_of
 from structured_text.language.types import (
@@ -17,8 +18,6 @@ from structured_text.language.types import (
     Type,
 )
 from structured_text.language.values import describe
-
-__all__ = ["FUNCTIONS", "PLACES", "References", "place_of"]
 
 #: Nodes that are written as a variable.
 PLACES = (s.Name, s.Field, s.Index, s.Dereference, s.This)

@@ -45,8 +45,6 @@ from structured_text.language.types import (
 from structured_text.language.values import array_length, describe
 from structured_text.output.limits import MOST_LEVELS
 
-__all__ = ["ConsequenceError", "Types", "default_scalar", "is_null"]
-
 
 class Types:
     """The types of a project, each resolved on its first use.

@@ -21,8 +21,6 @@ from structured_text.language.project import Project
 # Imported by name, because the package has a function with the same name as this module.
 front: Any = import_module("structured_text.language.load")
 
-__all__ = ["Checked", "bodies_of", "load_checked", "python_of", "rechecked"]
-
 
 @dataclass
 class Checked:

@@ -17,8 +17,6 @@ from typing import Any
 
 from structured_text.output.system import APART, GUARDED, end_apart
 
-__all__ = ["Program", "environment", "run"]
-
 _GUARD = Path(__file__).with_name("guard.py")
 _WORD = 16
 

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from structured_text.errors import COMMAND, InputError
 
-__all__ = ["BEGINS", "MARK", "check"]
-
 MARK = f"# {COMMAND} replay: "
 """How the stimulus file of a replay begins."""
 

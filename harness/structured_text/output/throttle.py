@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["BURST", "EVERY_US", "Throttle"]
-
 BURST = 30
 """So many lines of a kind pass at once."""
 

@@ -10,8 +10,8 @@ from typing import Any, Protocol
 
 import z3
 
-from structured_text.engines.builtin.expression_code import settle, standard_call
 from structured_text.engines.builtin.runtime import NAMES, ProgramError
+from structured_text.engines.builtin.standard import settle, standard_call
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.language import tree as t
 from structured_text.language.project import Project
@@ -34,8 +34,6 @@ from structured_text.prove.logic import Bool, UnsupportedError, both, either, is
 from structured_text.prove.overflow import Span, resized
 from structured_text.prove.symbolic_memory import Alternatives, Leaf
 from structured_text.prove.values import TIME_BITS, Value
-
-__all__ = ["ExpressionTerms"]
 
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 _CHAINS = {"GT": ">", "GE": ">=", "EQ": "=", "LE": "<=", "LT": "<", "NE": "<>"}

@@ -23,9 +23,8 @@ from structured_text.language.types import ArrayType, BlockType, ElementaryType,
 from structured_text.language.walk import nodes
 from structured_text.prove import values
 from structured_text.prove.assertions import Copies
-from structured_text.prove.machine import Machine, Path
-
-__all__ = ["Candidate", "candidates", "kept"]
+from structured_text.prove.machine import Machine
+from structured_text.prove.symbolic_memory import Path
 
 #: Highest number of BOOL variables for which pairs are tried.
 _PAIRS = 40

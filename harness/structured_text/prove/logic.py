@@ -9,20 +9,6 @@ from typing import Any
 
 import z3
 
-__all__ = [
-    "PROVED",
-    "REFUTED",
-    "UNKNOWN",
-    "Bool",
-    "UnsupportedError",
-    "both",
-    "either",
-    "equal",
-    "is_known",
-    "negated",
-    "truth",
-]
-
 #: The claim holds for all values; it fails for some values; the solver did not decide.
 PROVED, REFUTED, UNKNOWN = "proved", "refuted", "unknown"
 

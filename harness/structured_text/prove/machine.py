@@ -18,6 +18,7 @@ from typing import Any
 import z3
 
 from structured_text.engines.builtin.storage import address_slot, is_scalar
+from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.scalars import ELEMENTARY
@@ -27,10 +28,8 @@ from structured_text.prove import standard, values
 from structured_text.prove.expression_terms import ExpressionTerms
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated
 from structured_text.prove.overflow import Operation, Span
-from structured_text.prove.symbolic_memory import Alternatives, Path, SymbolicMemory, leaves
+from structured_text.prove.symbolic_memory import Alternatives, Path, SymbolicMemory
 from structured_text.prove.values import Value
-
-__all__ = ["Alternatives", "Call", "Machine", "Obligation", "Path", "leaves"]
 
 _BOOL = ELEMENTARY["BOOL"]
 
@@ -329,7 +328,7 @@ class Machine(SymbolicMemory):
             left = self._if(node)
         elif isinstance(node, (t.For, t.While, t.Repeat)):
             left = self._loop(node)
-        elif isinstance(node, t.Exit):
+        elif isinstance(node, s.Exit):
             left.exits = True
         else:
             left.returns = True

@@ -11,12 +11,9 @@ import z3
 from structured_text.language.displayed import value_text
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import scalar_to_python
-from structured_text.prove.machine import Path
 from structured_text.prove.search import value_of
 from structured_text.prove.surroundings import Surroundings
-from structured_text.prove.symbolic_memory import SymbolicMemory
-
-__all__ = ["Names"]
+from structured_text.prove.symbolic_memory import Path, SymbolicMemory
 
 _REALS = {"REAL": "f", "LREAL": "d"}
 

@@ -15,10 +15,9 @@ from structured_text.language.types import ArrayType, BlockType, Type
 from structured_text.language.walk import calls_of, root_of, statements, targets
 from structured_text.prove.assertions import STOPS, Copies
 from structured_text.prove.logic import Bool, both, either, negated
-from structured_text.prove.machine import Obligation, Path
+from structured_text.prove.machine import Obligation
 from structured_text.prove.program import ProgramMachine
-
-__all__ = ["ONCE", "STEADY", "Key", "Library", "Watch", "inner_written", "title"]
+from structured_text.prove.symbolic_memory import Path
 
 #: The identity of a property: its kind, and the file and line if it has a place (else "" and 0).
 Key = tuple[str, str, int]

@@ -11,12 +11,10 @@ from structured_text.language.project import Project
 from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.prove import values
 from structured_text.prove.logic import Bool
-from structured_text.prove.machine import Path
 from structured_text.prove.program import ProgramMachine
 from structured_text.prove.summaries import literals, one_of
 from structured_text.prove.surroundings import Given, Surroundings
-
-__all__ = ["Counterexample", "ScanInput", "Search", "SearchEndedError", "value_of"]
+from structured_text.prove.symbolic_memory import Path
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,9 @@ from structured_text.language.scalars import ANY_DURATION, WIDTH
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Type
 from structured_text.language.walk import written
 from structured_text.prove import values
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
 from structured_text.prove.program import ProgramMachine
-
-__all__ = ["Given", "Input", "Surroundings", "path_of"]
+from structured_text.prove.symbolic_memory import Path
 
 
 @dataclass(frozen=True)

@@ -19,22 +19,6 @@ from structured_text.prove.logic import (
     truth,
 )
 
-__all__ = [
-    "Text",
-    "anything",
-    "choose",
-    "compare",
-    "concat",
-    "constant",
-    "equal",
-    "find",
-    "known",
-    "left",
-    "legal",
-    "length",
-    "mid",
-]
-
 
 @dataclass(frozen=True)
 class Text:

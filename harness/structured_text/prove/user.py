@@ -25,15 +25,13 @@ from structured_text.projects.sources import SourceFiles
 from structured_text.prove.assertions import Copies, with_assertions
 from structured_text.prove.invariants import Candidate, candidates, kept
 from structured_text.prove.logic import PROVED, REFUTED, UNKNOWN, Bool, UnsupportedError
-from structured_text.prove.machine import Path as Place
 from structured_text.prove.naming import Names
 from structured_text.prove.program import ProgramMachine
 from structured_text.prove.properties import Key, Library, Watch, inner_written, title
 from structured_text.prove.search import Counterexample, Search, SearchEndedError
 from structured_text.prove.surroundings import Surroundings
+from structured_text.prove.symbolic_memory import Path as Place
 from structured_text.prove.values import TIME_BITS
-
-__all__ = ["NOTED", "Bench", "Replayed", "Result", "Settings", "prove"]
 
 #: Status of a property that may be broken without being a fault.
 NOTED = "noted"

@@ -15,7 +15,7 @@ import pytest
 
 from matiec_habits import iec2c_takes
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.engines.load import find_matiec
+from structured_text.engines.matiec.build import find_matiec
 from structured_text.errors import InputError
 from structured_text.export.refused import tools
 from structured_text.export.targets import TARGETS

@@ -16,9 +16,9 @@ from structured_text.errors import InputError
 from structured_text.language.types import ArrayType, BlockType, EnumType, StructType
 from structured_text.language.values import scalar_to_python
 from structured_text.prove import values
-from structured_text.prove.machine import Path as Place
 from structured_text.prove.search import Counterexample
 from structured_text.prove.surroundings import path_of
+from structured_text.prove.symbolic_memory import Path as Place
 from structured_text.prove.user import Replayed
 
 __all__ = ["entries", "replay"]

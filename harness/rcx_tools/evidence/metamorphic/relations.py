@@ -13,7 +13,8 @@ from rcx_tools.evidence.metamorphic.changes import in_bytes, in_words, resized, 
 from rcx_tools.evidence.metamorphic.course import Course, Options, Seen
 from rcx_tools.evidence.metamorphic.programs import EVERY_COMMAND, Subject, every_command
 from rcx_tools.library.tables import library
-from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.output.units import format_us
 
 __all__ = ["RELATIONS", "Relation", "Variant", "head_of", "reason_against", "same", "same_scans"]

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from structured_text.language.project import Project
     from structured_text.language.tree import Pou
 
-__all__ = ["Collector", "Counted", "Counts", "collecting", "counting"]
-
 
 class Seen(dict[int, bool]):
     """The vectors in which a decision has been evaluated, each with its outcome."""

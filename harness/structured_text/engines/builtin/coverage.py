@@ -10,14 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from structured_text.engines.builtin.expression_code import ExpressionCode, Value, type_name
+from structured_text.engines.builtin.expression_code import ExpressionCode
+from structured_text.engines.builtin.standard import Value, type_name
 from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.walk import parts
-
-__all__ = ["CountingWriter", "Decision", "Plan", "Postfix", "outcome"]
 
 #: A Boolean expression in postfix notation: numbers of its conditions, constants and operators.
 Postfix = Sequence[int | bool | str]

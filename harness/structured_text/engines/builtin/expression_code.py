@@ -38,17 +38,6 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, Type, has_block
 
-__all__ = [
-    "ExpressionCode",
-    "Value",
-    "has_call",
-    "of_type",
-    "settle",
-    "standard_call",
-    "type_name",
-]
-
-
 _COMPARISONS = {"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
 #: Python accepts 200 nested pairs of brackets; some versions accept fewer in deep expressions.
 _BRACKETS = 60

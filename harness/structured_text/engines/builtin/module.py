@@ -20,8 +20,6 @@ from structured_text.language.project import Project
 if TYPE_CHECKING:
     from structured_text.language.paths import Resolved
 
-__all__ = ["Module", "module_of"]
-
 
 class Module:
     """The executed code of a project; used by `BuiltinProgram`.

@@ -26,8 +26,6 @@ from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 
-__all__ = ["NAMES", "Holders", "Pointer"]
-
 
 class Slot:
     """A pointer to a scalar variable of an object."""
@@ -39,6 +37,7 @@ class Slot:
 
     @property
     def V(self) -> Any:  # noqa: N802 (all names of Structured Text are in upper case)
+        """Return the value of the variable."""
         return getattr(self.holder, self.key)
 
     @V.setter
@@ -73,6 +72,7 @@ class Item:
 
     @property
     def V(self) -> Any:  # noqa: N802
+        """Return the value of the variable."""
         return self.holder[self._inside()]
 
     @V.setter

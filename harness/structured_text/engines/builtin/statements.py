@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 
-from structured_text.engines.builtin.expression_code import ExpressionCode, has_call, type_name
+from structured_text.engines.builtin.expression_code import ExpressionCode, has_call
 from structured_text.engines.builtin.objects import handed_back, is_dynamic
+from structured_text.engines.builtin.standard import type_name
 from structured_text.engines.builtin.storage import (
     Storage,
     in_cell,
@@ -13,14 +14,13 @@ from structured_text.engines.builtin.storage import (
     needs_globals,
     slot_name,
 )
+from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, has_block
 from structured_text.language.walk import bodies
-
-__all__ = ["Branches", "Writer"]
 
 #: Pairs of condition and statements.
 Branches = list[tuple[str, tuple[t.Statement, ...]]]
@@ -197,9 +197,9 @@ class Writer:
             self._while(node)
         elif isinstance(node, t.Repeat):
             self._repeat(node)
-        elif isinstance(node, t.Exit):
+        elif isinstance(node, s.Exit):
             self._emit("break")
-        elif isinstance(node, t.Continue):
+        elif isinstance(node, s.Continue):
             self._emit("continue")
         elif isinstance(node, t.Evaluate):
             self._emit(self._code.exact(node.value))
@@ -387,7 +387,7 @@ class Writer:
 def _continues(body: tuple[t.Statement, ...]) -> bool:
     """Return whether the body contains a CONTINUE of its own loop."""
     for one in body:
-        if isinstance(one, t.Continue):
+        if isinstance(one, s.Continue):
             return True
         if isinstance(one, (t.If, t.Case)) and any(map(_continues, bodies(one))):
             return True

@@ -29,12 +29,11 @@ from structured_text.export.l5x.model import (
 )
 from structured_text.export.losses import retain
 from structured_text.export.parts import Part
+from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.syntax import Position
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 from structured_text.language.walk import statements
-
-__all__ = ["copied", "translated", "written"]
 
 
 def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
@@ -353,7 +352,7 @@ class _Writer:
             condition = self._expressions.text(one.condition)
             lines += self._taken(indent + _STEP)
             return [*lines, f"{indent}UNTIL {condition}", f"{indent}END_REPEAT;"]
-        if isinstance(one, t.Exit):
+        if isinstance(one, s.Exit):
             return [*lines, f"{indent}EXIT;"]
         what = "a FOR loop" if isinstance(one, t.For) else "a RETURN that is no IF of its own"
         raise NotCarriedError(what)
@@ -458,7 +457,7 @@ def _returns(one: t.Statement) -> bool:
         and len(one.branches) == 1
         and not one.otherwise
         and len(one.branches[0][1]) == 1
-        and isinstance(one.branches[0][1][0], t.Return)
+        and isinstance(one.branches[0][1][0], s.Return)
     )
 
 

@@ -8,16 +8,12 @@ from structured_text.language.source import Line
 from structured_text.projects.rockwell.data import INTEGERS, STORED, Data
 from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
-    FIRST_SCAN,
     ExpressionReader,
     Routine,
     Token,
     bare,
-    plain_tag,
     tokens_of,
 )
-
-__all__ = ["COUNTER", "FIRST_SCAN", "Routine", "plain_tag", "translated"]
 
 _ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
 #: Instructions for texts, and the number of arguments behind the first.

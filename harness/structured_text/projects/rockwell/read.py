@@ -19,19 +19,17 @@ from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
 from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, made
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
-from structured_text.projects.rockwell.body import (
+from structured_text.projects.rockwell.body import translated
+from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
+from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
     FIRST_SCAN,
     Routine,
     plain_tag,
-    translated,
 )
-from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
 from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
-
-__all__ = ["read_l5x"]
 
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
 _ENABLE = ("ENABLEIN", "ENABLEOUT")
