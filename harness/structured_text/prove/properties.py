@@ -116,7 +116,8 @@ class Watch:
         `before` is the memory before that scan.
         """
         found: dict[Key, Bool] = dict.fromkeys(self.always, False)
-        found |= {ONCE: self._twice(machine), STEADY: self._left_out(machine, before)}
+        if self.library.areas:
+            found |= {ONCE: self._twice(machine), STEADY: self._left_out(machine, before)}
         for one in machine.obligations:
             if one.file in self.copies.originals:
                 key = self._key(one)
@@ -139,8 +140,9 @@ class Watch:
 
     @property
     def always(self) -> list[Key]:
-        """Return the properties that apply to every program, and the assertions of this one."""
-        return [ONCE, STEADY, *(("assert", *place) for place in sorted(self._asserted))]
+        """Return the rules for calls of the library, and the assertions of the program."""
+        rules = [ONCE, STEADY] if self.library.areas else []
+        return [*rules, *(("assert", *place) for place in sorted(self._asserted))]
 
     def alone(self, key: Key, when: Bool, machine: ProgramMachine) -> Bool:
         """Return the condition that a property is broken and no other obligation stops the scan."""
