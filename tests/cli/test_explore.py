@@ -413,7 +413,7 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
         (["--input", "Main.Count=99999"], "99999"),
         (["--input", "Main.Button", "--input", "main.button"], "is given twice"),
         (["--always", "Nothing = 1"], "'Nothing = 1' cannot be checked"),
-        (["--always", " "], "is no expression"),
+        (["--always", " "], "is not an expression"),
         (["--size", "50"], "an area of 50 bytes does not exist"),
     ],
 )

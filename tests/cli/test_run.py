@@ -179,7 +179,7 @@ def test_the_robot_takes_the_size_of_the_plc_if_its_file_says_none(
         (["--phases", "scan=1h"], "the phase of scan"),
         (["--robot", "/nowhere/robot.toml"], "/nowhere/robot.toml: cannot be read"),
         (["--stimulus", "/nowhere/s.toml"], "/nowhere/s.toml: cannot be read"),
-        (["--lib", "/nowhere/lib"], "--lib /nowhere/lib is no folder"),
+        (["--lib", "/nowhere/lib"], "--lib /nowhere/lib is not a folder"),
         (["--trace", "/dev/null/t.jsonl"], "cannot be written"),
         (["--chart", "/dev/null/c.svg"], "cannot be written"),
         (["--vcd", "/dev/null/w.vcd"], "cannot be written"),
@@ -228,7 +228,7 @@ def test_a_file_that_no_run_has_written_is_not_overwritten(
     unwritten = [f"--{one}={tmp_path / one}" for one in sorted(others)]
     assert run("--for", "100ms", f"--{kind}", str(file), *unwritten) == 2
     assert capsys.readouterr().err == (
-        f"rcx: {file}: is there already, and is no {name}; nothing was written; "
+        f"rcx: {file}: is there already, and is not a {name}; nothing was written; "
         "name another file, or remove this one\n"
     )
     assert file.read_text() == "$ (* mine *)"
@@ -251,7 +251,7 @@ def test_a_run_writes_over_its_own_outputs_and_over_empty_files(run: Run, tmp_pa
 def test_a_cell_does_not_overwrite_what_is_no_trace(program: Path, tmp_path: Path) -> None:
     file = tmp_path / "notes.txt"
     file.write_text("mine")
-    with pytest.raises(InputError, match="is there already, and is no trace"):
+    with pytest.raises(InputError, match="is there already, and is not a trace"):
         Cell.build(program, lib=tmp_path, engine="builtin", trace=file)
     assert file.read_text() == "mine"
 

@@ -86,12 +86,12 @@ def test_the_library_counts_where_it_is_asked_for(run: Run, capsys: Captured) ->
         ),
         (
             ["--coverage", "--coverage-out=Lamp.st"],
-            "Lamp.st: is no folder; name another for the coverage",
+            "Lamp.st: is not a folder; name another for the coverage",
         ),
         (
             ["--coverage", "--coverage-out=mine"],
-            "mine/coverage.xml: is there already, and is no coverage report; nothing was written; "
-            "name another folder, or remove this file",
+            "mine/coverage.xml: is there already, and is not a coverage report; nothing was "
+            "written; name another folder, or remove this file",
         ),
     ],
 )

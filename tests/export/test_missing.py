@@ -37,7 +37,7 @@ _LOST = {
     "twincat": [_CONFIGURATION],
     "scl": [f"86: VAR Old of PROGRAM Mine: {_ANEW}", _CONFIGURATION],
     "l5x": [
-        f"39: {_BLOCK}: Kept has an initial value that is no single number",
+        f"39: {_BLOCK}: Kept has an initial value that is not a single number",
         "80: PROGRAM Mine: needs FB_Mine, which is not carried",
         _CONFIGURATION,
     ],

@@ -79,7 +79,7 @@ def test_what_is_there_is_not_written_over_unless_asked_to(
     assert capsys.readouterr().err == f"rcx: {out}: is there already; --force writes over it\n"
     assert out.read_text() == "mine"
     assert main([*arguments, "--force"]) == 2
-    said = f"rcx: {out}: is no export's; nothing was written; move it away\n"
+    said = f"rcx: {out}: is not an export's; nothing was written; move it away\n"
     assert capsys.readouterr().err == said
     assert out.read_text() == "mine"
     out.write_text("")

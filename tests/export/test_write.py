@@ -130,7 +130,7 @@ def test_a_file_of_the_users_is_not_written_over_and_an_earlier_export_is(
     mine = plc / "robot.toml"
     mine.write_bytes(b"the user's")
     assert main(words) == 2
-    said = "rcx: robot.toml: is no export's; nothing was written; move it away\n"
+    said = "rcx: robot.toml: is not an export's; nothing was written; move it away\n"
     assert capsys.readouterr().err == said
     assert mine.read_bytes() == b"the user's"
     mine.unlink()
@@ -168,7 +168,7 @@ def test_a_folder_with_files_is_refused_and_none_of_them_written_over(
     assert "rcx: out: has files that no export wrote; name an empty folder or a new one" in said
     assert _export(target, "out", "--allow-missing", "--force") == 2
     said = capsys.readouterr().err
-    assert f"rcx: {theirs.relative_to(plc)}: is no export's; nothing was written" in said
+    assert f"rcx: {theirs.relative_to(plc)}: is not an export's; nothing was written" in said
     assert _texts(out) == before
     theirs.unlink()
     assert _export(target, "out", "--allow-missing", "--force") == 0
@@ -238,7 +238,7 @@ def test_a_record_that_is_none_is_the_users(plc: Path, text: str, capsys: Captur
     (plc / "out").mkdir()
     (plc / "out" / _RECORD).write_text(text)
     assert _export("omron", "out", "--force") == 2
-    assert "is no record of an export; move it away" in capsys.readouterr().err
+    assert "is not a record of an export; move it away" in capsys.readouterr().err
     assert _texts(plc / "out") == {_RECORD: text.encode()}
 
 

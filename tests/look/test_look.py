@@ -645,5 +645,5 @@ def test_a_trace_is_not_written_over_what_is_no_trace(
     mine = tmp_path / "mine.txt"
     mine.write_text("keep this")
     assert scan("--trace", str(mine)) == 2
-    assert "is there already, and is no trace" in capsys.readouterr().err
+    assert "is there already, and is not a trace" in capsys.readouterr().err
     assert mine.read_text() == "keep this"

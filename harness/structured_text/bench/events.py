@@ -53,7 +53,7 @@ def _power_off(start: str = "warm") -> Callable[[Stopped, int], None]:
 
 def _run(start: str = "warm") -> Callable[[Stopped, int], None]:
     if start not in _STARTS:
-        raise InputError(f"start = {start!r} is no start", hint=f"use {', '.join(_STARTS)}")
+        raise InputError(f"start = {start!r} is not a start", hint=f"use {', '.join(_STARTS)}")
     return lambda cell, _: cell.start_plc(start)
 
 

@@ -68,7 +68,7 @@ def _check_earlier(kind: str, output: str | Path) -> None:
         raise InputError(f"cannot be read: {error.strerror}", file=output) from None
     if found and found != beginning.encode("ascii"):
         raise InputError(
-            f"is there already, and is no {name}; nothing was written",
+            f"is there already, and is not a {name}; nothing was written",
             file=output,
             hint="name another file, or remove this one",
         )

@@ -266,7 +266,7 @@ def listed(table: Mapping[str, Any], key: str) -> list[Any]:
 def _conditions(table: Mapping[str, Any]) -> tuple[str, ...]:
     found = listed(table, "expect")
     if not all(isinstance(one, str) for one in found):
-        raise InputError("expect is no condition", hint='write expect = "Main.Parts > 3"')
+        raise InputError("expect is not a condition", hint='write expect = "Main.Parts > 3"')
     return tuple(found)
 
 

@@ -92,7 +92,7 @@ def check_folder(folder: Path) -> None:
         InputError: it is a file, or has an index.html or the like that is not a report's.
     """
     if os.path.exists(folder) and not os.path.isdir(folder):
-        raise InputError("is no folder", file=folder, hint="name another for the coverage")
+        raise InputError("is not a folder", file=folder, hint="name another for the coverage")
     for name in ("index.html", "coverage.lcov", "mcdc.lcov", "coverage.xml"):
         _check(folder / name)
 
@@ -137,7 +137,7 @@ def write_report(
 def _check(file: Path) -> None:
     if os.path.exists(file) and not _is_ours(file):
         raise InputError(
-            "is there already, and is no coverage report; nothing was written",
+            "is there already, and is not a coverage report; nothing was written",
             file=file,
             hint="name another folder, or remove this file",
         )

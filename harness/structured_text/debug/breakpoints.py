@@ -37,7 +37,7 @@ class Counting:
         """Parse the text of a count, or raise InputError."""
         found = _COUNT.fullmatch(text)
         if found is None:
-            raise InputError(f"{text!r} is no count of hits", hint="write 5, >= 5 or % 10")
+            raise InputError(f"{text!r} is not a count of hits", hint="write 5, >= 5 or % 10")
         return cls(_COMPARE[found[1] or "=="], int(found[2]))
 
 

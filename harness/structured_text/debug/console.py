@@ -154,7 +154,7 @@ class Console:
                 return resolve(self._project, one).path
             except InputError:
                 continue
-        raise InputError(f"{text} is no variable that lasts from scan to scan")
+        raise InputError(f"{text} is not a variable that lasts from scan to scan")
 
     def watch(self, path: str, number: int) -> DataWatch:
         """Return a watch for a variable, or raise InputError."""
@@ -244,4 +244,4 @@ def _number(text: str, example: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise InputError(f"{text!r} is no number", hint=f"write {example}") from None
+        raise InputError(f"{text!r} is not a number", hint=f"write {example}") from None

@@ -533,7 +533,7 @@ class Session:
         reference, name = int(arguments["variablesReference"]), arguments["name"]
         found = [one for one in self._of(reference)() if one.name == name]
         if not found or not isinstance(found[0], Held):
-            raise InputError(f"{name} is no variable of the program and cannot be set")
+            raise InputError(f"{name} is not a variable of the program and cannot be set")
         frame = self._scope_frames.get(reference) or self._frame({})
         return self._put(found[0], str(arguments["value"]), frame)
 

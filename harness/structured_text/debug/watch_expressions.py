@@ -139,7 +139,7 @@ class WatchExpressions:
 @lru_cache(maxsize=256)
 def syntax_of(text: str) -> s.Expression:
     """Parse an expression, or raise InputError."""
-    wrong = InputError(f"{text!r} is no expression of Structured Text", hint="as Count + 1 > 3")
+    wrong = InputError(f"{text!r} is not an expression of Structured Text", hint="as Count + 1 > 3")
     source = read_text(f"{_HEAD}HarnessHere := (\n{text}\n);\nEND_FUNCTION\n", _HERE)
     if source.errors:
         raise InputError(f"{text}: {source.errors[0].message}", hint=source.errors[0].hint)

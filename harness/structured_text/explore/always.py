@@ -34,7 +34,7 @@ def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> C
         raise InputError(told, hint="it needs one PROGRAM in a file of Structured Text")
     for text in always:
         if "*)" in text or not text.strip():
-            raise InputError(f"{text!r} is no expression", hint='--always "NOT (A AND B)"')
+            raise InputError(f"{text!r} is not an expression", hint='--always "NOT (A AND B)"')
     comments = "".join(f" (* prove: {_MAIN.sub('', text)} *)" for text in always)
     copy = folder / "always" / programs[0].name
     copy.parent.mkdir()

@@ -296,7 +296,7 @@ class _Statements:
         counter = self._target(node.counter)
         kind = counter.type
         if not isinstance(counter, t.Use):
-            self._scope.note("a FOR counter that is no plain variable", node.counter.at)
+            self._scope.note("a FOR counter that is not a plain variable", node.counter.at)
         if group(kind) in ANY_BIT and kind != BOOL:
             self._scope.note("arithmetic of bit strings", node.counter.at, "a FOR counter")
         elif group(kind) not in ANY_INT:

@@ -141,7 +141,7 @@ class ExpressionChecker:
         call = self.methods.call(node)
         if call is None:
             hint = "call a block in a statement before"
-            raise self.scope.error("this is no method, and has no value", node.at, hint)
+            raise self.scope.error("this is not a method, and has no value", node.at, hint)
         return self.references.followed(call)
 
     def is_variable(self, node: s.Name) -> bool:
@@ -164,7 +164,7 @@ class ExpressionChecker:
             if isinstance(part, t.Member) and isinstance(part.base.type, BlockType):
                 pin = pin_of(part.base.type, part.name)
                 if pin is not None and pin.section == "VAR":
-                    self.scope.note("a variable of a block that is no pin", node.at)
+                    self.scope.note("a variable of a block that is not a pin", node.at)
                 elif pin is None or pin.section != "VAR_INPUT":
                     raise self.scope.error(
                         f"{part.name} is an output of {part.base.type.name}", node.at
@@ -282,7 +282,7 @@ class ExpressionChecker:
                             f"{pin.name} is internal to {kind.name}", node.name.at
                         )
                     if pin.section == "VAR":
-                        self.scope.note("a variable of a block that is no pin", node.name.at)
+                        self.scope.note("a variable of a block that is not a pin", node.name.at)
                     return t.Member(base, pin.name, pin.type)
             near = self.methods.method_hint(kind, key)
             near = near or _near(key, [pin.name for pin in kind.variables])
@@ -402,7 +402,7 @@ class ExpressionChecker:
             )
         found = self.fitting.numbered(self._typed(node, want), want, node.at)
         if isinstance(found.type, BlockType) and want is not None and found.type is not want:
-            raise self.scope.error(f"a block of type {found.type.name} is no value", node.at)
+            raise self.scope.error(f"a block of type {found.type.name} is not a value", node.at)
         if want is None or found.type == want:
             return found
         return self.fitting.fitted(found, want, node)

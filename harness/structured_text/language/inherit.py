@@ -88,7 +88,7 @@ class Inheritance:
         if base is None or base.kind != "FUNCTION_BLOCK":
             hint = "name its file too, or look at the spelling"
             known = self._declarations.is_known(key)
-            message = f"{node.extends.text} is no function block of these sources"
+            message = f"{node.extends.text} is not a function block of these sources"
             raise where.error(message, node.extends.at, "" if known else hint)
         if "FINAL" in base.words:
             raise where.error(f"{base.name} is FINAL", node.extends.at)

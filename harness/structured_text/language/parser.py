@@ -355,7 +355,7 @@ class _Builder(Statements):
         at = names[0].at
         bound = isinstance(_is, Token) and _is.upper() == "REF="
         if isinstance(_is, Token) and _is.type == "LATCH" and not bound:
-            text, place = f"{_is} is no initial value", position_of(_is)
+            text, place = f"{_is} is not an initial value", position_of(_is)
             error = InputError(text, file=self.file, line=place.line, column=place.column)
             self.errors.append(error)
         plain = self._plain(spec)

@@ -84,7 +84,8 @@ def _split(path: str) -> list[str | tuple[int, ...]]:
         end = part.end()
     if end != len(path) or not parts or not isinstance(parts[0], str):
         raise InputError(
-            f"{path!r} is no path of a variable", hint="write it as Main.Robot.Status or Main.A[3]"
+            f"{path!r} is not a path of a variable",
+            hint="write it as Main.Robot.Status or Main.A[3]",
         )
     return parts
 

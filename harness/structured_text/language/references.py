@@ -285,7 +285,9 @@ class References:
             raise self._scope.error(text, right.at)
         offset = self._all.check(right, number)
         if isinstance(offset, t.Constant) and int(offset.value) % size:
-            text = f"{offset.value} bytes are no whole number of {kind.name.partition(' TO ')[2]}"
+            text = (
+                f"{offset.value} bytes are not a whole number of {kind.name.partition(' TO ')[2]}"
+            )
             hint = f"write a multiple of SIZEOF, {size} here"
             raise self._scope.error(text, right.at, hint)
         return t.Offset(base, offset, size, 1 if op == "+" else -1, kind)

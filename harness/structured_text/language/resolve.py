@@ -181,7 +181,7 @@ class Types:
         if base is not None:
             known = self.type_named(last_name(base))
             if not isinstance(known, StructType):
-                raise where.error(f"{base.text} is no structure of these sources", base.at)
+                raise where.error(f"{base.text} is not a structure of these sources", base.at)
             fields += known.fields
             seen.update(field.upper() for field, _ in fields)
             values.update(self.initial[last_name(base)])
@@ -530,7 +530,7 @@ class Types:
             return self._block_value(node, kind, where, default)
         if later is not None and not isinstance(kind, BlockType) and later.takes(node, kind):
             return default
-        raise where.error(f"this is no initial value for a {describe(kind)}", node.at)
+        raise where.error(f"this is not an initial value for a {describe(kind)}", node.at)
 
     def _plain_value(self, kind: Type) -> Any:
         """Return the initial value of a type."""

@@ -147,7 +147,7 @@ def string_literal(text: str) -> str:
         if len(code) == digits:
             return chr(int(code, 16))
         if code.upper() not in _ESCAPES:
-            raise LiteralError(f"${code} is no escape; write $$ for a dollar sign")
+            raise LiteralError(f"${code} is not an escape; write $$ for a dollar sign")
         return _ESCAPES[code.upper()]
 
     value = re.sub(rf"\$([0-9A-Fa-f]{{{digits}}}|.)", escape, text[1:-1])
@@ -187,7 +187,7 @@ def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
     if kind.name == "BOOL":
         values = {"TRUE": True, "FALSE": False, "1": True, "0": False}
         if rest.upper() not in values:
-            raise LiteralError(f"{text} is no BOOL; write TRUE or FALSE")
+            raise LiteralError(f"{text} is not a BOOL; write TRUE or FALSE")
         return kind, values[rest.upper()]
     if not re.match(r"[-+]?\d", rest):
         raise LiteralError(f"{text} is not a number")
@@ -229,7 +229,7 @@ def _time(text: str) -> int:
         if "." in part[1]:
             break
     if not plain or end != len(plain):
-        raise LiteralError(f"T#{text} is no duration; write it as T#1500ms or T#1h30m")
+        raise LiteralError(f"T#{text} is not a duration; write it as T#1500ms or T#1h30m")
     if total >= 1 << 63:
         raise LiteralError(f"T#{text} is too large; a TIME holds 106,751 days")
     return sign * int(total)
@@ -242,7 +242,7 @@ def _date(text: str) -> int:
             raise ValueError
         day = date(int(found[1]), int(found[2]), int(found[3]))
     except ValueError:
-        raise LiteralError(f"D#{text} is no date; write it as D#2024-12-31") from None
+        raise LiteralError(f"D#{text} is not a date; write it as D#2024-12-31") from None
     return (day - date(1970, 1, 1)).days * NANOSECONDS_PER_DAY
 
 
@@ -250,7 +250,7 @@ def _clock(text: str) -> int:
     found = _CLOCK.fullmatch(text.replace("_", ""))
     second = Fraction((found and found[3]) or 0)
     if found is None or int(found[1]) > 23 or int(found[2]) > 59 or second >= 60:
-        raise LiteralError(f"TOD#{text} is no time of day; write it as TOD#13:30:00")
+        raise LiteralError(f"TOD#{text} is not a time of day; write it as TOD#13:30:00")
     seconds = (int(found[1]) * 60 + int(found[2])) * 60 + second
     return int(seconds * 1_000_000_000)
 
@@ -267,7 +267,7 @@ def _characters(kind: ElementaryType, text: str) -> tuple[ElementaryType, str]:
     """
     wide = kind.name.startswith("W")
     if text[:1] not in ("'", '"'):
-        raise LiteralError(f"{kind.name}#{text} is no text; write {kind.name}#'a'")
+        raise LiteralError(f"{kind.name}#{text} is not a text; write {kind.name}#'a'")
     if not wide and text.startswith('"'):
         raise LiteralError(f"{kind.name}#{text} needs single quotes")
     value = string_literal(f'"{text[1:-1]}"' if wide else text)

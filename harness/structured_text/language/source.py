@@ -100,7 +100,7 @@ def source_text(file: Path) -> str:
             f"byte {error.start} is not UTF-8", file=file, line=line, hint=hint
         ) from None
     if "\0" in text:
-        raise InputError("the file is no text, or UTF-16", file=file, hint=hint)
+        raise InputError("the file is not a text file, or is in UTF-16", file=file, hint=hint)
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 

@@ -59,7 +59,7 @@ def scalar_to_python(kind: Type, value: Scalar) -> Any:
         member = kind.member_of(int(value))
         return int(value) if member is None else member
     if not isinstance(kind, ElementaryType):
-        raise TypeError(f"{kind.name} is no scalar")
+        raise TypeError(f"{kind.name} is not a scalar")
     if kind.name == "BOOL":
         return bool(value)
     name = _short(kind)

@@ -110,7 +110,7 @@ class _Reader:
             title = f"{kind} {name}{_extends(element)}"
             head = (*_comment(element), *self._head(element, title))
         if kind not in (*_KINDS.values(), "INTERFACE"):
-            raise self._error(f"{name} is no function, function block or program", element)
+            raise self._error(f"{name} is not a function, function block or program", element)
         end = made(element.end, f"END_{kind}")
         parts = tuple(self._parts(element, name))
         return Unit(kind, Piece(name, head, _body(element), end, parts), self._file)

@@ -121,7 +121,7 @@ def check_library(folder: Path) -> None:
     """Raise InputError if the path of a library is not a folder."""
     if not folder.is_dir():
         raise InputError(
-            f"--lib {folder} is no folder",
+            f"--lib {folder} is not a folder",
             hint="it is the folder of the library; without --lib that of this package is taken",
         )
 

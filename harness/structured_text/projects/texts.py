@@ -25,7 +25,7 @@ def st_texts(project: Project) -> dict[str, str]:
         name = unit.name or "Globals"
         at = unit.piece.head[0].at if unit.piece.head else 1
         if not _NAME.fullmatch(name):
-            raise InputError(f"{name!r} is no name for a file", file=unit.file, line=at)
+            raise InputError(f"{name!r} is not a name for a file", file=unit.file, line=at)
         other = units.setdefault(name.upper(), unit)
         if other is not unit and unit.kind == "VAR_GLOBAL" and other.kind != unit.kind:
             name = f"{name}_Globals"

@@ -32,7 +32,7 @@ def read_object(file: Path) -> Project:
     """Read a POU, a type, a list of global variables or an interface, or raise InputError."""
     root = read_xml(file)
     if root.name != "TcPlcObject":
-        raise InputError(f"is no object of TwinCAT, its root is <{root.name}>", file=file)
+        raise InputError(f"is not an object of TwinCAT, its root is <{root.name}>", file=file)
     units = []
     for element in root.children:
         if element.name in ("POU", "DUT", "GVL", "Itf"):
@@ -117,7 +117,7 @@ def read_plcproj(file: Path) -> Project:
     """
     root = read_xml(file)
     if root.name != "Project":
-        raise InputError(f"is no project of TwinCAT, its root is <{root.name}>", file=file)
+        raise InputError(f"is not a project of TwinCAT, its root is <{root.name}>", file=file)
     found = Project()
     tasks = []
     for item in root.all("ItemGroup", "Compile"):

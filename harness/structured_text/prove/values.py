@@ -122,7 +122,7 @@ def scalar(kind: Type, value: Value) -> z3.ExprRef:
         TypeError: the value is a REAL or STRING, which is more than one term.
     """
     if isinstance(value, (reals.Real, texts.Text)):
-        raise TypeError("a REAL or STRING is no single term")
+        raise TypeError("a REAL or STRING is not a single term")
     if not is_known(value):
         return value
     if _name(kind) == "BOOL":

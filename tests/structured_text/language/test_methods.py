@@ -294,8 +294,8 @@ def test_fb_init_runs_once_before_the_first_scan(build: Callable[[str], BuiltinP
 
 
 _REFUSED = [
-    ("FUNCTION_BLOCK A EXTENDS B END_FUNCTION_BLOCK", "B is no function block"),
-    ("FUNCTION_BLOCK A EXTENDS TON END_FUNCTION_BLOCK", "TON is no function block"),
+    ("FUNCTION_BLOCK A EXTENDS B END_FUNCTION_BLOCK", "B is not a function block"),
+    ("FUNCTION_BLOCK A EXTENDS TON END_FUNCTION_BLOCK", "TON is not a function block"),
     ("FUNCTION_BLOCK A EXTENDS A END_FUNCTION_BLOCK", "A uses A"),
     ("FUNCTION_BLOCK A EXTENDS FB_Square, FB_Line END_FUNCTION_BLOCK", "one block only"),
     ("FUNCTION_BLOCK A EXTENDS FB_Line END_FUNCTION_BLOCK", "FB_Line is FINAL"),

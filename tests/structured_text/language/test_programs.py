@@ -228,7 +228,7 @@ def test_a_constant_fits_where_its_value_does(build: Build) -> None:
     ("declaration", "message"),
     [
         ("VAR X : INT REF= Y; Y : INT; END_VAR", "REF= needs a variable of REFERENCE TO"),
-        ("VAR X : BOOL S= TRUE; END_VAR", "S= is no initial value"),
+        ("VAR X : BOOL S= TRUE; END_VAR", "S= is not an initial value"),
         ("VAR CONSTANT X : INT := ABS(Y); END_VAR VAR Y : INT; END_VAR", "a constant is expected"),
         ("VAR_TEMP X : INT := ABS(Y); END_VAR VAR Y : INT; END_VAR", "a constant is expected"),
     ],

@@ -267,4 +267,6 @@ def test_super_of_what_is_missing_is_told_once(
     errors = mistakes_of(
         "FUNCTION_BLOCK FB1 EXTENDS Nowhere VAR N : INT; END_VAR N := SUPER^.N; END_FUNCTION_BLOCK"
     )
-    assert [error.message for error in errors] == ["Nowhere is no function block of these sources"]
+    assert [error.message for error in errors] == [
+        "Nowhere is not a function block of these sources"
+    ]

@@ -53,7 +53,7 @@ def test_of_variables_that_last_for_a_call_only_too(stopped: Start) -> None:
         ({"condition": "Valu = 4"}, "Valu"),
         ({"condition": "Value + 1"}, "BOOL"),
         ({"condition": "Value ="}, "Value ="),
-        ({"hitCondition": "often"}, "'often' is no count of hits; write 5, >= 5 or % 10"),
+        ({"hitCondition": "often"}, "'often' is not a count of hits; write 5, >= 5 or % 10"),
         ({"logMessage": "Value is {Valu}"}, "Valu"),
     ],
 )
@@ -142,7 +142,7 @@ def test_an_array_is_watched_as_a_whole(at_entry: Start) -> None:
 def test_what_lasts_for_a_call_only_is_not_watched(stopped: Start) -> None:
     info = stopped(11).request("dataBreakpointInfo", name="Sum")
     assert info["dataId"] is None
-    assert info["description"] == "Sum is no variable that lasts from scan to scan"
+    assert info["description"] == "Sum is not a variable that lasts from scan to scan"
 
 
 def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(

@@ -249,7 +249,7 @@ class _Writer:
             and image_element(symbol.type.name, self._images) != ""
         )
         if pin or kept or image:
-            raise NotCarriedError(f"{symbol.name} has an initial value that is no single number")
+            raise NotCarriedError(f"{symbol.name} has an initial value that is not a single number")
 
     def _begun(self, symbol: t.Symbol) -> Iterator[str]:
         """Yield lines that set a variable to its initial value.
@@ -354,7 +354,7 @@ class _Writer:
             return [*lines, f"{indent}UNTIL {condition}", f"{indent}END_REPEAT;"]
         if isinstance(one, s.Exit):
             return [*lines, f"{indent}EXIT;"]
-        what = "a FOR loop" if isinstance(one, t.For) else "a RETURN that is no IF of its own"
+        what = "a FOR loop" if isinstance(one, t.For) else "a RETURN that is not an IF of its own"
         raise NotCarriedError(what)
 
     def _assign(self, target: t.Variable, value: t.Expression, indent: str) -> list[str]:

@@ -121,7 +121,7 @@ class _Statements(ExpressionReader):
         counter, data = self._variable()
         kind = data.type
         if data.sizes or kind not in INTEGERS:
-            raise self._error(f"{counter} is no whole number", token)
+            raise self._error(f"{counter} is not a whole number", token)
         self._expect(":=")
         start = self._converted(self._value(), kind, token)
         self._expect("TO")
@@ -196,7 +196,7 @@ class _Statements(ExpressionReader):
         elif name in _BLOCKS:
             instance, data = self._variable()
             if data.type.upper() != _BLOCKS[name]:
-                raise self._error(f"{instance} is no {_BLOCKS[name]}", token)
+                raise self._error(f"{instance} is not a {_BLOCKS[name]}", token)
             self._expect(")")
             yield f"{instance}();" if name == "TONR" else f"{instance}(Falling := {_flag(name)});"
         elif name in ("COP", "CPS"):
@@ -226,7 +226,7 @@ class _Statements(ExpressionReader):
         """Translate `Block(Instance, a, b)`; the arguments are the required parameters in order."""
         instance, data = self._variable()
         if data.type.upper() != token.word:
-            raise self._error(f"{instance} is no {token.text}", token)
+            raise self._error(f"{instance} is not a {token.text}", token)
         types = self._routine.types
         members = types.members[token.word]
         arguments = []
@@ -240,7 +240,7 @@ class _Statements(ExpressionReader):
             else:
                 target, given = self._variable()
                 if usage == "Output" and given.type != kind.type:
-                    raise self._error(f"{target} is no {kind.type}, as {name} is", token)
+                    raise self._error(f"{target} is not a {kind.type}, as {name} is", token)
                 arguments.append(f"{name} {'=>' if usage == 'Output' else ':='} {target}")
         if not self._take(")"):
             raise self._error(f"{token.text} has too many arguments", token)

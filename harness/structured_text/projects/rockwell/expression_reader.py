@@ -233,7 +233,7 @@ class ExpressionReader:
         if types.is_string(data):
             return text, "STRING"
         if not types.is_simple(data):
-            raise self._error(f"{text} is no single value", token)
+            raise self._error(f"{text} is not a single value", token)
         kind = data.type
         if data.stored:
             text = f"{STORED[kind]}_TO_{kind}({text})"
@@ -289,7 +289,7 @@ class ExpressionReader:
         while self._peek().text in (".", "["):
             if self._peek().text == "[":
                 if not data.sizes:
-                    raise self._error(f"{text} is no array", token)
+                    raise self._error(f"{text} is not an array", token)
                 if not element and self._ends_with_index():
                     break
                 text, data = self._indexed(text, data, token)
@@ -351,7 +351,7 @@ class ExpressionReader:
             if literal and kind in ("REAL", "LREAL"):
                 return f"{text}.0"
             return f"{given}_TO_{kind}({text})"
-        raise self._error(f"{given} is no value for {kind}", token)
+        raise self._error(f"{given} is not a value for {kind}", token)
 
 
 def bare(text: str) -> str:
@@ -402,7 +402,7 @@ def _number(text: str, token: Token, file: Path) -> Value:
         try:
             value = int(digits, int(base))
         except ValueError:
-            raise InputError(f"{text} is no number", file=file, line=token.at) from None
+            raise InputError(f"{text} is not a number", file=file, line=token.at) from None
         if value >= 1 << 32:
             return f"LWORD_TO_LINT(LWORD#16#{value:X})", "LINT"
         if value >= 1 << 31:
