@@ -59,9 +59,9 @@ class Bench:
     """
 
     place: ClassVar[str] = "bench"
-    """What messages call it."""
+    """The name of this kind of bench in messages."""
     late: ClassVar[type[BenchTimeout]] = BenchTimeout
-    """What `run_until` raises."""
+    """The error that `run_until` raises."""
 
     def __init__(
         self,
@@ -79,10 +79,10 @@ class Bench:
     ) -> None:
         self.program = program
         self.closed = False
-        """After `close`."""
+        """Whether `close` has been called."""
         self._notice, self._leave = notice, leave or program.close
         self.mistakes = mistakes
-        """What the source of the program is warned of, a line each; in `notice`, too."""
+        """The warnings about the source of the program, one line each; `notice` has them, too."""
         self.now_us = 0
         self.scans = 0
         self.violations: list[Violation] = []
@@ -92,7 +92,7 @@ class Bench:
         self._agenda.repeat(first_us, SCAN, scan_us, self._scan)
         self._scan_us, self._first_us = scan_us, first_us
         self.plc = plc
-        """STOP and RUN, power, and what a start leaves."""
+        """The PLC: STOP and RUN, power, and the variables that survive a start."""
         self._wanted = False
 
     @classmethod

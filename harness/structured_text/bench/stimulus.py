@@ -42,11 +42,11 @@ class Entry:
     """
 
     keys: ClassVar[tuple[str, ...]] = ("time", "set", "plc", "for", "expect")
-    """What a table may have."""
+    """The keys that a table may have."""
     opposite: ClassVar[Callable[..., tuple[str, dict[str, Any]]]] = staticmethod(opposite)
-    """The event that takes another back."""
+    """Returns the event that ends another event."""
     lasting: ClassVar[str] = "set or plc"
-    """The keys that `for` goes with."""
+    """The keys that `for` can be combined with, for messages."""
 
     t_us: int
     line: int = 0
@@ -163,7 +163,7 @@ class Stimulus:
     """
 
     entry: ClassVar[type[Entry]] = Entry
-    """What the tables are read as."""
+    """The class of the entries."""
 
     def __init__(self, file: Path, entries: Sequence[Any]) -> None:
         self.file = file

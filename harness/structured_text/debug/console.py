@@ -26,7 +26,7 @@ X := 5                set a variable
 .back X               go back to the statement that changed X last
 .back                 go back to the last breakpoint
 .start                go to the start of the run
-.inject link_down 1   let something befall the robot, as in a stimulus; of several say which"""
+.inject link_down 1   trigger an event, as in a stimulus; with several robots, say which one"""
 
 _LAST = re.compile(r"(?:(?P<base>[A-Za-z_][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<name>\w*)$")
 

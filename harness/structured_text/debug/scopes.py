@@ -14,7 +14,6 @@ from structured_text.debug.places import Places
 from structured_text.debug.tracer import Tracer
 from structured_text.debug.values import Held, Item, ProgramVariables, Text, local
 from structured_text.language import tree as t
-from structured_text.language.values import describe
 from structured_text.output.units import format_us
 
 
@@ -142,10 +141,6 @@ class Scopes:
             if broken
             else Text("broken rules", "none"),
         ]
-
-    def type_of(self, item: Item) -> str:
-        """Return the name of a type."""
-        return item.type if isinstance(item, Text) else describe(item.type)
 
 
 def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[[str, Any], None]:

@@ -203,7 +203,7 @@ class Ready:
         self._waiting, self._taken = deque([first]), 0
         self._depths, self._limit, self._depth = depths, limit, depth
         self.done = 0
-        """So many have been gone on from, and what follows is known."""
+        """The number of states whose steps are all known."""
 
     def __len__(self) -> int:
         return len(self._waiting)

@@ -115,7 +115,7 @@ CONSTRUCTS = {
     "another name of a pin": "use the name of the second edition",
 }
 
-#: What to write instead if a detail of a construct needs other advice.
+#: Advice on the construct to write instead, if a detail of a construct needs other advice.
 _DETAILS = {
     "a constant instead of a literal (a member of an enumeration)": (
         "declare what it is compared with, or assigned to, as that enumeration"

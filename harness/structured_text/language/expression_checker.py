@@ -501,12 +501,6 @@ class ExpressionChecker:
             return quotient if node.op == "/" else left - quotient * right
         return left / right if node.op == "/" else math.fmod(left, right)
 
-    def _invoked(self, node: s.Invoke) -> t.Expression:
-        """Raise InputError, because only functions can be called in an expression."""
-        raise self.scope.error(
-            "only functions can be called in an expression", node.at, "call the block before it"
-        )
-
     def _called_type(self, node: s.Call) -> Type | None:
         """Return the type of a call's result; None if the context determines it."""
         method = self.methods.called(node.function)

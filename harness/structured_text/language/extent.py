@@ -17,7 +17,7 @@ from structured_text.language.types import ArrayType, BlockType, ElementaryType,
 from structured_text.language.values import array_length
 from structured_text.output.limits import MOST_BLOCKS, MOST_ELEMENTS, MOST_NESTED
 
-#: So many characters of a STRING count as one more element.
+#: The number of characters of a STRING that count as one more element.
 _CHARACTERS = 8
 _SHOWN = 60
 _HINT = "make arrays smaller, or declare fewer of them"

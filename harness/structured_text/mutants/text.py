@@ -101,10 +101,6 @@ class SourceText:
         first, last = self._range(node)
         return self._span(first + 1, last)
 
-    def offset(self, at: s.Position) -> int:
-        """Return the offset of a position."""
-        return self._starts[self._at(at)]
-
     def token_after(self, span: Span, kind: str) -> Span:
         """Return the span of the next token of a kind after a span."""
         index = bisect_right(self._starts, span.end - 1)

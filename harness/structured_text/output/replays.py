@@ -8,7 +8,7 @@ from pathlib import Path
 from structured_text.errors import COMMAND, InputError
 
 MARK = f"# {COMMAND} replay: "
-"""How the stimulus file of a replay begins."""
+"""The first characters of a stimulus file that a search has written."""
 
 #: First bytes of each kind of file.
 BEGINS = {".toml": MARK.encode(), ".svg": b"<svg "}

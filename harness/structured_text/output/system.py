@@ -44,21 +44,21 @@ _HANGS_S, _BUSY = 600, 8
 _TOO_LONG = ("SIGXCPU", "SIGALRM", "SIGKILL")
 
 APART: dict[str, Any]
-"""For a process that Ctrl-C does not reach: its parent decides when it ends."""
+"""Arguments of `Popen` for a process that Ctrl-C does not reach; its parent ends it."""
 
 DLL: Final = ".dll" if sys.platform == "win32" else ".so"
-"""How the name of a shared object ends."""
+"""The suffix of the file of a shared object."""
 
 WHOLE: Final = ("-static-libgcc", "-static-libstdc++") if sys.platform == "win32" else ()
-"""For gcc and clang: a shared object that is loaded wherever the compiler's own are not found."""
+"""Options of gcc and clang, so that a shared object needs no library of the compiler."""
 
 GUARDED: Final = sys.platform != "win32"
-"""Can a process notice the end of its parent, and end what it has started?"""
+"""Whether a process can notice the end of its parent, and end its own child processes."""
 
 COPIES: Final = sys.platform != "win32"
-"""Can a process make copies of itself?"""
+"""Whether a process can make copies of itself (fork)."""
 MOST_PROCESSES: Final = 60 if sys.platform == "win32" else sys.maxsize
-"""So many processes can be waited for at once."""
+"""The largest number of processes that can be waited for at once."""
 
 _ENDS = [signal.SIGINT, signal.SIGTERM]
 
@@ -424,7 +424,7 @@ class RelayedInput:
 
 
 StandardInput = RelayedInput if sys.platform == "win32" else DirectInput
-"""The one for this system."""
+"""The class of standard input on this system."""
 
 
 class SharedMemory:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 BURST = 30
-"""So many lines of a kind pass at once."""
+"""The number of lines of a kind that pass at once."""
 
 EVERY_US = 5_000_000
-"""After that one line of the kind passes in this time."""
+"""The time [µs] in which one further line of the kind passes."""
 
 
 @dataclass
