@@ -172,9 +172,8 @@ class Bench:
     def scan(self, n: int = 1) -> None:
         """Run `n` more scans.
 
-        Raises:
-            InputError: `n` is not a number of scans, or no scan comes because the PLC is in STOP or
-                has no power.
+        Raise InputError if `n` is not a number of scans, or no scan comes because the PLC is in
+        STOP or has no power.
         """
         goal = self.scans + whole("the number of scans", n, 0, _MOST_SCANS)
         self._wanted = True
@@ -243,9 +242,8 @@ class Bench:
     def start_plc(self, start: str = "warm") -> None:
         """Put the PLC into RUN; restart it if it runs already.
 
-        Args:
-            start: `"warm"` resets all variables except retained ones, `"cold"` resets all of them,
-                `"continue"` resets none.
+        `start` is `"warm"` to reset all variables except retained ones, `"cold"` to reset all of
+        them, or `"continue"` to reset none.
         """
         checked(EVENTS, "plc_run", {"start": start})
         self.plc.start(start)

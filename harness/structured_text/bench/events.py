@@ -87,8 +87,7 @@ OPPOSITES: dict[str, str] = {"plc_stop": "plc_run", "plc_power_off": "plc_power_
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return the event that ends another one, with its arguments: how the PLC starts again.
 
-    Raises:
-        InputError: the event does not last.
+    Raise InputError if the event does not last.
     """
     if event not in OPPOSITES:
         hint = "'for' goes with stop, power_off"

@@ -25,10 +25,7 @@ class Monitor(Protocol):
 class Plc:
     """A program with the state of its PLC and the monitors that watch it.
 
-    Args:
-        program: The program before its first scan.
-        retained: Paths of the variables that survive a warm start.
-        monitors: They restart with the program.
+    `program` has not run its first scan; `monitors` restart with it.
     """
 
     def __init__(

@@ -157,9 +157,7 @@ class Entry:
 class Stimulus:
     """The entries of a file, in order of time.
 
-    Args:
-        file: The file of the entries, for messages.
-        entries: The entries; those of equal time keep the order of the file.
+    Entries of equal time keep the order of the file.
     """
 
     entry: ClassVar[type[Entry]] = Entry
@@ -275,14 +273,13 @@ def event_of(
 ) -> tuple[str, Mapping[str, Any]]:
     """Return name and arguments of an event from the file.
 
+    Raise InputError if it is not an event.
+
     Args:
         given: The value in the file.
         key: The key of this value.
         names: Full names of events, by their names in the file.
         elsewhere: Hints for events that belong to another key, by the name in the file.
-
-    Raises:
-        InputError: it is not an event.
     """
     args: dict[str, Any] = {}
     if isinstance(given, dict):

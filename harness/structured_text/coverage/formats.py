@@ -30,12 +30,8 @@ def tracefile(
     """Return the tracefile of lcov, without items that are justified in the source.
 
     Readers expect lines with statements. Therefore a block has the line of its first statement, and
-    a branch has that of its IF, CASE or loop.
-
-    Args:
-        results: All files.
-        folder: The folder of their paths, if these should be absolute.
-        mcdc: Include the conditions, which lcov reads from version 2.2 on and other readers refuse.
+    a branch has that of its IF, CASE or loop. With a `folder` paths are absolute. `mcdc` includes
+    the conditions, which lcov reads from version 2.2 on and other readers refuse.
     """
     lines = []
     for result in results:

@@ -91,9 +91,7 @@ class _Words:
 class Text:
     """The text of a file, or of the parts that were extracted from a project file.
 
-    Args:
-        file: The file.
-        sources: The extracted parts; a file of Structured Text is its own source.
+    A file of Structured Text is its own source.
 
     Attributes:
         lines: The text by line number.

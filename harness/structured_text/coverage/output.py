@@ -88,8 +88,7 @@ def conclude(
 def check_folder(folder: Path) -> None:
     """Refuse a folder in which a report could not be written.
 
-    Raises:
-        InputError: it is a file, or has an index.html or the like that is not a report's.
+    Raise InputError if it is a file, or has an index.html or the like that is not a report's.
     """
     if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError("is not a folder", file=folder, hint="name another for the coverage")
@@ -102,7 +101,8 @@ def write_report(
 ) -> list[Path]:
     """Write index.html, a page per file, coverage.lcov, mcdc.lcov (with MC/DC) and coverage.xml.
 
-    Pages of an earlier report that this one does not have are removed.
+    Pages of an earlier report that this one does not have are removed. Raise InputError if a file
+    exists that is not a report's, or cannot be written.
 
     Args:
         results: All files.
@@ -113,9 +113,6 @@ def write_report(
 
     Returns:
         The first page, and the files for other tools.
-
-    Raises:
-        InputError: a file exists that is not a report's, or cannot be written.
     """
     made: dict[Path, bytes | str] = {
         folder / name: text for name, text in pages(results, title).items()

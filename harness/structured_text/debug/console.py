@@ -46,10 +46,8 @@ class Console:
     def look(self, frame: Frame, text: str) -> Held:
         """Evaluate an expression in a frame: a variable with its parts, or a value.
 
-        A path from a program on (`Main.Servo.Busy`) is valid in every frame.
-
-        Raises:
-            InputError: the text is not an expression, or has no value.
+        A path from a program on (`Main.Servo.Busy`) is valid in every frame. Raise InputError if
+        the text is not an expression, or has no value.
         """
         try:
             compiled = self._expressions.compiled(frame.pou, text)
@@ -137,8 +135,7 @@ class Console:
     def lasting(self, frame: Frame, text: str) -> str:
         """Return the full path of a variable that is named in a frame.
 
-        Raises:
-            InputError: it is not a variable that keeps its value from scan to scan.
+        Raise InputError if it is not a variable that keeps its value from scan to scan.
         """
         found = self.look(frame, text)
         first, _, _ = re.split(r"([.\[])", f"{found.path}.", maxsplit=1)
@@ -173,11 +170,10 @@ class Console:
     def command(self, frame: Frame, text: str) -> Order | str:
         """Execute an assignment, or a command that begins with a dot.
 
+        Raise InputError if the text is neither.
+
         Returns:
             An order for the debugger, or the text to print.
-
-        Raises:
-            InputError: the text is neither.
         """
         if not text.startswith("."):
             target, _, value = text.rstrip("; ").partition(":=")

@@ -70,9 +70,7 @@ class Launched:
 class Session:
     """One client with one run.
 
-    Args:
-        client: The client.
-        launch: Builds the machine from the arguments of `launch` or `attach`.
+    `launch` builds the machine from the arguments of `launch` or `attach`.
     """
 
     def __init__(self, client: Client, launch: Callable[[Mapping[str, Any]], Launched]) -> None:

@@ -70,12 +70,7 @@ class Compiled:
 
 
 class WatchExpressions:
-    """A compiler for expressions in the scope of any POU of a program.
-
-    Args:
-        project: The program.
-        names: Names of its module, which generated code calls.
-    """
+    """A compiler for expressions in the scope of any POU of a program."""
 
     def __init__(self, project: Project, names: Mapping[str, Any]) -> None:
         self._project, self._names = project, dict(names)

@@ -46,15 +46,14 @@ _OF_MATIEC = ("a standard function of dates or BCD",)
 def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
     """Check ST sources and compile them.
 
+    Raise InputError if the sources contain an error (with file and line), the engine is unknown or
+    not installed, or matiec is named and cannot compile a construct of the program.
+
     Args:
         paths: The ST files, in any order.
         engine: `matiec`, `builtin`, `strucpp` or `auto`. `auto` takes matiec if it and a C
             compiler are found and the program is portable. Else, or if coverage is counted,
             it takes the built-in engine. STruC++ runs only if it is named.
-
-    Raises:
-        InputError: The sources contain an error (with file and line), the engine is unknown
-            or not installed, or matiec is named and cannot compile a construct of the program.
     """
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")

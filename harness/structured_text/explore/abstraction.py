@@ -96,10 +96,7 @@ class Place(NamedTuple):
 class Abstraction:
     """The encoder and decoder of the states of one program.
 
-    Args:
-        program: The program, in its initial state.
-        tick_us: Time of one count of a timer.
-        tables: The knowledge of the library.
+    The program is in its initial state; a timer counts every `tick_us`.
 
     Raises:
         InputError: a variable of a type that states cannot hold, or more than one robot.

@@ -166,12 +166,7 @@ def steps(
 ) -> Iterator[Transition]:
     """Yield all steps from a state; seed and number draw one of them, which is checked.
 
-    Args:
-        world: The world.
-        number: Number of the state.
-        state: The state.
-        seed: Seed for the choice of the checked step.
-        is_known: Returns whether the state with this key need not be sent.
+    A state need not be sent if `is_known` returns true for its key.
 
     Raises:
         Exception: see `World.check`.

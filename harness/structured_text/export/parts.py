@@ -108,16 +108,15 @@ def sources_of(
 ) -> Sources:
     """Read and check the library, and a user's files with it.
 
+    Raise InputError if a file is missing or wrong, the prefix is not allowed, or a construct is
+    beyond the portable subset, which no target supports.
+
     Args:
         lib: Folder of the library.
         program: The user's files or folders.
         only_needed: Omit the parts of the library that the program does not need.
         prefix: Prefix for the names of the library; None leaves them unchanged.
         names: Names and texts about the library.
-
-    Raises:
-        InputError: a file is missing or wrong, the prefix is not allowed, or a construct is beyond
-            the portable subset, which no target supports.
     """
     if only_needed and not program:
         raise InputError("--needed asks what a program needs", hint="name it with --program")

@@ -45,10 +45,8 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
 
     A name that the user declares is the user's own in all of the user's files. A name that already
     begins with the prefix stays. If the prefix would turn another name into such a name, it is
-    written twice.
-
-    Raises:
-        InputError: a name cannot begin with the prefix, or a new name is already in use.
+    written twice. Raise InputError if a name cannot begin with the prefix, or a new name is already
+    in use.
     """
     if not _LEGAL.fullmatch(prefix):
         raise InputError(

@@ -137,9 +137,7 @@ class Words:
     def lacks(self, part: Part, functions: Collection[str]) -> Missing | None:
         """Return the first item in a part that is not on the list, with its replacement, or None.
 
-        Args:
-            part: A declaration.
-            functions: Functions of the sources, in upper case.
+        `functions` are those of the sources, in upper case.
         """
         if isinstance(part.node, s.Configuration):
             return None
@@ -152,11 +150,7 @@ class Words:
         """Yield the place of each item that is not on the list, and what to write instead.
 
         Items that came with the third edition are skipped, because they are constructs of their
-        own.
-
-        Args:
-            node: The declaration.
-            functions: Functions of the sources, in upper case.
+        own. `functions` are those of the sources, in upper case.
         """
         for what, name, at in _used(node, functions):
             if not self._has(what, name):

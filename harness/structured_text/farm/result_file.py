@@ -118,8 +118,7 @@ def _rescued(file: Path) -> str:
 def _first_line(file: Path) -> dict[str, Any] | None:
     """Return the basis in the first line; None if the file is missing or empty.
 
-    Raises:
-        InputError: It is not a file of results.
+    Raise InputError if it is not a file of results.
     """
     if not os.path.lexists(file):
         return None

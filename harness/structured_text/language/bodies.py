@@ -41,10 +41,7 @@ def check_body(
 ) -> None:
     """Check the body of a POU and store it in `scope.pou`.
 
-    Args:
-        scope: The POU and its surroundings.
-        body: Its statements as parsed.
-        report: Receives each error. Checking continues with the next statement.
+    After an error, checking continues with the next statement.
     """
     statements = _Statements(scope, report)
     scope.pou.body = statements.block(body)
@@ -63,11 +60,6 @@ def check_start(
     These are initial values of pointers, references and interfaces, calculated values, and the
     arguments of blocks. For a function or method they are put before its body. A block gets the
     method `START` for them.
-
-    Args:
-        scope: The POU and its surroundings.
-        sections: Its declarations.
-        report: Receives each error.
     """
     pou, statements = scope.pou, _Statements(scope, report)
     start = statements.block(starting(sections, scope))

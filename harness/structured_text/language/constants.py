@@ -51,11 +51,6 @@ Lookup = Callable[[s.Expression], Constant | None]
 def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constant:
     """Return the value of a literal; untyped numbers are LINT or LREAL and not `typed`.
 
-    Args:
-        node: The literal.
-        types: Types of the project by upper-case name, for `COLOUR#RED`.
-        where: Its declaration, for messages.
-
     Raises:
         InputError: malformed or out of its type's range.
     """
@@ -183,13 +178,7 @@ def constant(
 ) -> Constant:
     """Return the value of an initial value or CASE label in the required type, or raise InputError.
 
-    Args:
-        node: The expression.
-        kind: The type that its place requires.
-        types: Types of the project by upper-case name.
-        where: Its declaration, for messages.
-        lookup: Finds named constants.
-        detail: As for `evaluate`.
+    `lookup` finds named constants; `detail` is as for `evaluate`.
     """
     if isinstance(node, s.Name) and isinstance(kind, EnumType):
         if node.key in (one.upper() for one in kind.members):

@@ -196,10 +196,7 @@ class Use:
 def refuse(uses: Iterable[Use], tool: str, carried: Collection[str] = ()) -> None:
     """Raise an error if a program has constructs that a tool does not support.
 
-    Args:
-        uses: The constructs of the program.
-        tool: Name of the tool, for the message.
-        carried: Names of the constructs that the tool supports.
+    `carried` are the names of the supported constructs.
 
     Raises:
         InputError: the program has an unsupported construct; the first is named.

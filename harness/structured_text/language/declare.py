@@ -60,9 +60,7 @@ _JOINT = "__"
 class Declarations(Types):
     """The resolved declarations of a project.
 
-    Args:
-        registry: All names.
-        report: Receives each error. The declaration with the error is then incomplete.
+    A declaration with a reported error is incomplete.
     """
 
     def __init__(self, registry: Registry, report: Callable[[InputError], None]) -> None:

@@ -103,9 +103,6 @@ def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Pa
 class Changed:
     """The values of watched variables, compared from scan to scan.
 
-    Args:
-        watched: The types of the variables by path.
-
     Raises:
         InputError: they have too many parts.
     """
@@ -226,8 +223,7 @@ def _whole_number(given: Any) -> int:
 def typed(description: Any, level: int = 0) -> Type:
     """Return the type of a description by `described`; blocks become structures.
 
-    Raises:
-        KeyError, TypeError, ValueError: it is not the description of a type.
+    Raise KeyError, TypeError, ValueError if it is not the description of a type.
     """
     if level > MOST_LEVELS:
         raise ValueError("too many levels")

@@ -199,8 +199,7 @@ class ExpressionChecker:
     def member_of(self, node: s.Expression) -> t.Constant | None:
         """Return the enumeration member of `Colour.RED`; None for anything else.
 
-        Raises:
-            InputError: the enumeration has no such member.
+        Raise InputError if the enumeration has no such member.
         """
         if not isinstance(node, s.Field) or not isinstance(node.base, s.Name):
             return None
@@ -216,11 +215,10 @@ class ExpressionChecker:
     def part(self, node: s.Part) -> tuple[t.Variable, t.Expression, int, ElementaryType]:
         """Return the parts of an access to a bit or part of a variable.
 
+        Raise InputError if the variable has no bits, or not so many.
+
         Returns:
             The variable, the variable as a bit string, the first bit, and the type of the part.
-
-        Raises:
-            InputError: the variable has no bits, or not so many.
         """
         base = self.variable(node.base)
         name = group(base.type)
@@ -376,9 +374,7 @@ class ExpressionChecker:
     def check(self, node: s.Expression, want: Type | None) -> t.Expression:
         """Type an expression, or raise InputError.
 
-        Args:
-            node: The expression.
-            want: The type that its place requires; None if any type will do.
+        `want` is the type that its place requires; None allows any type.
         """
         if isinstance(want, (ReferenceType, InterfaceType)):
             return self.references.wanted(node, want)

@@ -25,8 +25,7 @@ class Fitting:
     def fitted(self, found: t.Expression, want: Type, node: s.Expression) -> t.Expression:
         """Return an expression in the required type, converted if its type widens to it.
 
-        Raises:
-            InputError: the type does not widen to the required type.
+        Raise InputError if the type does not widen to the required type.
         """
         have = found.type
         hint = ""

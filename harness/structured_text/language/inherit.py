@@ -62,10 +62,6 @@ class Inheritance:
 
     Attributes:
         objects: The resolved blocks, interfaces and methods.
-
-    Args:
-        declarations: The types and POUs.
-        report: Receives each error.
     """
 
     def __init__(self, declarations: _Declarations, report: Callable[[InputError], None]) -> None:

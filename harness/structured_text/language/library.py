@@ -41,8 +41,7 @@ class Names:
     def load(cls, file: Path) -> Names:
         """Read a file.
 
-        Raises:
-            InputError: it cannot be read, has an unknown key, or a value is not a text.
+        Raise InputError if it cannot be read, has an unknown key, or a value is not a text.
         """
         table = load_toml(file)
         known = [one.name for one in fields(cls)]

@@ -188,9 +188,7 @@ def _instance(
 def load(paths: Sequence[Path], read: Read | None = None) -> Project:
     """Parse and check Structured Text sources.
 
-    Args:
-        paths: The files, in any order; a file given twice counts once.
-        read: The parser of a file; `read_file` if None.
+    A file that is given twice counts once. `read` replaces `read_file` as the parser.
 
     Returns:
         The checked project.

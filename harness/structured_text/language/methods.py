@@ -34,8 +34,7 @@ class Methods:
     def this(self, at: s.Position, *, above: bool = False) -> t.This:
         """Type `THIS^`; with `above` type `SUPER^`, the same instance as its base block.
 
-        Raises:
-            InputError: there is no instance, or the block has no base.
+        Raise InputError if there is no instance, or the block has no base.
         """
         pou = self._scope.block
         if pou is None or pou.block is None:
@@ -212,9 +211,7 @@ class Methods:
     ) -> t.CallMethod | None:
         """Type a call of a method; None if it calls something else.
 
-        Args:
-            node: The call.
-            value: Whether its result is used.
+        `value` says whether its result is used.
 
         Raises:
             InputError: a method that cannot be called here, or arguments that do not fit.

@@ -69,10 +69,8 @@ class Operators:
     def _check_common(self, one: Type, other: Type, at: s.Position) -> None:
         """Refuse a pair of integer types without a common type.
 
-        These are ULINT and a signed type: neither holds the other.
-
-        Raises:
-            InputError: there is no common type.
+        These are ULINT and a signed type: neither holds the other. Raise InputError if there is no
+        common type.
         """
         a, b = group(one), group(other)
         if a in INT_RANGE and b in INT_RANGE and not common(a, b):

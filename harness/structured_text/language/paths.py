@@ -46,11 +46,8 @@ def resolve(project: Project, path: str) -> Resolved:
 
     Names are compared without case. If the project has exactly one program instance, `Main` and the
     name of the program are accepted for it. The path of a global variable is its name, with or
-    without the name of its list. A VAR_EXTERNAL leads to its global variable.
-
-    Args:
-        project: The project with the variable.
-        path: A program instance or global variable, then `.member` and `[index, index]`.
+    without the name of its list. A VAR_EXTERNAL leads to its global variable. A path begins with a
+    program instance or a global variable; `.member` and `[index, index]` follow.
 
     Raises:
         InputError: no such variable (the message suggests similar names), an index out of range, or

@@ -158,9 +158,7 @@ def _lint(
 def unportable(uses: Sequence[Use], library: Collection[Path] = ()) -> list[LintFinding]:
     """Return findings for the constructs beyond the portable subset.
 
-    Args:
-        uses: The constructs (`Project.uses`).
-        library: Files of the library: there each construct is a violation.
+    In files of `library` each construct is a violation.
 
     Returns:
         For the library every construct. For other files one warning per construct, at its first

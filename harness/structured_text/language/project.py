@@ -98,8 +98,7 @@ class Project:
 def runnable(project: Project) -> Project:
     """Return the project if it has a program to run.
 
-    Raises:
-        InputError: the project is a library.
+    Raise InputError if the project is a library.
     """
     if not project.instances:
         raise InputError(

@@ -61,11 +61,6 @@ _POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
 def read_tokens(lark: Lark, found: list[Token], file: Path) -> tuple[list[Any], list[InputError]]:
     """Parse tokens.
 
-    Args:
-        lark: The parser, with a transformer that makes syntax nodes.
-        found: The tokens of a file.
-        file: The file, for messages.
-
     Returns:
         The declarations, as far as they could be read, and every mistake.
     """

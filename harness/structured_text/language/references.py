@@ -80,8 +80,7 @@ class References:
     def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
         """Type an expression at a place that requires a pointer, reference or interface.
 
-        Raises:
-            InputError: it has another type, or leads to another type.
+        Raise InputError if it has another type, or leads to another type.
         """
         if is_null(node):
             return t.Null(want)
@@ -168,8 +167,7 @@ class References:
     def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
         """Return the characters of a text as an array of BYTE or WORD, from index 0.
 
-        Raises:
-            InputError: the text is not a variable but the result of a call.
+        Raise InputError if the text is not a variable but the result of a call.
         """
         kind = base.type
         assert isinstance(kind, ElementaryType)
@@ -187,8 +185,7 @@ class References:
     def is_known(self, node: s.Call) -> bool:
         """Return whether the call is one of `FUNCTIONS`.
 
-        Raises:
-            InputError: the function is not supported.
+        Raise InputError if the function is not supported.
         """
         key = node.function.key
         if key in _REFUSED and key not in self._scope.declarations.pous:
@@ -296,8 +293,7 @@ class References:
 def _target(kind: ReferenceType) -> Type:
     """Return the type that a pointer leads to.
 
-    Raises:
-        InputError: its declaration has an error, which has been reported.
+    Raise InputError if its declaration has an error, which has been reported.
     """
     if kind.target is None:
         raise ConsequenceError("what a pointer leads to has an error")

@@ -49,9 +49,7 @@ from structured_text.output.limits import MOST_LEVELS
 class Types:
     """The types of a project, each resolved on its first use.
 
-    Args:
-        registry: All names.
-        report: Receives each error. The declaration with the error is then incomplete.
+    A declaration with a reported error is incomplete.
 
     Attributes:
         types: Structures, arrays, enumerations and aliases by upper-case name.
@@ -240,10 +238,7 @@ class Types:
     def resolve(self, spec: s.TypeSpec, where: Declared, owner: str = "") -> tuple[Type, Any]:
         """Return the type of a specification, and its initial value, or raise InputError.
 
-        Args:
-            spec: The specification.
-            where: The declaration with the specification.
-            owner: The name of the variable, used to name a type without a name.
+        A type without a name is named after `owner`, the variable.
         """
         if isinstance(spec, s.ArraySpec):
             return self._array("", spec, where)

@@ -60,8 +60,7 @@ def _one(
 def start_call(node: Start, expressions: Checking) -> t.Evaluate:
     """Type the call of `INIT` with the arguments of a declaration.
 
-    Raises:
-        InputError: the block has no `INIT` with parameters, or the arguments do not fit.
+    Raise InputError if the block has no `INIT` with parameters, or the arguments do not fit.
     """
     scope = expressions.scope
     instance = expressions.variable(node.name)

@@ -99,10 +99,7 @@ def nest(kind: ArrayType, flat: Sequence[Any]) -> list[Any]:
 def from_python(kind: Type, value: Any, path: str) -> Any:
     """Check an external value and convert it to the form that engines hold.
 
-    Args:
-        kind: Type of the variable.
-        value: The value; for a structure a dict that may leave fields out.
-        path: The path of the variable, for messages.
+    A dict for a structure may leave fields out.
 
     Returns:
         A `Scalar`; for an array the flat list of its elements in row-major order; for a

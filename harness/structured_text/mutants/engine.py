@@ -73,9 +73,7 @@ def python_of(project: Project, pou: t.Pou, storage: Storage) -> str:
 def load_checked(paths: list[Path], parsing: Callable[[Path], s.Source] = parse) -> Checked:
     """Load a project and save the scopes of its POUs, or raise InputError.
 
-    Args:
-        paths: Its files.
-        parsing: A function that returns the syntax of a file.
+    `parsing` returns the syntax of a file.
     """
     scopes: dict[str, Scope] = {}
 

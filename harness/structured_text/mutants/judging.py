@@ -82,12 +82,7 @@ class Judging:
         """Return the verdicts on the mutants in their order, without those that were not run.
 
         A saved outcome is used if the tests have not changed since. All other mutants are run.
-
-        Args:
-            title: Title of the progress bar.
-            tasks: The mutants with their tests.
-            judges: The facts about the tests.
-            run: Runs mutants with their tests, and yields each outcome as soon as it is known.
+        `run` yields each outcome as soon as it is known.
         """
         judged: list[Judged] = []
         waiting: list[MutantTask] = []

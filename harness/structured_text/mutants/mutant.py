@@ -164,14 +164,7 @@ class Mutants:
 
 
 class _Checker:
-    """The check and compilation of the one statement of a body that a change is in.
-
-    Args:
-        checked: The library.
-        name: Upper-case name of the POU.
-        body: The POU.
-        parsing: A function that returns the syntax of a changed statement.
-    """
+    """The check and compilation of the one statement of a body that a change is in."""
 
     def __init__(
         self, checked: Checked, name: str, body: Body, parsing: Callable[[str, Path], s.Source]
@@ -187,10 +180,8 @@ class _Checker:
     def changed(self, edits: tuple[Edit, ...]) -> tuple[str, tuple[s.Statement, ...]]:
         """Return the Python code of the changed statement, and the body with it.
 
-        The code is empty if it equals that of the original.
-
-        Raises:
-            InputError: the statement is not correct.
+        The code is empty if it equals that of the original. Raise InputError if the statement is
+        not correct.
         """
         start = min(edit.span.start for edit in edits)
         index = max(k for k, span in enumerate(self._spans) if span.start <= start)

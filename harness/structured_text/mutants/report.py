@@ -91,11 +91,8 @@ def figures(
 ) -> dict[str, Any]:
     """Return the figures of a run.
 
-    Args:
-        judged: All mutants with their verdicts.
-        reasons: The reasons for survivors.
-        folder: A function that returns the group of a file.
-        whole: Names of the POUs whose mutants are complete, not a sample.
+    `folder` returns the group of a file. In the POUs of `whole` all mutants were made, not a
+    sample.
     """
     survivors = [one.mutant for one in judged if not one.killed]
     rows = [

@@ -55,8 +55,7 @@ class PytestCommand:
     def started(self, order: Order) -> Program:
         """Start it with an order; its output goes to a file in the order's folder.
 
-        Raises:
-            InputError: the command does not exist.
+        Raise InputError if the command does not exist.
         """
         options = ["-o", f"cache_dir={order.folder / 'cache'}"]
         options += ["--basetemp", str(order.folder / "tests")]

@@ -49,8 +49,7 @@ class UserMutants:
     def baseline(self) -> Tests:
         """Run the original program, and record the lines that each test executes.
 
-        Raises:
-            InputError: a test fails, or none runs the program.
+        Raise InputError if a test fails, or none runs the program.
         """
         with TemporaryDirectory(prefix=f"{COMMAND}-mutants-", ignore_cleanup_errors=True) as name:
             order = Order(real(name))

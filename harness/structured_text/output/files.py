@@ -44,11 +44,7 @@ class NewFiles:
     """Files that are created before a long job, and named after it, inside `with`.
 
     The class never overwrites a file. If a file has appeared under the name meanwhile, it stays,
-    and the result gets a free name beside it.
-
-    Args:
-        paths: The files.
-        hint: Hint for a file that already exists.
+    and the result gets a free name beside it. `hint` is for a file that already exists.
 
     Raises:
         InputError: a file already exists, is named twice, or cannot be written.
@@ -84,9 +80,8 @@ class NewFiles:
     def write(self, *contents: bytes | str) -> None:
         """Write all files, in the order of their names, or none.
 
-        Raises:
-            InputError: a file cannot be written, or was given another name, which the message
-                shows.
+        Raise InputError if a file cannot be written, or was given another name, which the message
+        shows.
         """
         for file, data in zip(self._files, contents, strict=True):
             file.write(data)

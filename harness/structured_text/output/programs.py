@@ -89,10 +89,7 @@ def run(
 ) -> subprocess.CompletedProcess[Any]:
     """Run a program to its end, and return what it has printed.
 
-    Args:
-        command: Its name or path, and its arguments.
-        timeout: Seconds after which it is ended.
-        how: Arguments of `Popen`.
+    It is ended after `timeout` seconds.
 
     Raises:
         OSError: It cannot be started.

@@ -37,9 +37,8 @@ def check_file(path: str | Path) -> None:
 def open_file(path: str | Path, kind: Kind) -> BinaryIO:
     """Open a plain file for reading.
 
-    Raises:
-        InputError: it does not exist, is not a plain file, cannot be read, or is too large for its
-            kind.
+    Raise InputError if it does not exist, is not a plain file, cannot be read, or is too large for
+    its kind.
     """
     check_file(path)  # merely opening a device can have effects
     try:

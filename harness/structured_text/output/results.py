@@ -33,8 +33,7 @@ def read_entry(line: bytes) -> dict[str, Any] | None:
 def move_aside(file: Path) -> Path:
     """Rename a damaged file to a free name, and return that.
 
-    Raises:
-        OSError: It cannot be renamed.
+    Raise OSError if it cannot be renamed.
     """
     names = (file.with_name(f"{file.name}.damaged{number or ''}") for number in count())
     aside = next(name for name in names if not name.exists())
@@ -48,10 +47,7 @@ def _any(entry: Mapping[str, Any]) -> bool:
 class Results:
     """Results by key, saved as JSON lines; the last line of a key counts.
 
-    Args:
-        file: Where they are saved.
-        fresh: Delete earlier results.
-        is_whole: Returns whether an entry has everything that its reader needs.
+    With `fresh`, earlier results are deleted. `is_whole` returns whether an entry is complete.
 
     Attributes:
         notice: A line for the user if the file was damaged: it was renamed, and its valid lines

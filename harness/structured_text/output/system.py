@@ -72,8 +72,7 @@ else:
 def cache_root() -> Path:
     """Return the user's folder for caches: files that programs can create again.
 
-    Raises:
-        RuntimeError: the user has no home.
+    Raise RuntimeError if the user has no home.
     """
     if named := os.environ.get("XDG_CACHE_HOME"):
         return Path(named)
@@ -122,8 +121,7 @@ def end_as_by_ctrl_c() -> list[int]:
 def settings_root() -> Path:
     """Return the user's folder for settings and private files.
 
-    Raises:
-        RuntimeError: the user has no home.
+    Raise RuntimeError if the user has no home.
     """
     if named := os.environ.get("XDG_CONFIG_HOME"):
         return Path(named)
@@ -332,8 +330,7 @@ class PipedCopy:
     def wait(self, timeout: float | None = None) -> int:
         """Wait for its end, and return its exit code.
 
-        Raises:
-            subprocess.TimeoutExpired: it has not ended within this time [s].
+        Raise subprocess.TimeoutExpired if it has not ended within this time [s].
         """
         end = None if timeout is None else time.monotonic() + timeout
         while (code := self.poll()) is None:

@@ -24,8 +24,7 @@ class _Kind:
 class Throttle:
     """A throttle that passes lines as long as they are few; the caller gives the time.
 
-    Args:
-        burst: Number of lines of a kind that pass at once.
+    `burst` is the number of lines of a kind that pass at once.
     """
 
     def __init__(self, burst: int = BURST) -> None:

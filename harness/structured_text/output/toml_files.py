@@ -36,8 +36,7 @@ def toml_text(path: Path) -> str:
 def parse_toml(text: str, path: Path) -> dict[str, Any]:
     """Return the content of a TOML text; `path` is its file.
 
-    Raises:
-        InputError: it is not TOML (with the line).
+    Raise InputError if it is not TOML (with the line).
     """
     try:
         toml: Any = importlib.import_module("tomllib")

@@ -48,8 +48,7 @@ def priority_of(text: str, task: str, file: Path, line: int) -> int | None:
 def milliseconds_us(text: str, task: str, file: Path, line: int) -> int:
     """Read the interval of a task in milliseconds and return it in whole microseconds [µs].
 
-    Raises:
-        InputError: It is not a number, is 0, or longer than a year.
+    Raise InputError if it is not a number, is 0, or longer than a year.
     """
     plain = text.strip()
     exact = Fraction(plain) if _DECIMAL.fullmatch(plain) else Fraction(0)
@@ -59,8 +58,7 @@ def milliseconds_us(text: str, task: str, file: Path, line: int) -> int:
 def interval_us(exact: Fraction, text: str, task: str, file: Path, line: int) -> int:
     """Check the interval of a task and return the nearest whole number of microseconds [µs].
 
-    Raises:
-        InputError: It is 0, or longer than a year.
+    Raise InputError if it is 0, or longer than a year.
     """
     try:
         found = parse_us(round(exact))

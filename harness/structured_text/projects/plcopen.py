@@ -355,11 +355,7 @@ def _open_array(variable: Element) -> str:
 
 
 def _only(element: Element, file: Path) -> Element:
-    """Return the single element inside another.
-
-    Raises:
-        InputError: The element is empty.
-    """
+    """Return the single element inside another; raise InputError if the element is empty."""
     found = [one for one in element.children if one.name not in ("documentation", "addData")]
     found = found or [data for one in element.all("addData", "data") for data in one.children]
     if not found:

@@ -88,10 +88,8 @@ def plain_name(name: str) -> str:
 def called(files: Iterable[Path]) -> dict[str, str]:
     """Return the blocks that are called on data blocks, as in `"Timer".TON(...)`.
 
-    The keys are the names of the data blocks in upper case.
-
-    Raises:
-        InputError: A file cannot be read.
+    The keys are the names of the data blocks in upper case. Raise InputError if a file cannot be
+    read.
     """
     readers = [_Reader(_text(file), file) for file in files]
     return {name: word for one in readers for name, word in one.generic_calls(only_global=True)}
@@ -100,9 +98,7 @@ def called(files: Iterable[Path]) -> dict[str, str]:
 def read_scl(file: Path, calls: Mapping[str, str] | None = None) -> Project:
     """Read an external source, or raise InputError.
 
-    Args:
-        file: The source.
-        calls: Blocks that other files call on data blocks (see `called`).
+    `calls` are blocks that other files call on data blocks (see `called`).
     """
     reader = _Reader(_text(file), file, calls)
     return Project(tuple(reader.units()), tuple(reader.notes))

@@ -77,16 +77,15 @@ def source_files(
 ) -> SourceFiles:
     """Find the files of a program, and the library files that it needs.
 
+    Raise InputError if a file or folder is missing, a folder has no sources, or a project cannot be
+    read.
+
     Args:
         program: ST files, project files or folders. A folder gives its `.st` files, see
             `st_files`; a folder without any gives its TwinCAT project.
         library: The library's folder, searched with its subfolders; None if there is none.
             Names that a project declares are not taken from it.
         replace: Files with Structured Text for POUs of a project, by name.
-
-    Raises:
-        InputError: A file or folder is missing, a folder has no sources, or a project cannot
-            be read.
     """
     named = named_files(program)
     projects = [file for file in named if is_project(file)]

@@ -111,9 +111,8 @@ def _accessor(element: Element, owner: str) -> Piece:
 def read_plcproj(file: Path) -> Project:
     """Read a PLC project: the objects that it names, and its tasks.
 
-    Raises:
-        InputError: The file cannot be read or is not such a project, or one of its objects is
-            missing or invalid.
+    Raise InputError if the file cannot be read or is not such a project, or one of its objects is
+    missing or invalid.
     """
     root = read_xml(file)
     if root.name != "Project":
@@ -174,8 +173,7 @@ def _below(folder: Path, named: PureWindowsPath) -> Path | None:
 def read_tasks(files: list[Path]) -> Project:
     """Read the tasks (.TcTTO) of a project, as a CONFIGURATION.
 
-    Raises:
-        InputError: A file cannot be read, or its task has no cycle time.
+    Raise InputError if a file cannot be read, or its task has no cycle time.
     """
     tasks = []
     for file in files:

@@ -129,8 +129,7 @@ def read_xml(file: Path) -> Element:
 def _as_utf8(content: bytes, name: str, file: Path) -> bytes:
     """Return the content in UTF-8: expat itself reads only single-byte encodings and Unicode.
 
-    Raises:
-        InputError: The encoding is unknown, or the content is not in this encoding.
+    Raise InputError if the encoding is unknown, or the content is not in this encoding.
     """
     key = re.sub(r"[-_ ]", "", name.lower())
     if key.startswith("utf16"):

@@ -57,8 +57,7 @@ class Copies:
 def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
     """Copy a program's files into a folder, with a statement for each assertion.
 
-    Raises:
-        InputError: an assertion is empty, or outside a program, block or function.
+    Raise InputError if an assertion is empty, or outside a program, block or function.
     """
     copies: list[Path] = []
     found: list[Assertion] = []

@@ -500,8 +500,7 @@ class ExpressionTerms:
     def _text_cut(self, value: texts.Text, to: Type) -> Value:
         """Return a text or character converted to another STRING or a CHAR.
 
-        Raises:
-            UnsupportedError: a STRING that may not have length 1 is converted to CHAR.
+        Raise UnsupportedError if a STRING that may not have length 1 is converted to CHAR.
         """
         assert isinstance(to, ElementaryType)
         if to.name == "STRING":
@@ -514,10 +513,8 @@ class ExpressionTerms:
     def _to_moment(self, source: str, target: str, value: Value, node: t.Standard) -> Value:
         """Return a number or moment converted to a TIME or date type.
 
-        Numbers count seconds; numbers of the L types count nanoseconds.
-
-        Raises:
-            UnsupportedError: a date and time is converted to its date or its time of day.
+        Numbers count seconds; numbers of the L types count nanoseconds. Raise UnsupportedError if a
+        date and time is converted to its date or its time of day.
         """
         unit = _unit(target)
         if source in MOMENTS:

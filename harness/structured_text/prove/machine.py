@@ -433,10 +433,7 @@ class Machine(SymbolicMemory):
         that is not constant saves the memory before it. After the last round the memories are
         joined from the inside out, so that each round takes effect only if its guard holds. The
         solver decides if another round is possible; with a constant loop condition it is not
-        needed.
-
-        Raises:
-            UnsupportedError: the loop may have more than `_ROUNDS` rounds.
+        needed. Raise UnsupportedError if the loop may have more than `_ROUNDS` rounds.
         """
         left = _Left()
         ends = _Ends(self, node)

@@ -61,10 +61,7 @@ class ProgramMachine(Machine):
         """Return whether a condition can hold at this point, in a state that may be anything.
 
         The check uses a new solver each time. For terms as large as these, that is far faster than
-        an incremental solver.
-
-        Raises:
-            UnsupportedError: `until` has passed.
+        an incremental solver. Raise UnsupportedError if `until` has passed.
         """
         if isinstance(condition, bool):
             return condition

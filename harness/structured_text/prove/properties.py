@@ -71,13 +71,7 @@ class Library:
 
 @dataclass(frozen=True)
 class Watch:
-    """The observer that says, for each scan, under which condition each property is broken.
-
-    Args:
-        project: The checked copies, with the library.
-        copies: The user's files.
-        library: The requirements of the library.
-    """
+    """The observer that says, for each scan, under which condition each property is broken."""
 
     project: Project
     copies: Copies

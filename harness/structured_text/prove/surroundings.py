@@ -54,9 +54,6 @@ class Surroundings:
     more
     in `give_areas`, and returns the places it sets in `held`.
 
-    Args:
-        project: The sources, with the programs that run.
-
     Attributes:
         inputs: Variables that no program writes, for example those of a panel or a scanner.
         linked: Places of the status of each device's connection, by the number of the device.

@@ -87,9 +87,6 @@ def _count(kind: ArrayType) -> int:
 class SymbolicMemory:
     """The variables of a program as terms.
 
-    Args:
-        project: The checked sources.
-
     Attributes:
         assumptions: The conditions that are assumed, for example the range of an arbitrary value.
         places: The variable behind the name of each solver variable that stands for any value.

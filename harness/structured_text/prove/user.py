@@ -143,16 +143,9 @@ class Bench(Protocol):
     ) -> Replayed:
         """Write the stimulus file of a run, and run it on the built-in engine.
 
-        Args:
-            run: The run.
-            around: The surroundings of its program.
-            files: The program's files.
-            stimulus: The path of the stimulus file.
-            about: Comment at the beginning of that file.
-            chart: The path of the timing chart (SVG) of the run.
-
-        Raises:
-            InputError: a file cannot be written, or exists already and was not written by a search.
+        `about` is the comment at the beginning of the file; `chart` is the path of the timing chart
+        (SVG). Raise InputError if a file cannot be written, or exists already and was not written
+        by a search.
         """
 
     def command(self, run: Counterexample, around: Surroundings, stimulus: Path) -> str:

@@ -26,9 +26,7 @@ _FOLDER = "out/coverage"
 class Gathering(ABC):
     """Hooks that count in this process, and collect the counts of xdist's workers.
 
-    Args:
-        config: Configuration of the run.
-        collector: The collector of this process; it counts until the run ends.
+    `collector` counts in this process until the run ends.
     """
 
     def __init__(self, config: pytest.Config, collector: Collector) -> None:

@@ -57,9 +57,7 @@ def add_options(parser: pytest.Parser, options: Mapping[str, Mapping[str, Any]])
 def check_keys(config: pytest.Config, names: Iterable[str]) -> None:
     """Refuse unknown keys of the ini file, or of `-o`, that begin like the toolkit's.
 
-    Args:
-        config: Configuration of the run.
-        names: All known keys, for the message.
+    `names` are all known keys, for the message.
 
     Raises:
         UsageError: one message, for pytest to print.

@@ -95,9 +95,7 @@ class Counted(NamedTuple):
 class Collector:
     """The counts of all sources below a folder.
 
-    Args:
-        folder: The folder of the sources; None for all sources.
-        library: Whether libraries count, too.
+    Without `folder` all sources are counted; libraries only count with `library`.
 
     Attributes:
         elsewhere: Engines without counters that have run programs in the meantime.

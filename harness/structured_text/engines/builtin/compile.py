@@ -26,13 +26,8 @@ from structured_text.language.tree import Pou, Symbol
 def compiled(project: Project, collector: Collector | None, names: dict[str, Any]) -> Code:
     """Compile a project.
 
-    Args:
-        project: The project.
-        collector: The collector of executed statements; None to count nothing.
-        names: Names that the generated code can use; the counters are added to it.
-
-    Raises:
-        InputError: Statements or expressions are nested too deeply.
+    The generated code can use `names`; counters are added to them. Without `collector` nothing is
+    counted. Raise InputError if statements or expressions are nested too deeply.
     """
     try:
         return deeply(lambda: _written(project, collector, names))

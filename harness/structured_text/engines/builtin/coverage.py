@@ -29,10 +29,7 @@ _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 def outcome(code: Postfix, vector: int, skipped: int = 0) -> bool | None:
     """Return the value of an expression in which condition k has the value of bit k.
 
-    Args:
-        code: The expression.
-        vector: The values.
-        skipped: Bits of the conditions whose values are unknown.
+    The conditions in `skipped`, a bit each, have unknown values.
 
     Returns:
         The value; None if it depends on unknown conditions.
@@ -119,10 +116,7 @@ class Plan:
     def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
         """Return the counter of a body.
 
-        Args:
-            node: The IF, CASE or loop.
-            body: The statements.
-            place: For a body without statements: its index among such bodies of the node.
+        `place` tells bodies without statements apart: it is the index among those of the node.
         """
         return self.run[id(body[0])] if body else self.blank[id(node)][place]
 
@@ -316,14 +310,7 @@ class _CountingExpressions(ExpressionCode):
 
 
 class CountingWriter(Writer):
-    """The writer of a POU with coverage counters.
-
-    Args:
-        project: The project.
-        pou: The POU to write.
-        storage: Writer of copies of structures and arrays.
-        plan: The numbers of the POU's counters and decisions.
-    """
+    """The writer of a POU with coverage counters."""
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage, plan: Plan) -> None:
         super().__init__(project, pou, storage)

@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 class Module:
     """The executed code of a project; used by `BuiltinProgram`.
 
-    Args:
-        project: The project to compile.
-        collector: The collector of executed statements; None to count nothing.
+    Without `collector` nothing is counted.
 
     Attributes:
         project: The project from which it was compiled.

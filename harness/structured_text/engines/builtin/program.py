@@ -334,8 +334,7 @@ class BuiltinProgram:
     def restore(self, snapshot: object) -> None:
         """Return to a state that `snapshot` gave, of this or another instance of the program.
 
-        Raises:
-            InputError: The snapshot belongs to another program.
+        Raise InputError if the snapshot belongs to another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
             raise InputError("this snapshot is of another program")

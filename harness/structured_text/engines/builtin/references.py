@@ -280,11 +280,6 @@ class Holders:
     """All objects and lists of a program instance, by identity, with the ways to them.
 
     `BuiltinProgram` uses it to save and load pointers in snapshots.
-
-    Args:
-        project: The project, for the variables of blocks.
-        shared: The object of the global variables.
-        roots: The program instances by name.
     """
 
     def __init__(self, project: Project, shared: Any, roots: Mapping[str, Any]) -> None:

@@ -51,12 +51,6 @@ class Wanted:
 def compile_program(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
     """Compile a program, or take it from the cache.
 
-    Args:
-        text: All ST sources in one text.
-        wanted: The contents that the shared object must export.
-        matiec: The compiler from ST to C.
-        compiler: The C compiler.
-
     Returns:
         The contents of the shared object.
 
@@ -238,12 +232,11 @@ def _fingerprint(matiec: Matiec) -> str:
 def find_matiec() -> Matiec | None:
     """Look for matiec in `RCX_MATIEC`, then on `PATH`.
 
+    Raise InputError if `RCX_MATIEC` is set but the matiec there is incomplete, or an `iec2c` on
+    `PATH` has no library near it.
+
     Returns:
         The installation, or None if there is none.
-
-    Raises:
-        InputError: `RCX_MATIEC` is set but the matiec there is incomplete, or an `iec2c` on
-            `PATH` has no library near it.
     """
     named = os.environ.get("RCX_MATIEC")
     if named:

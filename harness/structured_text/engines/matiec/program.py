@@ -25,11 +25,6 @@ class MatiecProgram(NativeProgram):
     def build(cls, project: Project, matiec: Matiec, compiler: str) -> MatiecProgram:
         """Compile a project.
 
-        Args:
-            project: The checked sources.
-            matiec: The installation to use.
-            compiler: The C compiler.
-
         Raises:
             InputError: iec2c (with file and line) or the C compiler reports an error, or the
                 priorities of the tasks require an order that matiec does not support.

@@ -234,9 +234,7 @@ def memory_at(address: int, size: int) -> memoryview:
 def packed(form: str, size: int) -> Codec:
     """Return the codec of a number at the start of `size` bytes.
 
-    Args:
-        form: Its format character for `struct`.
-        size: Size of the variable [bytes]; bytes behind the number are not changed.
+    `form` is its format character for `struct`. Bytes behind the number are not changed.
     """
     packer = struct.Struct("=" + form)
     rest = f"{size - packer.size}x" if size > packer.size else ""

@@ -91,10 +91,6 @@ class _Snapshot:
 class NativeProgram:
     """One running instance of a compiled program; see `engines.base.Program`.
 
-    Args:
-        project: The checked sources.
-        image: The shared object made from them.
-
     Raises:
         InputError: The shared object cannot be loaded.
     """
@@ -139,10 +135,8 @@ class NativeProgram:
     def scan(self, now_us: int) -> None:
         """Run one base tick at PLC time `now_us` [µs].
 
-        Endless loops are not ended. An index is checked only if the compiler's code does so.
-
-        Raises:
-            InputError: The program divides an integer by zero, or leaves its memory.
+        Endless loops are not ended. An index is checked only if the compiler's code does so. Raise
+        InputError if the program divides an integer by zero, or leaves its memory.
         """
         wrong = self._scan(now_us)
         if wrong is not None:
@@ -214,10 +208,8 @@ class NativeProgram:
         """Return to a state that `snapshot` gave, of this or another instance of the program.
 
         Another instance has other addresses. Pointers into the instance's own memory are therefore
-        not copied but set to their first values.
-
-        Raises:
-            InputError: The snapshot belongs to another program.
+        not copied but set to their first values. Raise InputError if the snapshot belongs to
+        another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.image != self._image:
             raise InputError("this snapshot is of another program")

@@ -55,11 +55,7 @@ def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -
     """Return a shared object from the cache, or the result of `make`, which is then cached.
 
     The key of the cache includes the compiler's version, the flags and the files of this folder.
-
-    Args:
-        compiler: The C or C++ compiler.
-        parts: All else on which the result depends.
-        make: Compiles the shared object.
+    The result depends on `compiler` and `parts`.
     """
     folder = cache.folder()
     if folder is None:
@@ -78,6 +74,8 @@ def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -
 def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
     """Compile one file; the shared object is also left in the file's folder.
 
+    Raise CompilerError if the compiler reports an error.
+
     Args:
         compiler: The C or C++ compiler.
         options: The version of the language and the folders of its headers.
@@ -85,9 +83,6 @@ def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
 
     Returns:
         The contents of the shared object.
-
-    Raises:
-        CompilerError: The compiler reports an error.
     """
     shared = unit.with_suffix(DLL)
     command = [compiler, *_flags(), *options, "-I", str(_HERE), str(unit), "-lm", "-o", str(shared)]
@@ -100,8 +95,7 @@ def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
 def run_tool(command: Sequence[str], folder: Path | None = None) -> CompletedProcess[bytes]:
     """Run a compiler and capture its output.
 
-    Raises:
-        InputError: It does not end within `MOST_TOOL_S`.
+    Raise InputError if it does not end within `MOST_TOOL_S`.
     """
     try:
         return programs.run(command, cwd=folder, timeout=MOST_TOOL_S)

@@ -65,12 +65,11 @@ def _fingerprint(strucpp: Strucpp) -> str:
 def find_strucpp() -> Strucpp | None:
     """Look for STruC++ in `RCX_STRUCPP`, then on `PATH`.
 
+    Raise InputError if `RCX_STRUCPP` is set but the STruC++ there is incomplete, or a `strucpp` on
+    `PATH` has no headers or no standard blocks near it.
+
     Returns:
         The installation, or None if there is none.
-
-    Raises:
-        InputError: `RCX_STRUCPP` is set but the STruC++ there is incomplete, or a `strucpp` on
-            `PATH` has no headers or no standard blocks near it.
     """
     named = os.environ.get("RCX_STRUCPP")
     binary = shutil.which("strucpp", path=named or None)

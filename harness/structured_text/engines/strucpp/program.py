@@ -25,11 +25,6 @@ class StrucppProgram(NativeProgram):
     def build(cls, project: Project, strucpp: Strucpp, compiler: str) -> StrucppProgram:
         """Compile a project.
 
-        Args:
-            project: The checked sources.
-            strucpp: The installation to use.
-            compiler: The C++ compiler.
-
         Raises:
             InputError: STruC++ or the C++ compiler reports an error (with file and line), or the
                 program does not start with the values of its sources.

@@ -37,12 +37,7 @@ from structured_text.language.walk import statements
 
 
 def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
-    """Return the names of the variables that are assigned, or passed to a block that assigns them.
-
-    Args:
-        pou: A program or block.
-        pous: The POUs of the sources by upper-case name.
-    """
+    """Return the names of variables that are assigned, or passed to a block that assigns them."""
     found = set()
     for one in statements(pou.body):
         if isinstance(one, t.Assign):
@@ -68,14 +63,7 @@ _STEP = "  "
 
 
 def translated(part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> Aoi:
-    """Translate a POU, or raise NotCarriedError.
-
-    Args:
-        part: Its text, for the comments.
-        pou: Its checked form.
-        pous: All POUs of the sources by upper-case name.
-        images: The types of process images.
-    """
+    """Translate a POU, or raise NotCarriedError."""
     return _Writer(part, pou, pous, images).aoi()
 
 
@@ -238,8 +226,7 @@ class _Writer:
     def _check_set(self, symbol: t.Symbol) -> None:
         """Refuse an initial value that statements at the start cannot set.
 
-        Raises:
-            NotCarriedError: it is the value of a pin, a retained variable or an image.
+        Raise NotCarriedError if it is the value of a pin, a retained variable or an image.
         """
         given = symbol.section == "VAR_INPUT" and self._pou.kind == "FUNCTION"
         pin = symbol.section in ("VAR_INPUT", "VAR_OUTPUT", "RESULT") and not given

@@ -146,8 +146,7 @@ def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> Non
 def _check_words(made: Aoi, aois: dict[str, Aoi]) -> None:
     """Refuse a POU with lines that call something that Structured Text of Logix does not have.
 
-    Raises:
-        NotCarriedError: a call is not on the list.
+    Raise NotCarriedError if a call is not on the list.
     """
     listed = words("logix")
     functions = {one.name for one in listed.functions.values() if not one.is_operator}

@@ -96,10 +96,8 @@ def data_type(kind: StructType, header: str, notes: Mapping[str, str], images: I
 def aoi_element(aoi: Aoi, blocks: Mapping[str, Aoi], *, target: bool = False) -> str:
     """Return an Add-On Instruction.
 
-    Args:
-        aoi: Its content.
-        blocks: All instructions by name, for the initial values of those inside it.
-        target: It is the component to import.
+    `blocks` is for the initial values of nested instructions. `target` marks the component to
+    import.
     """
     inside = "\n".join(_inside(aoi, blocks))
     # Studio 5000 replaces an instruction of the project only if its edit time differs, so the time

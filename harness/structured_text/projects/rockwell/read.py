@@ -53,12 +53,7 @@ _REAL_MOST = 3.4028235e38
 def read_l5x(root: Element, file: Path) -> Project:
     """Read a project, or an exported part of a project.
 
-    Args:
-        root: The element `RSLogix5000Content`.
-        file: Its file, for messages.
-
-    Raises:
-        InputError: The file violates the format, or its Structured Text has unsupported parts.
+    Raise InputError if the file violates the format, or its Structured Text has unsupported parts.
     """
     return _Reader(root, file).project()
 
