@@ -273,13 +273,8 @@ def event_of(
 ) -> tuple[str, Mapping[str, Any]]:
     """Return name and arguments of an event from the file.
 
-    Raise InputError if it is not an event.
-
-    Args:
-        given: The value in the file.
-        key: The key of this value.
-        names: Full names of events, by their names in the file.
-        elsewhere: Hints for events that belong to another key, by the name in the file.
+    Raise InputError if it is not an event. `names` are the full names of events by those in the
+    file; `elsewhere` has hints for events that belong to another key.
     """
     args: dict[str, Any] = {}
     if isinstance(given, dict):

@@ -252,11 +252,7 @@ def _fill(
 def judge(code: Postfix, size: int, vectors: Collection[int]) -> list[Judged]:
     """Judge the conditions of a decision.
 
-    Args:
-        code: The decision as a postfix expression of its conditions.
-        size: The number of conditions.
-        vectors: All vectors in which it was evaluated. Bit k is the value of condition k; bit
-            `size` + k says that condition k was skipped.
+    Bit k of a vector is the value of condition k; bit `size` + k says that condition k was skipped.
     """
     outcomes = {vector: bool(outcome(code, vector, vector >> size)) for vector in vectors}
     return [_judge(code, size, outcomes, k) for k in range(size)]

@@ -57,13 +57,9 @@ def conclude(
 ) -> Outcome:
     """Write the report on the counts, or raise InputError.
 
-    Args:
-        merged: The counts.
-        home: The folder to which displayed paths are relative; its name is the report's title.
-        folder: The folder for the report.
-        fail_under: The required percentage of statements and branches together [%].
-        lost: Processes whose part is missing.
-        width: Width of the table, in characters.
+    The name of `home` is the title of the report, and displayed paths are relative to it.
+    `fail_under` is the required percentage of statements and branches together; `lost` are
+    processes whose part is missing.
     """
     results = measure(merged, home)
     found = total(results)
@@ -102,14 +98,8 @@ def write_report(
     """Write index.html, a page per file, coverage.lcov, mcdc.lcov (with MC/DC) and coverage.xml.
 
     Pages of an earlier report that this one does not have are removed. Raise InputError if a file
-    exists that is not a report's, or cannot be written.
-
-    Args:
-        results: All files.
-        folder: The folder for the report; it is created.
-        title: The title of the sources.
-        home: The folder to which the paths of the files are relative.
-        absolute: Whether lcov gets absolute paths.
+    exists that is not a report's, or cannot be written. The folder is created. Paths of the files
+    are relative to `home`; lcov gets absolute paths if wanted.
 
     Returns:
         The first page, and the files for other tools.

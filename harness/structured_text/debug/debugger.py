@@ -416,12 +416,7 @@ class Debugger:
     ) -> tuple[Moment, Stop] | None:
         """Return the last moment before `now` at which something stops.
 
-        Args:
-            breakpoints: Breakpoints to search for.
-            watches: Variables whose changes to search for.
-            now: Only moments before this one count.
-            rules: Whether broken rules count.
-            before: Stop before the statement that changes a variable, not after it.
+        `before` stops before the statement that changes a variable, not after it.
         """
         own = self.breakpoints, self.watches
         self.breakpoints, self.watches = breakpoints, watches

@@ -156,10 +156,8 @@ def _value(found: Any) -> Any:
 class Tape:
     """A recording as a `Machine` of the debugger.
 
-    Args:
-        program: The program on the built-in engine, before its first scan.
-        lines: Lines of the recording, without the first one.
-        violations: The broken rules of the recorded run.
+    The program runs on the built-in engine and has not run its first scan. The first line of the
+    recording is not among the lines.
     """
 
     def __init__(

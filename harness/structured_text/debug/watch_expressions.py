@@ -52,10 +52,8 @@ class Compiled:
     def value(self, variables: Mapping[str, Any]) -> Any:
         """Evaluate the expression; the result has the engine's representation.
 
-        Args:
-            variables: Variables of a call as Python names them: `s` the instance, `g` the globals,
-                and
-                local variables by upper-case name.
+        The variables have their Python names: `s` is the instance, `g` the globals, and local
+        variables are in upper case.
 
         Raises:
             InputError: a division by zero, an index out of range and so on.

@@ -56,7 +56,6 @@ _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
 #: The size code of a slot of variable size; and the version of `marshal` that encodes equal values
 #: as equal bytes, whether or not they are one object.
 OPEN, _MARSHAL = "", 2
-_WIDE = ("WORD", "INT", "UINT", "DINT", "TIME", "REAL", "UDINT", "DWORD")
 
 
 class Slot:

@@ -17,10 +17,7 @@ _MAIN = re.compile(r"\bMain\.", re.I)
 def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> Copies:
     """Copy a program's files with the assertions of their comments and with these expressions.
 
-    Args:
-        files: The files.
-        always: BOOL expressions in the names of the program, with or without `Main.`
-        folder: Where the copies go.
+    The expressions may omit `Main.`; the copies go into `folder`.
 
     Raises:
         InputError: an expression, but not exactly one program to check it in.

@@ -280,10 +280,8 @@ def _types(
 def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
     """Yield the comments in a gap between types that belong to one of the two types.
 
-    Args:
-        gap: The text between the types.
-        own: Omit comments on the line of the type before.
-        last: Include comments on lines of their own.
+    `own` omits comments on the line of the type before; `last` includes comments on lines of their
+    own.
     """
     for found in _COMMENT.finditer(gap):
         on_line = "\n" not in gap[: found.start()]

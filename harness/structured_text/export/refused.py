@@ -107,14 +107,8 @@ def refused(
 ) -> list[Refusal]:
     """Return all that a tool refuses in the user's files, in the order of files and lines.
 
-    Raise InputError if the export fails.
-
-    Args:
-        tool: The tool.
-        sources: The files, free of errors.
-        project: The checked project.
-        program: The files for the export. If it is None, the export is not run, and what only the
-            export detects is missing from the result.
+    Raise InputError if the export fails. The sources are free of errors. If `program` is None, the
+    export is not run, and what only the export detects is missing from the result.
     """
     users = [file for file in sources.users[0] if file.suffix.lower() not in tool.own]
     found = [_refusal(tool, use) for use in project.uses if use.file in users]

@@ -226,11 +226,8 @@ def unwritten(
     """Return the parts that cannot be written, by upper-case name, with the reason.
 
     A part cannot be written if it uses something that is not on the list, or needs such a part.
-
-    Args:
-        parts: All parts, each after those it needs.
-        list_of: The tool's list.
-        barred: Other reasons, by upper-case name; an empty text means no reason.
+    Each part stands after those it needs. `barred` are other reasons by upper-case name; an empty
+    text means no reason.
     """
     functions = {part.name.upper() for part in parts if part.kind == "FUNCTION"}
     names = {part.name.upper(): part.name for part in parts}

@@ -70,10 +70,8 @@ class Counted:
 class Mutants:
     """The mutants of a library, or of a program.
 
-    Args:
-        root: The repository; paths of files are relative to it.
-        library: All ST files, with those of the library if a program needs it.
-        portable: If True, a change that is not portable Structured Text is not a mutant.
+    Paths of files are relative to `root`. With `portable`, a change that is not portable Structured
+    Text is not a mutant.
 
     Raises:
         InputError: a mistake in the sources.

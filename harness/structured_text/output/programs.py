@@ -24,11 +24,8 @@ _WORD = 16
 def environment(*, without: Iterable[str] = (), **changes: str) -> dict[str, str]:
     """Return the environment of this process for a child process.
 
-    Every changed environment of a child is made here.
-
-    Args:
-        without: Variables that the child must not have.
-        changes: Variables that the child gets instead, or in addition.
+    Every changed environment of a child is made here. The child does not get the variables in
+    `without`; `changes` replace or add variables.
     """
     left_out = set(without)
     inherited = {name: value for name, value in os.environ.items() if name not in left_out}

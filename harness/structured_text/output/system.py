@@ -183,10 +183,8 @@ def interrupt_main_thread() -> None:
 def end_apart(pid: int, *, has_ended: bool = False, number: int | None = None) -> None:
     """End a process that may be apart; except on Windows, with its child processes.
 
-    Args:
-        pid: Its process number.
-        has_ended: The process has ended: end only its child processes.
-        number: Send this signal instead of SIGKILL, and only to the process group.
+    If it `has_ended`, only its child processes are ended. A `number` is sent instead of SIGKILL,
+    and only to the process group.
     """
     if sys.platform == "win32":
         if not has_ended:
@@ -216,10 +214,8 @@ def fine_timers() -> None:
 def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
     """Request real-time priority for this thread and future ones; ignore a refusal.
 
-    Only Linux has this request.
-
-    Args:
-        policy: Run until the thread waits, or in turn with others of its priority.
+    Only Linux has this request. The thread runs until it waits, or in turn with others of its
+    priority.
     """
     if sys.platform == "linux":
         number = os.SCHED_FIFO if policy == "first" else os.SCHED_RR
@@ -230,9 +226,8 @@ def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
 def copied(work: Callable[[], object], seconds: float) -> int:
     """Execute a function in a silent copy of this process, and return the copy's process number.
 
-    Args:
-        work: The function; the copy ends with exit code 0, or 1 if it raises.
-        seconds: Processor time limit. The limit of real time is longer, for a busy machine.
+    The copy ends with exit code 0, or 1 if the function raises. `seconds` limit its processor time;
+    the limit of real time is longer, for a busy machine.
     """
     if sys.platform == "win32":
         raise NotImplementedError

@@ -34,10 +34,8 @@ class Throttle:
     def let_pass(self, kind: str, lines: Sequence[str], now_us: int) -> list[str]:
         """Return the lines to write now: new ones, and a summary of those that were held before.
 
-        Args:
-            kind: Kind of the lines. Each kind is limited separately, so none hides another.
-            lines: New lines in their order; may be empty.
-            now_us: The time; if it goes back, the latest time counts.
+        Each kind is limited separately, so none hides another. If the time goes back, the latest
+        time counts.
         """
         one = self._kinds.setdefault(kind, _Kind(self._burst))
         passed_us = max(0, now_us - one.looked_us)

@@ -86,12 +86,9 @@ def check_keys(
 def line_of(file: Path, key: str, number: int = 1) -> int | None:
     """Return the line of a key, or None if it does not occur; tomllib gives no lines.
 
-    Args:
-        file: The file.
-        key: The key with its table, as `comments.50`, or alone; if it does not occur, the line of
-            its
-            table is returned. A key that is cut short ends in dots.
-        number: Number of the table, if several have this name.
+    The key has its table, as in `comments.50`, or stands alone. If it does not occur, the line of
+    its table is returned. A key that is cut short ends in dots. `number` selects one of several
+    tables of this name.
     """
     places = list(_places(toml_text(file)))
     while key:

@@ -23,13 +23,7 @@ _SHOWN = 40
 def whole(text: str, what: str, low: int, high: int, file: Path, line: int) -> int:
     """Read a whole number, or raise InputError.
 
-    Args:
-        text: The number in the file.
-        what: Its meaning, for the message: `the priority of the task T`.
-        low: The smallest allowed value.
-        high: The largest allowed value.
-        file: The file.
-        line: The line in the file.
+    `what` is the meaning of the number for the message, as in `the priority of the task T`.
     """
     plain = text.strip()
     number = int(plain) if _DIGITS.fullmatch(plain) else None

@@ -78,14 +78,9 @@ def source_files(
     """Find the files of a program, and the library files that it needs.
 
     Raise InputError if a file or folder is missing, a folder has no sources, or a project cannot be
-    read.
-
-    Args:
-        program: ST files, project files or folders. A folder gives its `.st` files, see
-            `st_files`; a folder without any gives its TwinCAT project.
-        library: The library's folder, searched with its subfolders; None if there is none.
-            Names that a project declares are not taken from it.
-        replace: Files with Structured Text for POUs of a project, by name.
+    read. A folder gives its `.st` files (see `st_files`), or else its TwinCAT project. The library
+    is searched with its subfolders; names that a project declares are not taken from it. `replace`
+    has files with Structured Text for POUs of a project, by name.
     """
     named = named_files(program)
     projects = [file for file in named if is_project(file)]

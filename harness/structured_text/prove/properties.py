@@ -196,10 +196,7 @@ def inner_written(
 ) -> Iterator[tuple[str, int, str]]:
     """Yield the places where the program's own code writes into a structure of the library.
 
-    Args:
-        project: The checked copies, with the library.
-        copies: The user's files.
-        reference: The type of that structure.
+    `reference` is the type of that structure.
 
     Yields:
         File, line and the name of the variable.

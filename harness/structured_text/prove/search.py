@@ -49,12 +49,8 @@ class SearchEndedError(Exception):
 class Search:
     """A bounded search that unrolls a program scan by scan, with all inputs from its surroundings.
 
-    Args:
-        project: The sources, with the programs that run.
-        scan_us: The period of the scans; the first is at 0.
-        around: Its surroundings, if they are already known.
-        library: The files of the library; `machine.own` holds the calls in all other files.
-        milliseconds: See `ProgramMachine`.
+    The first scan is at 0. `machine.own` holds the calls in all files outside the library; see
+    `ProgramMachine`.
 
     Attributes:
         given: The input from the surroundings before each scan.

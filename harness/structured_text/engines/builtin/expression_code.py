@@ -47,9 +47,7 @@ _LOCAL = ("VAR_IN_OUT", "VAR_TEMP", "RESULT")
 class ExpressionCode:
     """The writer of the expressions of one POU.
 
-    Args:
-        project: The project, for the functions and global variables that the POU uses.
-        pou: The POU; all variables of a function are Python locals.
+    All variables of a function are Python locals.
     """
 
     def __init__(self, project: Project, pou: t.Pou) -> None:

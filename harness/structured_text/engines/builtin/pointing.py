@@ -59,9 +59,7 @@ class _Code(Protocol):
 class Pointing:
     """The writer of these expressions in one POU.
 
-    Args:
-        code: The writer of all other expressions.
-        views: Whether pointers of the project access memory as another type.
+    `views` says whether pointers of the project access memory as another type.
 
     Attributes:
         storage: Writer of copies of structures and arrays; set by the writer of statements.

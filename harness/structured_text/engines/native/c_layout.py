@@ -109,10 +109,8 @@ def layout_expressions(types: Sequence[StructType | BlockType], dialect: Dialect
 def tables(regions: Sequence[str], layout: Sequence[str], linkage: str = "") -> Iterator[str]:
     """Yield the C text of the tables that a shared object exports.
 
-    Args:
-        regions: The C variables that hold the program's state.
-        layout: The expressions of `layout_expressions`.
-        linkage: In C++, the prefix that gives the tables C linkage; else empty.
+    `layout` are the expressions of `layout_expressions`. In C++ `linkage` is the prefix that gives
+    the tables C linkage.
     """
     contents = {
         "void *const shim_regions": [f"(void *)&({region})" for region in regions],
@@ -138,11 +136,8 @@ def _members(kind: StructType | BlockType) -> Iterator[Variable]:
 class Layout:
     """Offsets and codecs of a program's types.
 
-    Args:
-        types: The types that were given to `layout_expressions`, in the same order; each after
-            the types that it contains.
-        table: The values of those expressions [bytes].
-        dialect: The dialect of the engine.
+    The types are those that were given to `layout_expressions`, and `table` has the values of those
+    expressions [bytes].
     """
 
     def __init__(

@@ -74,12 +74,8 @@ def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -
 def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
     """Compile one file; the shared object is also left in the file's folder.
 
-    Raise CompilerError if the compiler reports an error.
-
-    Args:
-        compiler: The C or C++ compiler.
-        options: The version of the language and the folders of its headers.
-        unit: The file; it may include `faults.h`.
+    Raise CompilerError if the compiler reports an error. The file may include `faults.h`. The
+    options are the version of the language and the folders of its headers.
 
     Returns:
         The contents of the shared object.

@@ -106,11 +106,7 @@ def compile_project(
 ) -> bytes:
     """Compile a project, or take it from the cache.
 
-    Args:
-        project: The checked sources.
-        layout: C++ expressions of the table `shim_layout`.
-        strucpp: The compiler from ST to C++.
-        compiler: The C++ compiler.
+    `layout` are C++ expressions of the table `shim_layout`.
 
     Returns:
         The contents of the shared object.
