@@ -429,7 +429,10 @@ def test_bad_input_ends_with_2(
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("Count : INT;", "Count : INT; p : POINTER TO INT;"), "cannot be told apart"),
+        (
+            ("Count : INT;", "Count : INT; p : POINTER TO INT;"),
+            "a variable of type POINTER TO INT cannot be explored",
+        ),
         (("Count : INT;", "Count : INT; A, B : RCX_REF;"), "the program has 2 robots"),
         (("IF Button", "IF TIME() > T#1s AND Button"), "reads the time"),
     ],

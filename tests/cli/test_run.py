@@ -326,7 +326,7 @@ def test_every_option_goes_where_it_is_meant_for() -> None:
 def test_two_outputs_cannot_be_one_file(run: Run, tmp_path: Path, capsys: Captured) -> None:
     file = str(tmp_path / "x")
     assert run("--for", "100ms", "--trace", file, "--vcd", file) == 2
-    assert "is named for two outputs" in capsys.readouterr().err
+    assert "is the file of two outputs" in capsys.readouterr().err
 
 
 def test_an_error_in_the_source_is_told_with_file_and_line(

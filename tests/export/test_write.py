@@ -182,7 +182,7 @@ def test_an_earlier_export_is_refused_and_its_place_taken_if_asked_to(
     assert _export("twincat", "out") == 0
     before = _texts(plc / "out")
     assert _export("twincat", "out") == 2
-    assert capsys.readouterr().err == "rcx: out: has an earlier export; --force takes its place\n"
+    assert capsys.readouterr().err == "rcx: out: has an earlier export; --force replaces it\n"
     assert _export("twincat", "out", "--force") == 0
     assert _texts(plc / "out") == before
 

@@ -49,7 +49,7 @@ def check_outputs(
         if place in read:
             raise InputError("would be overwritten, but it is an input", file=output)
         if place in written:
-            raise InputError("is named for two outputs", file=output)
+            raise InputError("is the file of two outputs", file=output)
         if os.path.isdir(place):
             raise InputError("is a folder, not a file", file=output)
         _check_earlier(kind, output)

@@ -287,7 +287,7 @@ class Session:
     def _line_breakpoint(self, file: str, wanted: Message, made: list[Breakpoint]) -> Message:
         line = int(wanted["line"]) + 1 - self._base
         if not self._places.is_source(file):
-            return _unverified(f"nothing of the program that runs is declared in {file}")
+            return _unverified(f"the running program has no declaration in {file}")
         found = self._places.line(file, line)
         if found is None:
             return _unverified("there is no statement from this line on")
@@ -378,7 +378,7 @@ class Session:
         for wanted in arguments.get("breakpoints", ()):
             try:
                 if wanted.get("accessType", "write") == "read":
-                    raise InputError("only a change can be seen", hint="break on write")
+                    raise InputError("only changes can be watched", hint="break on write")
                 self._numbers += 1
                 watches.append(self._console.watch(str(wanted["dataId"]), self._numbers))
                 told.append({"id": self._numbers, "verified": True})
@@ -572,7 +572,7 @@ class Session:
         return {"exceptionId": COMMAND, "description": text, "breakMode": "always"}
 
     def _on_source(self, _: Message) -> Message:
-        raise InputError("the sources are files", hint="open them in the editor")
+        raise InputError("only files have sources", hint="open them in the editor")
 
     def _on_loadedSources(self, _: Message) -> Message:  # noqa: N802
         files = dict.fromkeys(str(file) for file in self._places.project.files)

@@ -134,7 +134,7 @@ class Abstraction:
         ]
         if len(found) > 1:
             told = f"the program has {len(found)} {tables.devices}: {', '.join(found)}"
-            raise InputError(told, hint="explored are programs with one")
+            raise InputError(told, hint="only programs with one can be explored")
         return getattr(program.holder(found[0]), tables.member) if found else None
 
     def _globals(self, program: BuiltinProgram) -> None:
@@ -247,8 +247,8 @@ class Abstraction:
     def _part(self, code: str, kind: Type, held: Any) -> None:
         """Plan a variable of any type."""
         if isinstance(kind, (ReferenceType, InterfaceType)):
-            told = f"a variable of type {describe(kind)} cannot be told apart"
-            raise InputError(told, hint="explored are programs without pointers and references")
+            told = f"a variable of type {describe(kind)} cannot be explored"
+            raise InputError(told, hint="remove the pointers and references")
         if isinstance(kind, (BlockType, StructType)):
             self.walk(kind, held, self.tables.types.get(kind.name.upper(), Omitted()), "", "")
         elif isinstance(kind, ArrayType) and not is_scalar(kind.element):

@@ -158,7 +158,7 @@ def _check_folder(
         InputError: a file of the user would be overwritten, or the folder is not empty.
     """
     if not force and earlier:
-        raise InputError("has an earlier export", file=place, hint="--force takes its place")
+        raise InputError("has an earlier export", file=place, hint="--force replaces it")
     if not force and os.path.isdir(place) and any(place.iterdir()):
         hint = "name an empty folder or a new one; --force writes beside them, over none"
         raise InputError("has files that no export wrote", file=place, hint=hint)

@@ -119,7 +119,7 @@ def sources_of(
         names: Names and texts about the library.
     """
     if only_needed and not program:
-        raise InputError("--needed asks what a program needs", hint="name it with --program")
+        raise InputError("--needed requires a program", hint="name it with --program")
     files = _files(lib, program, only_needed)
     renamed = Renaming() if prefix is None else renaming(files, prefix)
 

@@ -44,7 +44,7 @@ _OTHERWISE = {
     "F_TRIG": "write R_TRIG with NOT before its input",
     **dict.fromkeys(("TOF", "TP"), "write it with TON"),
     **dict.fromkeys(("MULTIME", "DIVTIME"), "compute in milliseconds"),
-    "RETURN": "put what follows into an IF",
+    "RETURN": "put the following statements into an IF",
     "FOR": "write WHILE",
 }
 

@@ -237,7 +237,7 @@ class ClusterCrew:
         raise self._gone()
 
     def _gone(self) -> InputError:
-        return _failed(self._cluster, "has gone", "start it again")
+        return _failed(self._cluster, "has ended", "start it again")
 
 
 def _connected(cluster: Cluster) -> Client:

@@ -85,7 +85,7 @@ class Results:
             aside = move_aside(self._file)
             which = "1 line is" if damaged == 1 else f"{damaged} lines are"
             self.notice = f"{self._file}: {which} damaged; the file is now {aside}, "
-            self.notice += "and what is missing is done again"
+            self.notice += "and missing results are computed again"
         if damaged or last:
             replace_files({self._file: b"".join(taken)})
 

@@ -90,7 +90,12 @@ def _with_statements(file: Path) -> tuple[str, list[tuple[int, str]]]:
         head = max((head.end() for head in _HEAD.finditer(text, 0, one.start())), default=0)
         if not head:
             hint = "write it between two statements of a body"
-            raise InputError("this assertion stands in no body", file=file, line=line, hint=hint)
+            raise InputError(
+                "this assertion is outside the body of a program or block",
+                file=file,
+                line=line,
+                hint=hint,
+            )
         heads.add(head)
         pieces.append(text[end : one.start()])
         statement = f"IF NOT ({said}) THEN {VARIABLE} := SHL({VARIABLE}, -1); END_IF;"

@@ -422,7 +422,7 @@ class _Work:
         files = self.copies.files
         came = self.bench.replay(run, self.around, files, stimulus, about=about, chart=chart)
         if not self._shows(key, came, len(run.steps)):
-            why = "; ".join(came.differences[:_SHOWN]) or "nothing of it shows"
+            why = "; ".join(came.differences[:_SHOWN]) or "the run shows no violation"
             note = f"THE TRANSLATION IS WRONG, please report it: {stimulus} breaks nothing: {why}"
             del self.open[key]
             self.done[key] = replace(result, note=note, stimulus=str(stimulus))

@@ -28,7 +28,7 @@ def test_in_a_file_that_is_not_of_the_program_it_says_so(at_entry: Start, tmp_pa
     (tmp_path / "Other.st").write_text("(* nothing *)\n")
     (told,) = at_entry().set(tmp_path / "Other.st", 1)
     assert not told["verified"]
-    assert "nothing of the program that runs is declared in" in told["message"]
+    assert "the running program has no declaration in" in told["message"]
 
 
 def test_lines_with_statements_are_listed(at_entry: Start, lamps: Path) -> None:

@@ -38,7 +38,7 @@ class StrucppProgram(NativeProgram):
         """Raise InputError if this version of STruC++ represents values in an unknown way."""
         if not library.shim_is_as_expected():
             raise InputError(
-                "this version of STruC++ keeps its variables in a way that is not known here",
+                "this version of STruC++ stores its variables in an unknown way",
                 hint="use --engine builtin or matiec, or another version of STruC++",
             )
 
