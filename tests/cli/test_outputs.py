@@ -424,9 +424,7 @@ def test_a_file_that_appears_meanwhile_stays_and_the_new_one_stands_beside_it(
         with pytest.raises(InputError) as caught:
             files.write(b"1", b"2")
     other = tmp_path / "one-2.toml"
-    said = (
-        f"{one}: was created meanwhile by somebody else and is unchanged; the output is in {other}"
-    )
+    said = f"{one}: was created by another program; the output is in {other}"
     assert str(caught.value) == said
     assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {
         "one.toml": "mine",

@@ -90,7 +90,7 @@ class NewFiles:
             file.close()
         for path, place, file in zip(self._paths, self._places, self._files, strict=True):
             if file.place != place:
-                text = f"was created meanwhile by somebody else and is unchanged; the output is in {file.place}"
+                text = f"was created by another program; the output is in {file.place}"
                 raise InputError(text, file=path)
 
     def _discard(self) -> None:
