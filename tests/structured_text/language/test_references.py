@@ -175,7 +175,7 @@ def test_a_pointer_that_leads_nowhere_is_one_message(
         ("X := R^;", "^ needs a pointer, not a INT"),
         ("B[1] := ADR(Buffer) < ADR(Buffer);", "< is not defined for POINTER TO FB_Buffer"),
         ("P := P * 2;", "* is not defined for POINTER TO INT"),
-        ("P := P + 3;", "no whole number of INT; write a multiple of SIZEOF, 2 here"),
+        ("P := P + 3;", "not a whole number of INT; write a multiple of SIZEOF, 2 here"),
         ("P := ADR(N + 1);", "ADR needs a variable"),
         ("R REF= 5;", "needs a variable to refer to"),
         ("R REF= Flag;", "cannot lead to a BOOL"),

@@ -82,7 +82,7 @@ def test_an_expression_has_the_value_that_it_has_in_the_program(
         ("1 / (Doubled - Doubled)", "division by zero"),
         ("C.Steps[Doubled]", "the index 6 is not in 1..3"),
         ("Doubled +", "Doubled"),
-        ("1); Go := FALSE; x := (1", "no expression"),
+        ("1); Go := FALSE; x := (1", "not an expression"),
     ],
 )
 def test_what_has_no_value_says_why_in_one_line(
