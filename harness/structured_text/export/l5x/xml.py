@@ -31,13 +31,8 @@ def document(
 ) -> str:
     """Return the whole file.
 
-    Args:
-        target: The kind of component to import: Program or AddOnInstructionDefinition.
-        name: The name of the component.
-        types: Elements of data types.
-        aois: Elements of Add-On Instructions, each after those it uses.
-        rest: The elements after them.
-        controller: The name of the controller from which the component was exported.
+    `target` is the kind of component to import: Program or AddOnInstructionDefinition. Each AOI
+    stands after those it uses; `rest` are the elements after them.
     """
     head = _opened(
         "RSLogix5000Content",
