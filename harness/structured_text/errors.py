@@ -11,24 +11,10 @@ from difflib import get_close_matches
 from pathlib import Path
 
 try:  # the distribution that ships this package may define the names
-    from structured_text_names import COMMAND, DISTRIBUTION
+    from structured_text_names import COMMAND as COMMAND
+    from structured_text_names import DISTRIBUTION as DISTRIBUTION
 except ModuleNotFoundError:
     COMMAND, DISTRIBUTION = "st", "structured-text"
-
-__all__ = [
-    "BLOCKS",
-    "COMMAND",
-    "DISTRIBUTION",
-    "VARIABLES",
-    "InputError",
-    "OutputError",
-    "UnreadError",
-    "Violation",
-    "did_you_mean",
-    "legible",
-    "near",
-    "refused",
-]
 
 BLOCKS = f"{COMMAND.upper()}_"
 """Prefix for the names of blocks that this package adds to a program."""

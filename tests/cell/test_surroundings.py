@@ -118,7 +118,7 @@ def test_a_snapshot_has_plc_and_disturbances(cell: Cell) -> None:
     [
         ("packets_lost", {"share": 2}, "share = 2 is no part of the packets"),
         ("packets_late", {"to": "nobody"}, "to = 'nobody' is no direction"),
-        ("plc_run", {"start": "hot"}, "start = 'hot' is no start"),
+        ("plc_run", {"start": "hot"}, "start = 'hot' is not a start"),
         ("plc_overrun", {"by": 5}, "by is not a text"),
         ("packet_interval", {}, "needs rpi"),
         ("link_down", {"share": 1}, "takes no arguments"),

@@ -133,8 +133,8 @@ def test_a_pattern_finds_variables_but_no_blocks_and_no_long_arrays(
         ("Main.Mask.*", "no variable is like Main.Mask.*"),
         ("Main.Items[7*]", "no variable is like Main.Items[7*]; did you mean [1] or [0]"),
         ("Other.*", "there is no program instance Other"),
-        ("Main..*", "is no pattern of variables; write it as Main.Hmi.* or Main.A[*]"),
-        (".*", "is no pattern of variables"),
+        ("Main..*", "is not a pattern of variables; write it as Main.Hmi.* or Main.A[*]"),
+        (".*", "is not a pattern of variables"),
         ("Main.Block*", "name one: Main.Block, or its variables as Main.Block.*"),
     ],
 )

@@ -383,7 +383,7 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
         (["--input", "Main.Count=99999"], "99999"),
         (["--input", "Main.Button", "--input", "main.button"], "is given twice"),
         (["--always", "Nothing = 1"], "'Nothing = 1' cannot be checked"),
-        (["--always", " "], "is no expression"),
+        (["--always", " "], "is not an expression"),
         (["--size", "50"], "an area of 50 bytes does not exist"),
     ],
 )
@@ -399,7 +399,10 @@ def test_bad_input_ends_with_2(
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("Count : INT;", "Count : INT; p : POINTER TO INT;"), "cannot be told apart"),
+        (
+            ("Count : INT;", "Count : INT; p : POINTER TO INT;"),
+            "a variable of type POINTER TO INT cannot be explored",
+        ),
         (("Count : INT;", "Count : INT; A, B : RCX_REF;"), "the program has 2 robots"),
         (("IF Button", "IF TIME() > T#1s AND Button"), "reads the time"),
     ],

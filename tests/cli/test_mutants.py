@@ -13,7 +13,7 @@ import pytest
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.cli.start import INTERRUPTED
-from structured_text.mutants.sessions import Judge, Run
+from structured_text.mutants.sessions import Judge, PytestCommand
 from structured_text.mutants.user import UserMutants
 from structured_text.output.results import Results
 
@@ -194,7 +194,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
 def test_a_process_of_its_own_judges_as_a_copy_does(
     project: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    run = Run.of(["pytest"], project)
+    run = PytestCommand.of(["pytest"], project)
     mutants = UserMutants(source_files("plc"), run)
     tests = mutants.baseline()
     tasks, unreached = mutants.tasks(tests)

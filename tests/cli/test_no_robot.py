@@ -81,6 +81,12 @@ def test_missing_areas_are_reported_with_what_to_do(motor: str, capsys: Captured
         ("run", "--from=127.0.0.1"),
         ("explore", "--faults=link"),
         ("explore", "--size=256"),
+        ("run", "--size=48"),
+        ("run", "--link=direct"),
+        ("run", "--m=0"),
+        ("run", "--rpi=10ms"),
+        ("explore", "--faults=link,alarm,abnormal"),
+        ("explore", "--n=0"),
     ],
 )
 def test_an_option_for_a_robot_is_refused(
@@ -122,6 +128,29 @@ def test_a_counterexample_runs_again(motor: str, capsys: Captured) -> None:
     assert "violation at 200 ms: plc, scan 3: property" in capsys.readouterr().out
 
 
+def test_a_program_alone_is_proved_or_refuted_and_what_refutes_it_runs_again(
+    motor: str, capsys: Captured
+) -> None:
+    """Start and Stop are the inputs; Stop wins, and with Start alone the count reaches 3."""
+    assertion = "(* prove: NOT (Stop AND Motor) *)\nEND_PROGRAM"
+    Path(motor).write_text(_MOTOR.replace("END_PROGRAM", assertion), encoding="utf-8")
+    assert main(["prove", motor, "--no-robot"]) == 0
+    out = capsys.readouterr().out
+    assert "inputs, each of any value in each scan: Main.Start, Main.Stop\n" in out
+    assert "2 properties: 2 proved, 0 refuted, 0 unknown" in out  # the sum fits, too
+    Path(motor).write_text(_MOTOR.replace("END_PROGRAM", "(* prove: Count < 3 *)\nEND_PROGRAM"))
+    assert main(["prove", motor, "--no-robot"]) == 1
+    out = capsys.readouterr().out
+    assert "refuted: assert motor.st:5: after 3 scans of 10 ms" in out
+    line = next(one.split() for one in out.splitlines() if one.startswith("  rcx run "))
+    assert main([*line[1:], "--watch", "Main.Count", "--trace", "t.jsonl"]) == 0
+    _, records = read_trace("t.jsonl")
+    last = [one.vars for one in records if isinstance(one, Scan) and one.vars][-1]
+    assert last == {"Main.Count": 3}
+    assert main(["prove", motor]) == 2
+    assert "--no-robot" in capsys.readouterr().err
+
+
 def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
     launch = {"sources": motor, "for": "1s", "stimulus": "s.toml"}
     with pytest.raises(InputError, match="no process image"):
@@ -130,6 +159,8 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
         launched({**launch, "noRobot": "yes"}, [])
     with pytest.raises(InputError, match="--rpi is for a robot"):
         launched({**launch, "noRobot": True, "rpi": "20ms"}, [])
+    with pytest.raises(InputError, match="--rpi is for a robot"):
+        launched({**launch, "rpi": "10ms"}, [], alone=True)
     for machine in (
         launched({**launch, "noRobot": True}, []).machine,
         launched(launch, [], alone=True).machine,

@@ -313,7 +313,7 @@ def test_a_library_that_is_no_folder_is_named(
     for lib in (program, tmp_path / "nope"):
         assert main([command, str(program), "--lib", str(lib)]) == 2
         said = capsys.readouterr().err
-        assert f"--lib {lib} is no folder; it is the folder of the library" in said
+        assert f"--lib {lib} is not a folder; it is the folder of the library" in said
         assert "Mine.st:" not in said
         assert said.count("\n") == 1
 
@@ -372,7 +372,7 @@ def test_a_file_that_appears_meanwhile_stays_and_the_new_one_stands_beside_it(
         with pytest.raises(InputError) as caught:
             files.write(b"1", b"2")
     other = tmp_path / "one-2.toml"
-    said = f"{one}: has appeared meanwhile and stays; what was to be written is {other}"
+    said = f"{one}: was created by another program; the output is in {other}"
     assert str(caught.value) == said
     assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {
         "one.toml": "mine",

@@ -172,7 +172,7 @@ def test_the_robot_takes_the_size_of_the_plc(run: Run, tmp_path: Path, capsys: C
         (["--phases", "scan=1h"], "the phase of scan"),
         (["--robot", "/nowhere/robot.toml"], "/nowhere/robot.toml: cannot be read"),
         (["--stimulus", "/nowhere/s.toml"], "/nowhere/s.toml: cannot be read"),
-        (["--lib", "/nowhere/lib"], "--lib /nowhere/lib is no folder"),
+        (["--lib", "/nowhere/lib"], "--lib /nowhere/lib is not a folder"),
         (["--trace", "/dev/null/t.jsonl"], "cannot be written"),
         (["--chart", "/dev/null/c.svg"], "cannot be written"),
         (["--vcd", "/dev/null/w.vcd"], "cannot be written"),
@@ -216,7 +216,7 @@ def test_a_file_that_no_run_has_written_is_not_overwritten(
     unwritten = [f"--{one}={tmp_path / one}" for one in sorted(others)]
     assert run("--for", "100ms", f"--{kind}", str(file), *unwritten) == 2
     assert capsys.readouterr().err == (
-        f"rcx: {file}: is there already, and is no {name}; nothing was written; "
+        f"rcx: {file}: is there already, and is not a {name}; nothing was written; "
         "name another file, or remove this one\n"
     )
     assert file.read_text() == "$ (* mine *)"
@@ -302,7 +302,7 @@ def test_every_option_goes_where_it_is_meant_for() -> None:
 def test_two_outputs_cannot_be_one_file(run: Run, tmp_path: Path, capsys: Captured) -> None:
     file = str(tmp_path / "x")
     assert run("--for", "100ms", "--trace", file, "--vcd", file) == 2
-    assert "is named for two outputs" in capsys.readouterr().err
+    assert "is the file of two outputs" in capsys.readouterr().err
 
 
 def test_a_mistake_in_the_source_has_file_and_line(tmp_path: Path, capsys: Captured) -> None:

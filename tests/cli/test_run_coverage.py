@@ -81,9 +81,9 @@ def test_the_library_counts_on_request(run: Run, capsys: Captured) -> None:
         (["--coverage", "--engine=matiec"],
          "coverage is counted by the built-in engine; leave out --engine matiec, or --coverage"),
         (["--coverage", "--coverage-out=Lamp.st"],
-         "Lamp.st: is no folder; name another for the coverage"),
+         "Lamp.st: is not a folder; name another for the coverage"),
         (["--coverage", "--coverage-out=mine"],
-         "mine/coverage.xml: is there already, and is no coverage report; nothing was written; "
+         "mine/coverage.xml: is there already, and is not a coverage report; nothing was written; "
          "name another folder, or remove this file"),
     ],
 )  # fmt: skip

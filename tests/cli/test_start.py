@@ -14,7 +14,7 @@ import pytest
 
 from imports import PACKAGES
 from rcx_harness.cli.app import COMMANDS, OPTION_PANELS, PANELS, Later, app, main
-from structured_text.engines.load import find_matiec
+from structured_text.engines.matiec.build import find_matiec
 
 #: Runs commands one after the other; after each: its exit code, and which modules are new.
 _RUN = """

@@ -60,7 +60,7 @@ def test_an_older_page_is_written_anew(trace: Path, tmp_path: Path, capsys: Capt
     foreign = tmp_path / "foreign.html"
     foreign.write_text("<!doctype html>\n<p>mine", encoding="utf-8")
     assert main(["view", str(trace), "-o", str(foreign)]) == 2
-    assert "is there already, and is no page of rcx view" in capsys.readouterr().err
+    assert "is there already, and is not a page of rcx view" in capsys.readouterr().err
     assert foreign.read_text(encoding="utf-8") == "<!doctype html>\n<p>mine"
     assert main(["view", str(trace), "-o", str(trace)]) == 2
     assert "would be overwritten" in capsys.readouterr().err

@@ -36,7 +36,7 @@ _LOST = {
     "plcopen": [],
     "twincat": [_CONFIGURATION],
     "scl": [f"86: VAR Old of PROGRAM Mine: {_ANEW}", _CONFIGURATION],
-    "l5x": [f"39: {_BLOCK}: Kept has an initial value that is no single number",
+    "l5x": [f"39: {_BLOCK}: Kept has an initial value that is not a single number",
             "80: PROGRAM Mine: needs FB_Mine, which is not carried", _CONFIGURATION],
     "omron": [_CONFIGURATION, f"51: VAR_INPUT Setup of {_BLOCK}: {_PIN}",
               f"86: VAR Old of PROGRAM Mine: {_ANEW}"],

@@ -14,7 +14,9 @@ from exported import example_sources, recorded, shapes, trace_of
 from plc_bench import ROOT
 from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
-from structured_text.engines.load import build, find_c_compiler, find_matiec
+from structured_text.engines.load import build
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.export import TARGETS
 from structured_text.export.output import write
 from structured_text.export.parts import Sources

@@ -9,7 +9,7 @@ import pytest
 
 from matiec_habits import HABITS, iec2c_takes
 from rcx_harness.cli.app import main
-from structured_text.engines.load import find_matiec
+from structured_text.engines.matiec.build import find_matiec
 from structured_text.export.refused import CONSTRUCTS_FILE, tools
 from structured_text.export.targets import TARGETS
 from structured_text.language.constructs import CONSTRUCTS, Use

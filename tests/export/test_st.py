@@ -11,7 +11,9 @@ from example_runs import EXAMPLES
 from exported import comments, shapes, written
 from rcx_harness.cell.exports import export, sources_of
 from rcx_harness.cli.app import main
-from structured_text.engines.load import build, find_c_compiler, find_matiec
+from structured_text.engines.load import build
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.export.output import Output, write
 from structured_text.export.parts import Sources
@@ -66,7 +68,7 @@ def test_an_existing_file_is_kept_without_force(tmp_path: Path, capsys: Captured
     assert capsys.readouterr().err == f"rcx: {out}: is there already; --force writes over it\n"
     assert out.read_text() == "mine"
     assert main([*arguments, "--force"]) == 2
-    said = f"rcx: {out}: is no export's; nothing was written; move it away\n"
+    said = f"rcx: {out}: is not an export's; nothing was written; move it away\n"
     assert capsys.readouterr().err == said
     assert out.read_text() == "mine"
     out.write_text("")

@@ -128,7 +128,7 @@ def test_a_file_of_the_users_is_not_written_over_and_an_earlier_export_is(
     mine = plc / "robot.toml"
     mine.write_bytes(b"the user's")
     assert main(words) == 2
-    said = "rcx: robot.toml: is no export's; nothing was written; move it away\n"
+    said = "rcx: robot.toml: is not an export's; nothing was written; move it away\n"
     assert capsys.readouterr().err == said
     assert mine.read_bytes() == b"the user's"
     mine.unlink()
@@ -164,7 +164,7 @@ def test_files_of_others_in_a_folder_are_kept(plc: Path, target: str, capsys: Ca
     assert "rcx: out: has files that no export wrote; name an empty folder or a new one" in said
     assert _export(target, "out", "--allow-missing", "--force") == 2
     said = capsys.readouterr().err
-    assert f"rcx: {theirs.relative_to(plc)}: is no export's; nothing was written" in said
+    assert f"rcx: {theirs.relative_to(plc)}: is not an export's; nothing was written" in said
     assert _texts(out) == before
     theirs.unlink()
     assert _export(target, "out", "--allow-missing", "--force") == 0
@@ -176,7 +176,7 @@ def test_an_earlier_export_is_replaced_on_request(plc: Path, capsys: Captured) -
     assert _export("twincat", "out") == 0
     before = _texts(plc / "out")
     assert _export("twincat", "out") == 2
-    assert capsys.readouterr().err == "rcx: out: has an earlier export; --force takes its place\n"
+    assert capsys.readouterr().err == "rcx: out: has an earlier export; --force replaces it\n"
     assert _export("twincat", "out", "--force") == 0
     assert _texts(plc / "out") == before
 
@@ -228,7 +228,7 @@ def test_a_record_that_is_none_is_the_users(plc: Path, text: str, capsys: Captur
     (plc / "out").mkdir()
     (plc / "out" / _RECORD).write_text(text)
     assert _export("omron", "out", "--force") == 2
-    assert "is no record of an export; move it away" in capsys.readouterr().err
+    assert "is not a record of an export; move it away" in capsys.readouterr().err
     assert _texts(plc / "out") == {_RECORD: text.encode()}
 
 

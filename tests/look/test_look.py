@@ -595,5 +595,5 @@ def test_the_trace_replaces_no_other_file(scan: Run, tmp_path: Path, capsys: Cap
     mine = tmp_path / "mine.txt"
     mine.write_text("keep this")
     assert scan("--trace", str(mine)) == 2
-    assert "is there already, and is no trace" in capsys.readouterr().err
+    assert "is there already, and is not a trace" in capsys.readouterr().err
     assert mine.read_text() == "keep this"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-from structured_text.engines.load import find_matiec
+from structured_text.engines.matiec.build import find_matiec
 
 _F = "FUNCTION_BLOCK FB1 {} END_FUNCTION_BLOCK"
 _OWN = "VAR_INPUT X : INT; END_VAR VAR_OUTPUT Y : INT; END_VAR VAR K : INT; END_VAR {} K := X;"

@@ -192,7 +192,11 @@ def test_pages_of_an_earlier_run_go_and_others_stay(run: Run) -> None:
             {},
             "rcx: coverage is counted by the built-in engine; leave out *",
         ),
-        (["--rcx-coverage", "--rcx-coverage-out=other.st"], {}, "rcx: *other.st: is no folder; *"),
+        (
+            ["--rcx-coverage", "--rcx-coverage-out=other.st"],
+            {},
+            "rcx: *other.st: is not a folder; *",
+        ),
         (["--rcx-coverage", "--rcx-coverage-out=taken"], {}, "rcx: *index.html: is there already*"),
         ([], {"coverige": "true"}, "rcx: *there is no setting rcx_coverige; *rcx_coverage*"),
     ],

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rcx_tools.evidence.mutants.suite import in_suite, spread
-from structured_text.mutants.engine import Workshop
+from rcx_tools.evidence.mutants.workshop import Workshop
 from structured_text.mutants.mutant import Mutant, Mutants
 from structured_text.mutants.operators import OPERATORS
 from structured_text.output.results import Results

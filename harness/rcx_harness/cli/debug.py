@@ -7,7 +7,7 @@ import socket
 import sys
 from collections.abc import Mapping
 from contextlib import redirect_stdout, suppress
-from dataclasses import fields, replace
+from dataclasses import fields
 from difflib import get_close_matches
 from pathlib import Path
 from secrets import compare_digest, token_urlsafe
@@ -21,7 +21,6 @@ from rcx_harness.cell import Cell
 from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot as without
-from rcx_harness.cli.no_robot import refuse
 from rcx_harness.cli.options import duration_us, replacements, with_options
 from rcx_harness.cli.run import RunOptions
 from rcx_harness.verify.debug.machine import CellMachine
@@ -224,8 +223,7 @@ def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = F
             raise InputError(f"{mixed[0]} does not go with a recording", hint=hint)
         machine, notice, last = opened(Path(_text("recording", recording)))
         return Launched(machine, notice, last)
-    options = _options(arguments, given)
-    return _of_cell(replace(options, no_robot=alone or options.no_robot))
+    return _of_cell(_options(arguments, given, alone=alone))
 
 
 def _of_cell(options: RunOptions) -> Launched:
@@ -235,7 +233,6 @@ def _of_cell(options: RunOptions) -> Launched:
     end_us = duration_us("for", options.duration)
     kind: type[stimuli.Stimulus] = Stimulus
     if options.no_robot:
-        refuse(options)
         kind = without.Stimulus
     stimulus = kind.load(options.stimulus) if options.stimulus is not None else None
     built: dict[str, Any] = {"engine": "builtin", "keep": 1}
@@ -261,7 +258,7 @@ def _of_cell(options: RunOptions) -> Launched:
     return Launched(BenchMachine(cell, end_us, options.duration), notice)
 
 
-def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
+def _options(arguments: Mapping[str, Any], given: list[Path], *, alone: bool) -> RunOptions:
     """Return the options of `rcx run` that a client gives, checked by their own rules."""
     made: list[RunOptions] = []
 
@@ -281,7 +278,7 @@ def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
         for one in command.params
         if isinstance(one, TyperOption) and (name := str(one.name)) in _OPTIONS
     }
-    line: list[str] = []
+    line = ["--no-robot"] if alone else []
     for key, value in arguments.items():
         if key in (*_OF_CLIENTS, "sources", "program") or key.startswith("__"):
             continue

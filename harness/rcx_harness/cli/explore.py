@@ -13,7 +13,6 @@ from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import MOST, FarmOptions
-from rcx_harness.cli.no_robot import refuse
 from rcx_harness.cli.options import Lib, Sources, counted, duration_us, with_options
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
@@ -84,8 +83,6 @@ def explore(given: Options) -> None:
 
     Exit code: 0 if no rule is broken, 1 if one is, 2 on bad input.
     """
-    if given.no_robot:
-        refuse(given)
     from rcx_harness.verify.explore.replay import replay
     from rcx_harness.verify.explore.user import explore as explore_program
     from structured_text.output.replays import check

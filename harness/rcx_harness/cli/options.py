@@ -47,18 +47,31 @@ def with_options(
     """Let a command have the fields of a dataclass as its arguments and options."""
 
     def made(command: Callable[[_Options], None]) -> Callable[..., None]:
-        def with_values(**values: Any) -> None:
+        def with_values(context: typer.Context, **values: Any) -> None:
+            if values.get("no_robot"):
+                from rcx_harness.cli.no_robot import refuse
+
+                refuse(one for one in values if not _is_default(context, one))
             command(options(**values))
 
         with_values.__name__, with_values.__doc__ = command.__name__, command.__doc__
         hints = get_type_hints(options, include_extras=True)
         signature = inspect.signature(options)
         places = [one.replace(annotation=hints[one.name]) for one in signature.parameters.values()]
-        with_values.__annotations__ = hints
-        vars(with_values)["__signature__"] = signature.replace(parameters=places)
+        with_values.__annotations__ = {"context": typer.Context, **hints}
+        first = inspect.Parameter(
+            "context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context
+        )
+        vars(with_values)["__signature__"] = signature.replace(parameters=[*places, first])
         return with_values
 
     return made
+
+
+def _is_default(context: typer.Context, name: str) -> bool:
+    """Return whether the user has not typed an option; he may type its default value."""
+    source = context.get_parameter_source(name)
+    return source is None or source.name.startswith("DEFAULT")
 
 
 def replacements(given: list[str] | None) -> dict[str, Path]:

@@ -44,6 +44,9 @@ def prove(
     overflow: Annotated[
         bool, typer.Option("--overflow", help="Arithmetic has to stay in its type, too.")
     ] = False,
+    no_robot: Annotated[
+        bool, typer.Option("--no-robot", help="The program alone: no areas, no controller.")
+    ] = False,
     json_file: JsonFile = None,
 ) -> None:
     """Prove a program: in every run, with every answer of the robot and every input.
@@ -79,13 +82,14 @@ def prove(
             limit_us / 1e6,
             out,
             overflow=overflow,
+            robot=not no_robot,
             tell=tell,
             lib=lib,
             replace=replaced,
         )
         results, inputs = prove_program(files, settings)
     with written.apart():
-        _print(results, inputs)
+        _print(results, [*inputs, *([] if no_robot else ["and the robot"])])
     rows = json.dumps([asdict(one) for one in results], indent=1)
     written.write(f'{_BEGINNING}{json.dumps(inputs)}, "properties": {rows}}}\n')
     if any(one.status not in _GOOD for one in results):
@@ -93,7 +97,7 @@ def prove(
 
 
 def _print(results: list[Result], inputs: list[str]) -> None:
-    print(f"inputs, each of any value in each scan: {', '.join(inputs) or 'none'}, and the robot")
+    print(f"inputs, each of any value in each scan: {', '.join(inputs) or 'none'}")
     table = Table("status", "s", "where", "what", box=None, pad_edge=False)
     colours = {"proved": "green", "refuted": "red", "unknown": "yellow", "noted": "cyan"}
     for one in results:

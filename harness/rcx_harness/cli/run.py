@@ -25,7 +25,6 @@ from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, no_connection
-from rcx_harness.cli.no_robot import refuse
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
@@ -287,8 +286,6 @@ def run(options: RunOptions) -> None:
     Exit code: 0 without a violation, 1 with violations or too little coverage, 2 on bad input, and
     with --connect if no packet came from the controller.
     """
-    if options.no_robot:
-        refuse(options)
     collector = _collector(options)
     _check_panel(options)
     if (where := options.where()) is not None:

@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import subprocess
 import sys
@@ -35,6 +34,7 @@ from rcx_tools.library import files as library_files
 from rcx_tools.library.alarm_texts import text_files
 from rcx_tools.library.signals import signal_files
 from rcx_tools.library.version import version_files
+from structured_text.output.programs import environment
 from structured_text.output.toml_files import load_toml
 
 __all__ = ["PATIENCE_S", "Header", "every_page", "headers", "main", "pages"]
@@ -280,8 +280,8 @@ def _pasted(path: str) -> str:
 def _run(command: str) -> str:
     """Return the output of a command as a newcomer without matiec sees it."""
     hidden = ("RCX_MATIEC", "MAKEFLAGS", "MAKELEVEL", "MFLAGS")
-    clean = {key: value for key, value in os.environ.items() if key not in hidden}
-    clean |= {"PATH": f"{ROOT / '.venv/bin'}:/usr/bin:/bin", "COLUMNS": "100", "TERM": "dumb"}
+    path = f"{ROOT / '.venv/bin'}:/usr/bin:/bin"
+    clean = environment(without=hidden, PATH=path, COLUMNS="100", TERM="dumb")
     done = subprocess.run(
         command, shell=True, cwd=ROOT, env=clean, capture_output=True, text=True, check=False
     )

@@ -13,8 +13,6 @@ from structured_text.engines.load import build
 from structured_text.language import cache
 from structured_text.projects.sources import SourceFiles
 
-__all__ = ["Compiled"]
-
 #: Number of programs of closed benches that this process caches for later benches.
 _WAITING = 8
 #: Environment variables that influence the choice of an engine.
@@ -27,10 +25,6 @@ _waiting: OrderedDict[Hashable, Compiled] = OrderedDict()
 
 class Compiled:
     """A compiled program with its sources, notes and retained variables.
-
-    Args:
-        files: Its sources.
-        engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
 
     Raises:
         InputError: anything wrong with the sources or the engine.

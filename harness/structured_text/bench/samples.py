@@ -13,8 +13,6 @@ from structured_text.language.displayed import described, literal
 from structured_text.language.types import Type
 from structured_text.output.files import OutputFile
 
-__all__ = ["COMPACT", "FORMAT", "KEPT", "Sample", "Trace"]
-
 #: Value of `format`, the first entry of the first line.
 FORMAT = f"{COMMAND}-trace/1"
 
@@ -134,8 +132,7 @@ class Trace(Generic[_R]):
     def snapshot(self) -> tuple[_R, ...]:
         """Return the records in memory.
 
-        Raises:
-            InputError: the trace is written to a file, which cannot go back in time.
+        Raise InputError if the trace is written to a file, which cannot go back in time.
         """
         if self._file is not None:
             raise InputError(

@@ -14,8 +14,6 @@ from structured_text.language.displayed import check_watched, is_long, members, 
 from structured_text.language.types import ArrayType, BlockType, Type
 from structured_text.output.limits import MOST_WATCHED
 
-__all__ = ["Watched", "is_like"]
-
 #: Separator of two patterns. A comma in brackets separates indices.
 _COMMA = re.compile(r",(?![^\[\]]*\])")
 _WILD = re.compile(r"[*?]")
@@ -73,7 +71,7 @@ def _matching(program: Program, pattern: str) -> dict[str, Type]:
     parts = list(_PART.finditer(pattern))
     if "".join(part[0] for part in parts) != pattern or pattern[0] in ".[":
         raise InputError(
-            f"{pattern!r} is no pattern of variables", hint="write it as Main.Hmi.* or Main.A[*]"
+            f"{pattern!r} is not a pattern of variables", hint="write it as Main.Hmi.* or Main.A[*]"
         )
     first = next(k for k, part in enumerate(parts) if _WILD.search(part[0]))
     begin = pattern[: parts[first].start()]

@@ -11,20 +11,13 @@ from structured_text.coverage.measure import Condition, DecisionResult, FileResu
 from structured_text.coverage.report import Gap, conditions, gaps, totals
 from structured_text.errors import COMMAND
 
-__all__ = ["pages"]
-
 _COLUMNS = ("Statements", "Branches", "Conditions", "MC/DC", "Unique-cause")
 #: Highest number of vectors that a decision shows.
 _MOST_VECTORS = 64
 
 
 def pages(results: Sequence[FileResult], title: str) -> dict[str, str]:
-    """Return index.html and a page per file, by name; each page is self-contained.
-
-    Args:
-        results: All files.
-        title: The title of the sources.
-    """
+    """Return index.html and a page per file, by name; each page is self-contained."""
     names = _names(results)
     found = {"index.html": _page(f"Coverage of {title}", "", _overview(results, names))}
     back = '<a id="back" href="index.html">all files</a>'

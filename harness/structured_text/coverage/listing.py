@@ -16,8 +16,6 @@ from structured_text.language.printer import expression_text, label_text
 from structured_text.language.source import origin, source_text
 from structured_text.language.types import EnumType
 
-__all__ = ["Branch", "Listed", "Listing", "Point", "Text", "listing"]
-
 _OPENS = ("IF", "CASE", "WHILE", "FOR", "REPEAT")
 _REASON = re.compile(r"\(\*\s*unreachable:\s*((?s:.*?))\s*\*\)|//[ \t]*unreachable:[ \t]*(.*)")
 _COMPARE = {
@@ -66,7 +64,6 @@ class Listing:
     """All items to cover in one POU.
 
     Attributes:
-        name: Its name.
         line: The line where it begins.
         statements: Its statements in source order.
         branches: Its branches in source order, without those that the source excludes. These are
@@ -94,9 +91,7 @@ class _Words:
 class Text:
     """The text of a file, or of the parts that were extracted from a project file.
 
-    Args:
-        file: The file.
-        sources: The extracted parts; a file of Structured Text is its own source.
+    A file of Structured Text is its own source.
 
     Attributes:
         lines: The text by line number.

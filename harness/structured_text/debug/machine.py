@@ -10,8 +10,6 @@ from structured_text.engines.base import Program
 from structured_text.engines.builtin.program import BuiltinProgram
 from structured_text.errors import InputError
 
-__all__ = ["Finding", "Machine", "Scope", "builtin_of"]
-
 #: A group of values around the program that is shown beside its variables: name and getter.
 Scope: TypeAlias = tuple[str, Callable[[], list[Item]]]
 
@@ -74,11 +72,7 @@ class Machine(Protocol):
 
 
 def builtin_of(program: Program) -> BuiltinProgram:
-    """Return the program if it runs on the built-in engine.
-
-    Raises:
-        InputError: it runs on another engine.
-    """
+    """Return the program if it runs on the built-in engine, or raise InputError."""
     if not isinstance(program, BuiltinProgram):
         hint = "leave the engine out"
         raise InputError(f"the {program.engine} engine cannot be debugged", hint=hint)

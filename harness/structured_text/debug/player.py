@@ -15,8 +15,6 @@ from structured_text.debug.machine import Machine
 from structured_text.debug.places import Code, Places
 from structured_text.debug.tracer import Lines, Tracer
 
-__all__ = ["Edit", "Moment", "Player"]
-
 #: Initial number of scans between two snapshots, and the greatest number of snapshots. Beyond this
 #: number every other snapshot is dropped, so memory stays bounded and each moment is at most one
 #: stride of scans away.
@@ -42,7 +40,6 @@ class Player:
     """A machine with snapshots, which can go to any moment of its run.
 
     Attributes:
-        machine: The machine.
         tracer: The hooks on its statements.
         rerun: Number of scans that have been repeated so far.
     """

@@ -7,8 +7,6 @@ from typing import Any, Protocol, runtime_checkable
 
 from structured_text.language.types import Located, Type
 
-__all__ = ["CallLog", "Program", "Value"]
-
 #: BOOL is bool, integers and bit strings int, REAL and LREAL float, STRING str,
 #: TIME datetime.timedelta, an enumeration its member's name; arrays are lists (nested
 #: for several dimensions), structures dicts by field name.
@@ -55,9 +53,8 @@ class Program(Protocol):
     def read(self, path: str) -> Value:
         """Return the value at `path`.
 
-        Raises:
-            InputError: The path does not exist (similar names are suggested), or an index is out
-                of range.
+        Raise InputError if the path does not exist (similar names are suggested), or an index is
+        out of range.
         """
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
@@ -70,9 +67,8 @@ class Program(Protocol):
     def write(self, path: str, value: Value) -> None:
         """Set `path`, whole or in part (a dict may name some fields of a structure).
 
-        Raises:
-            InputError: The path does not exist, the type is wrong, or the value is out of the
-                type's range.
+        Raise InputError if the path does not exist, the type is wrong, or the value is out of the
+        type's range.
         """
 
     def read_bytes(self, path: str, start: int = 0, size: int | None = None) -> bytes:

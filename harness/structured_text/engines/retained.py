@@ -14,8 +14,6 @@ from structured_text.language.types import (
     Type,
 )
 
-__all__ = ["retained"]
-
 
 def retained(project: Project) -> tuple[str, ...]:
     """Return the paths of all retained variables; a retained block gives those of its variables.

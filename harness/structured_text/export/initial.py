@@ -11,8 +11,6 @@ from structured_text.language.resolve import default_scalar
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import array_length, scalar_to_python
 
-__all__ = ["differing", "is_scalar", "literal", "runs", "zero"]
-
 _BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
 
 
@@ -60,12 +58,7 @@ def differing(
 ) -> Iterator[tuple[str, Any, Type]]:
     """Yield path, value and type of each scalar in a value that differs from another value.
 
-    Args:
-        path: The variable.
-        value: Its complete initial value.
-        other: The value it has without statements; None: yield each scalar.
-        kind: Its type.
-        field: Returns the name of a field in a path.
+    Without `other` yield each scalar. `field` returns the name of a field in a path.
     """
     if isinstance(kind, StructType):
         for name, inner in kind.fields:

@@ -21,8 +21,6 @@ from structured_text.language.project import Project
 from structured_text.language.tree import Symbol
 from structured_text.language.types import BlockType, Type
 
-__all__ = ["Starts", "each_call"]
-
 #: Highest number of values that statements set; a larger table is not exported.
 _MOST = 1024
 #: Flags that are TRUE after the statements have run; the second is for retained variables.
@@ -67,9 +65,7 @@ class Starts:
     def statements(self, node: s.Pou, scalar: Callable[[s.VarDecl, Symbol], str]) -> Iterator[str]:
         """Yield the statements that set initial values, for the beginning of a POU's body.
 
-        Args:
-            node: The POU.
-            scalar: Returns the text of a scalar's initial value.
+        `scalar` returns the text of a scalar's initial value.
         """
         for section, one, name in sections(node):
             symbol = self.symbol(node, name)

@@ -22,8 +22,6 @@ from structured_text.language.library import Names
 from structured_text.language.load import too_deep
 from structured_text.projects.sources import source_files
 
-__all__ = ["TARGETS", "Target", "export"]
-
 
 @dataclass(frozen=True)
 class Target:
@@ -79,7 +77,7 @@ def export(
     prefix: str | None = None,
     names: Names | None = None,
 ) -> Output:
-    """Return the library, and a user's files with it, in a target's format.
+    """Return the library, and a user's files with it, in a target's format, or raise InputError.
 
     Args:
         target: A key of `TARGETS`.
@@ -88,9 +86,6 @@ def export(
         only_needed: Omit the parts of the library that the program does not need.
         prefix: Prefix for the names of the library; None leaves them unchanged.
         names: Names and texts about the library.
-
-    Raises:
-        InputError: the target does not exist, or the sources have a mistake.
     """
     found = TARGETS.get(target)
     if found is None:

@@ -31,8 +31,6 @@ from structured_text.output.system import (
     interrupts_later,
 )
 
-__all__ = ["LocalCrew"]
-
 #: If items take less than this [s], each worker gets its next item in advance. If they take longer,
 #: that item would wait although another worker may be free.
 _SHORT_S = 0.5
@@ -53,12 +51,7 @@ class _Worker:
 
 
 class LocalCrew:
-    """A crew of processes; a process that ends is replaced.
-
-    Args:
-        work: The work that each of them does on an item.
-        size: Number of processes, at least 1.
-    """
+    """A crew of processes; a process that ends is replaced."""
 
     attempts = 3
 

@@ -15,8 +15,6 @@ from structured_text.output.limits import OTHER
 from structured_text.output.paths import real
 from structured_text.output.reading import file_bytes
 
-__all__ = ["Parcel"]
-
 
 @dataclass(frozen=True)
 class Parcel:
@@ -31,11 +29,7 @@ class Parcel:
 
     @classmethod
     def of(cls, files: Iterable[Path]) -> Parcel:
-        """Read files into a parcel.
-
-        Raises:
-            InputError: A file cannot be read.
-        """
+        """Read files into a parcel, or raise InputError."""
         named = list(files)
         contents = [file_bytes(file, OTHER) for file in named]
         return cls(tuple(zip(map(str, named), _names(named), contents, strict=True)))

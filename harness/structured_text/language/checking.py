@@ -13,8 +13,6 @@ from structured_text.language import tree as t
 from structured_text.language.declare import Scope
 from structured_text.language.types import ElementaryType, Type
 
-__all__ = ["Checking"]
-
 
 class Operating(Protocol):
     """The part of `operators.Operators` that other modules use."""
@@ -49,7 +47,7 @@ class Referring(Protocol):
 
 
 class Checking(Protocol):
-    """The part of `expressions.Expressions` that its parts use.
+    """The part of `ExpressionChecker` that its parts use.
 
     Attributes:
         scope: The names of the POU.

@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
-__all__ = ["MOST_OPERATORS", "deeply", "uncollected"]
-
 #: Deepest nesting of operators, brackets and calls in an expression. A sum of n terms is n deep.
 MOST_OPERATORS = 10_000
 
@@ -22,8 +20,7 @@ _T = TypeVar("_T")
 def deeply(work: Callable[[], _T]) -> _T:
     """Return the result of `work`; repeat it on a large stack if the usual one is too small.
 
-    Raises:
-        RecursionError: the large stack was too small, too.
+    Raise RecursionError if the large stack was too small, too.
     """
     try:
         return work()

@@ -23,8 +23,6 @@ from structured_text.language.source import origin
 from structured_text.language.syntax import Name, Position
 from structured_text.language.words import OBJECT_WORDS, Context
 
-__all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
-
 KEYWORDS = frozenset(
     [
         "AND",
@@ -215,10 +213,7 @@ class Notes:
 def tokens(text: str, file: Path, notes: Notes | None = None) -> Iterator[Token]:
     """Split a source into tokens.
 
-    Args:
-        text: The whole source.
-        file: Its file, for messages.
-        notes: Receives constructs, pragmas and errors. Without it the first error is raised.
+    `notes` receives constructs, pragmas and errors; without it the first error is raised.
 
     Yields:
         Tokens of lark with line and column. An identifier that begins a CASE label is a

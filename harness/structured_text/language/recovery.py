@@ -20,8 +20,6 @@ from structured_text.errors import InputError
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION
 from structured_text.output.limits import MOST_MISTAKES
 
-__all__ = ["read_tokens"]
-
 _SPELLING = {name: f"'{text}'" for text, name in PUNCTUATION.items()}
 _ENDS = frozenset(("END_IF", "ELSE", "ELSIF", "END_CASE", "END_WHILE", "END_FOR", "UNTIL"))
 _INSTRUCTION_LIST = frozenset(
@@ -62,11 +60,6 @@ _POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
 
 def read_tokens(lark: Lark, found: list[Token], file: Path) -> tuple[list[Any], list[InputError]]:
     """Parse tokens.
-
-    Args:
-        lark: The parser, with a transformer that makes syntax nodes.
-        found: The tokens of a file.
-        file: The file, for messages.
 
     Returns:
         The declarations, as far as they could be read, and every mistake.
@@ -210,7 +203,7 @@ class _Run:
 
     def _too_many(self, at: int) -> InputError:
         token = self._found[at] if at < len(self._found) else self._end
-        text = f"{MOST_MISTAKES} mistakes in this file up to here; what follows was not read"
+        text = f"{MOST_MISTAKES} mistakes in this file up to here; the rest was not read"
         return self._error(text, token, "is this Structured Text?")
 
     def _mistake(self, error: UnexpectedToken, at: int) -> InputError:

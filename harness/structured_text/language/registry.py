@@ -15,8 +15,6 @@ from structured_text.language.standard import reserved
 from structured_text.language.walk import nodes
 from structured_text.output.limits import MOST_LEVELS
 
-__all__ = ["ConsequenceError", "Declared", "Registry", "last_name"]
-
 #: Nodes that create no dependency. A pointer may lead back to its own type, and a method may use
 #: a block that contains the method's own block.
 _LATER = (s.PointerSpec, s.Method, s.Property)
@@ -55,9 +53,7 @@ class Declared:
 class Registry:
     """The types and POUs of all sources by upper-case name, and the rules for names.
 
-    Args:
-        sources: The parsed files.
-        report: Receives each error. The registry continues after it.
+    The registry continues after a reported error.
     """
 
     def __init__(self, sources: Iterable[s.Source], report: Callable[[InputError], None]) -> None:

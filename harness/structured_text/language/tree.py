@@ -10,47 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from structured_text.language import syntax as s
 from structured_text.language.later import Part
 from structured_text.language.scalars import Scalar
-from structured_text.language.syntax import Continue, Exit, Position, Return
+from structured_text.language.syntax import Position
 from structured_text.language.types import BlockType, ReferenceType, Type
-
-__all__ = [
-    "Address",
-    "Assign",
-    "Binary",
-    "CallBase",
-    "CallBlock",
-    "CallFunction",
-    "CallMethod",
-    "Case",
-    "Constant",
-    "Continue",
-    "Deref",
-    "Evaluate",
-    "Exit",
-    "Expression",
-    "For",
-    "If",
-    "Index",
-    "Member",
-    "Null",
-    "Offset",
-    "Pou",
-    "Recast",
-    "Repeat",
-    "Return",
-    "Same",
-    "Standard",
-    "Statement",
-    "Symbol",
-    "This",
-    "Unary",
-    "Use",
-    "Valid",
-    "Variable",
-    "While",
-]
 
 
 @dataclass(eq=False)
@@ -381,9 +345,9 @@ Statement = (
     | For
     | While
     | Repeat
-    | Exit
-    | Return
-    | Continue
+    | s.Exit
+    | s.Return
+    | s.Continue
     | Evaluate
 )
 

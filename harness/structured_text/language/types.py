@@ -5,20 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-__all__ = [
-    "ArrayType",
-    "BlockType",
-    "ElementaryType",
-    "EnumType",
-    "InterfaceType",
-    "Located",
-    "ReferenceType",
-    "StructType",
-    "Type",
-    "Variable",
-    "has_block",
-]
-
 
 @dataclass(frozen=True)
 class ElementaryType:
@@ -44,11 +30,7 @@ class EnumType:
     base: str = "INT"
 
     def value_of(self, member: str) -> int:
-        """Return the value of a member; names are compared without case.
-
-        Raises:
-            ValueError: there is no such member.
-        """
+        """Return the value of a member, or raise ValueError; names are compared without case."""
         place = [one.upper() for one in self.members].index(member.upper())
         return self.values[place] if self.values else place
 

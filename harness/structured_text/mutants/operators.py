@@ -13,8 +13,6 @@ from structured_text.language.walk import bodies, nodes
 from structured_text.mutants.text import Edit, Span
 from structured_text.mutants.walk import Body, Place, places
 
-__all__ = ["OPERATORS", "Change", "changes", "changes_nothing", "constants"]
-
 #: The operators by name, each with a description of the change.
 OPERATORS = {
     "relational": "another comparison: < for <=, <> for =",
@@ -368,10 +366,7 @@ def constants(
 ) -> Iterator[tuple[str, Span, str]]:
     """Yield other values of a literal or a member of an enumeration.
 
-    Args:
-        place: Its place.
-        body: The POU.
-        kind: Its type, if the place determines it.
+    `kind` is given if the place determines the type.
 
     Yields:
         The operator, the replaced span, and the new text.

@@ -8,8 +8,6 @@ from fractions import Fraction
 
 from structured_text.errors import InputError
 
-__all__ = ["format_us", "format_word", "parse_us", "whole", "within_us"]
-
 _UNITS = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000}
 _UNITS |= {"ms": 1_000, "us": 1}
 _PART = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|d|h|m|s)")
@@ -76,11 +74,7 @@ def within_us(what: str, value: str | int | timedelta, low: int, high: int) -> i
 
 
 def whole(what: str, value: object, low: int, high: int) -> int:
-    """Return a whole number from `low` to `high`.
-
-    Raises:
-        InputError: it is not such a number; True and False are not numbers.
-    """
+    """Return a whole number from `low` to `high`, or raise InputError."""
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         shown = "a number of so many digits" if _is_huge(value) else f"{value!r:.{_SHOWN}}"
         raise InputError(f"{what} cannot be {shown}", hint=f"it is a number from {low} to {high}")

@@ -13,19 +13,6 @@ from pathlib import Path
 
 from structured_text.language.source import Line
 
-__all__ = [
-    "LANGUAGES",
-    "Foreign",
-    "Lines",
-    "Piece",
-    "Project",
-    "Unit",
-    "declared_kind",
-    "made",
-    "trimmed",
-    "without_comments",
-]
-
 Lines = tuple[Line, ...]
 
 #: Languages of the standard and of PLC tools, with their names in messages.
@@ -111,7 +98,6 @@ class Unit:
     Attributes:
         kind: Its first word: TYPE, FUNCTION_BLOCK, VAR_GLOBAL, CONFIGURATION ...
         piece: Its name and lines.
-        file: Its file.
     """
 
     kind: str

@@ -18,8 +18,6 @@ from structured_text.language import cache
 from structured_text.language.source import source_text
 from structured_text.language.words import ACCESS_WORDS
 
-__all__ = ["declared_names", "needed"]
-
 #: Comments and string literals: names in them are not mentioned.
 _SAID = re.compile(r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'", re.DOTALL)
 _NAME = re.compile(r"[A-Z_]\w*")
@@ -32,9 +30,7 @@ _OTHERS = {"CONFIGURATION", "VAR_GLOBAL"}
 def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
     """Return the files of a library that a program mentions, directly or through other files.
 
-    Args:
-        program: The program's own files; an unreadable file mentions nothing.
-        library: Files of the library.
+    An unreadable file of the program mentions nothing.
 
     Returns:
         Part of `library`, in its order: the files that declare a needed name. Files that declare

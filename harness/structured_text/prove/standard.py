@@ -12,8 +12,6 @@ from structured_text.prove import values
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated
 from structured_text.prove.values import Value
 
-__all__ = ["memory", "run"]
-
 _BOOL, _TIME, _PHASE = ELEMENTARY["BOOL"], ELEMENTARY["TIME"], ELEMENTARY["USINT"]
 _TIMER = (("before", "BOOL"), ("phase", "USINT"), ("start", "TIME"))
 _MEMORY: dict[str, tuple[tuple[str, str], ...]] = {
@@ -83,11 +81,7 @@ class _Instance:
 
 
 def run(machine: _Machine, path: tuple[Any, ...], name: str) -> None:
-    """Run one call.
-
-    Raises:
-        UnsupportedError: a block that is not translated.
-    """
+    """Run one call, or raise UnsupportedError."""
     body = _BODIES.get(_kind(name))
     if body is None:
         raise UnsupportedError(f"the standard block {name}")

@@ -10,8 +10,6 @@ import pytest
 
 from structured_text.errors import COMMAND, InputError, did_you_mean
 
-__all__ = ["is_on", "project", "unknown_key"]
-
 #: Texts of a switch in the ini file.
 _SWITCH = {"true": True, "1": True, "yes": True, "on": True}
 _SWITCH |= {"false": False, "0": False, "no": False, "off": False, "": False}
@@ -23,11 +21,7 @@ def project(config: pytest.Config) -> Path:
 
 
 def is_on(config: pytest.Config, name: str) -> bool:
-    """Return whether a switch is on, by the command line or the ini file.
-
-    Raises:
-        InputError: the ini file has neither true nor false.
-    """
+    """Return whether the command line or the ini file turns a switch on, or raise InputError."""
     if config.getoption(f"{COMMAND}_{name}") is not None:
         return True
     text = str(config.getini(f"{COMMAND}_{name}") or "")

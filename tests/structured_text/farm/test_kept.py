@@ -12,14 +12,14 @@ from rich.console import Console
 
 from farm_work import Killed, noted, refuse
 from structured_text.errors import InputError
-from structured_text.farm import Farm, Kept, Lost
+from structured_text.farm import Farm, Lost, ResultFile
 
 ABOUT = {"sources": "a1b2"}
 
 
-def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> Kept[Any, Any]:
+def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> ResultFile[Any, Any]:
     """Results of numbers."""
-    return Kept(file, about, **options)
+    return ResultFile(file, about, **options)
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ import pytest
 
 from farm_work import Counted, FirstWaits, Killed, Meeting, grandchild, process_number, refuse
 from structured_text.errors import InputError
-from structured_text.farm import NOT_YET, Farm, Kept, Lost, NotYet
+from structured_text.farm import NOT_YET, Farm, Lost, NotYet, ResultFile
 from structured_text.farm.farm import AHEAD
 from structured_text.farm.work import LostError, RemoteError
 
@@ -132,7 +132,7 @@ def test_items_are_taken_as_there_is_room() -> None:
     assert len(taken) <= 2 * AHEAD
 
 
-class _Releasing(Kept[int, int]):
+class _Releasing(ResultFile[int, int]):
     """Lets item 0 go on when so many others have ended."""
 
     def __init__(self, file: Path, fifo: Path, others: int) -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from matiec_habits import iec2c_takes
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.engines.load import find_matiec
+from structured_text.engines.matiec.build import find_matiec
 from structured_text.errors import InputError
 from structured_text.export.refused import tools
 from structured_text.export.targets import TARGETS
@@ -158,9 +158,9 @@ ROWS = [
         "CASE W OF 1..4: I := 1; 5: I := 2; ELSE I := 3; END_CASE;", {"I": 2}),
     Row("a written VAR_INPUT", "A : FB1; I : INT;", "A(X := 3); I := A.X;", {"I": 4},
         "FUNCTION_BLOCK FB1 VAR_INPUT X : INT; END_VAR X := X + 1; END_FUNCTION_BLOCK"),
-    Row("a variable of a block that is no pin", "A : FB1; I : INT;", "A(); I := A.K;", {"I": 1},
+    Row("a variable of a block that is not a pin", "A : FB1; I : INT;", "A(); I := A.K;", {"I": 1},
         "FUNCTION_BLOCK FB1 VAR K : INT; END_VAR K := K + 1; END_FUNCTION_BLOCK"),
-    Row("a FOR counter that is no plain variable", "L : ARRAY [0..1] OF INT; S : INT;",
+    Row("a FOR counter that is not a plain variable", "L : ARRAY [0..1] OF INT; S : INT;",
         "FOR L[1] := 1 TO 3 DO S := S + L[1]; END_FOR;", {"S": 6}),
     Row("a number as an enumeration", "E : (UP, DOWN); I : INT := 1;", "E := I;", {"E": "DOWN"}),
     Row("an enumeration as a number", "E : (UP, DOWN) := DOWN; I : INT;", "I := E + 4;", {"I": 5}),
@@ -236,8 +236,8 @@ _OF_TYPES = {"a variable called as something else", "an array of blocks", "a blo
              "a block in a function", "inputs of a function left out",
              "named and positional arguments together", "a result that is not used",
              "a member with the name of its enumeration", "a member of a call's result",
-             "a CASE of bit strings", "a written VAR_INPUT", "a variable of a block that is no pin",
-             "a FOR counter that is no plain variable", "a number as an enumeration",
+             "a CASE of bit strings", "a written VAR_INPUT", "a variable of a block that is not a pin",
+             "a FOR counter that is not a plain variable", "a number as an enumeration",
              "an enumeration as a number", "the negative of an unsigned integer",
              "an enumeration without a name", "a structure without a name",
              "a constant instead of a literal", "a constant expression",

@@ -282,8 +282,8 @@ def test_fb_init_runs_once_before_the_first_scan(build: Build) -> None:
 
 #: What stands between FUNCTION_BLOCK and END_FUNCTION_BLOCK.
 _REFUSED = [
-    ("A EXTENDS B", "B is no function block"),
-    ("A EXTENDS TON", "TON is no function block"),
+    ("A EXTENDS B", "B is not a function block"),
+    ("A EXTENDS TON", "TON is not a function block"),
     ("A EXTENDS A", "A uses A"),
     ("A EXTENDS FB_Square, FB_Line", "one block only"),
     ("A EXTENDS FB_Line", "FB_Line is FINAL"),

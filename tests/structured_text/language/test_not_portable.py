@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.engines.load import Matiec, build
+from structured_text.engines.load import build
+from structured_text.engines.matiec.build import Matiec
 from structured_text.language.load import load
 from structured_text.language.portability import lint
 

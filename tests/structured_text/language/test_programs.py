@@ -154,7 +154,7 @@ def test_another_array_does_not_fit(mistakes_of: Mistakes) -> None:
     ("declaration", "message"),
     [
         ("VAR X : INT REF= Y; Y : INT; END_VAR", "REF= needs a variable of REFERENCE TO"),
-        ("VAR X : BOOL S= TRUE; END_VAR", "S= is no initial value"),
+        ("VAR X : BOOL S= TRUE; END_VAR", "S= is not an initial value"),
         ("VAR CONSTANT X : INT := ABS(Y); END_VAR VAR Y : INT; END_VAR", "a constant is expected"),
         ("VAR_TEMP X : INT := ABS(Y); END_VAR VAR Y : INT; END_VAR", "a constant is expected"),
     ],

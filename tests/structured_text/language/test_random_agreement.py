@@ -15,8 +15,9 @@ from typing import Any
 import pytest
 
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.engines.load import Matiec, find_c_compiler
+from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.language.load import load
 
 _WIDTHS = {"SINT": 8, "INT": 16, "DINT": 32, "LINT": 64}

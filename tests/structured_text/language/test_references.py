@@ -149,7 +149,7 @@ def test_a_pointer_to_nowhere_is_reported(statement: str, message: str, build: B
         ("X := R^;", "^ needs a pointer, not a INT"),
         ("B[1] := ADR(Buffer) < ADR(Buffer);", "< is not defined for POINTER TO FB_Buffer"),
         ("P := P * 2;", "* is not defined for POINTER TO INT"),
-        ("P := P + 3;", "no whole number of INT; write a multiple of SIZEOF, 2 here"),
+        ("P := P + 3;", "not a whole number of INT; write a multiple of SIZEOF, 2 here"),
         ("P := ADR(N + 1);", "ADR needs a variable"),
         ("R REF= 5;", "needs a variable to refer to"),
         ("R REF= Flag;", "cannot lead to a BOOL"),
@@ -222,4 +222,6 @@ def test_super_of_what_is_missing_is_one_message(mistakes_of: Mistakes) -> None:
     errors = mistakes_of(
         "FUNCTION_BLOCK FB1 EXTENDS Nowhere VAR N : INT; END_VAR N := SUPER^.N; END_FUNCTION_BLOCK"
     )
-    assert [error.message for error in errors] == ["Nowhere is no function block of these sources"]
+    assert [error.message for error in errors] == [
+        "Nowhere is not a function block of these sources"
+    ]

@@ -208,8 +208,8 @@ def test_a_wrong_argument_is_refused(errors_of: Errors, statement: str, message:
 @pytest.mark.parametrize(
     ("statement", "message"),
     [
-        ("U := WORD_BCD_TO_UINT(W);", "16#1a is no BCD number"),
-        ("W := UINT_TO_BCD_WORD(U);", "10000 is no number of 4 BCD digits"),
+        ("U := WORD_BCD_TO_UINT(W);", "16#1a is not a BCD number"),
+        ("W := UINT_TO_BCD_WORD(U);", "10000 is not a number of 4 BCD digits"),
         ("D := CONCAT_DATE(2023, 2, N + 29);", "there is no date 2023-02-29"),
         ("T1 := CONCAT_TOD(N + 24, 0, 0, 0);", "there is no time of day 24:00:00.000"),
     ],

@@ -15,7 +15,8 @@ from rcx_tools.docs.blocks import examples, ranges
 from rcx_tools.docs.blocks.panel import panel_page
 from rcx_tools.docs.blocks.runs import run_of, run_snippet
 from rcx_tools.docs.blocks.source import ROOT, pous
-from structured_text.engines.load import find_c_compiler, find_matiec
+from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.language.portability import lint
 from structured_text.output.toml_files import load_toml

@@ -32,7 +32,7 @@ from rcx_tools.evidence.mutants.tables import (
     table_changes,
     table_meaning,
 )
-from structured_text.mutants.judging import Task
+from structured_text.mutants.judging import MutantTask
 from structured_text.mutants.text import edited
 
 _MODULE = '''"""A robot that has it all."""
@@ -532,13 +532,13 @@ def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bu
 def test_some_seeded_bugs_are_found(repository: Path) -> None:
     """All are put in by `make mutants`."""
     tasks = [
-        Task(bug.mutant(repository), (_FEW[bug.name],), 60.0, bug.name)
+        MutantTask(bug.mutant(repository), (_FEW[bug.name],), 60.0, bug.name)
         for bug in _BUGS
         if bug.name in _FEW
     ]
     copies = Copies(repository)
 
-    def run(task: Task) -> str | None:
+    def run(task: MutantTask) -> str | None:
         changed = {task.mutant.file: task.mutant.text}
         return copies.first_failure(changed, task.tests)
 

@@ -130,7 +130,7 @@ def test_commands_of_the_console(at_entry: Start) -> None:
     assert ".back X" in editor.say(".help")
     with pytest.raises(RefusedError, match=r"there is no command \.bcak; \.help lists them"):
         editor.say(".bcak X")
-    with pytest.raises(RefusedError, match=r"'soon' is no number; write \.scan 10"):
+    with pytest.raises(RefusedError, match=r"'soon' is not a number; write \.scan 10"):
         editor.say(".scan soon")
 
 

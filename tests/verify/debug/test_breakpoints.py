@@ -26,7 +26,7 @@ def test_in_a_file_that_is_not_of_the_program_it_says_so(at_entry: Start, tmp_pa
     (tmp_path / "Other.st").write_text("(* nothing *)\n")
     (told,) = at_entry().set(tmp_path / "Other.st", 1)
     assert not told["verified"]
-    assert "nothing of the program that runs is declared in" in told["message"]
+    assert "the running program has no declaration in" in told["message"]
 
 
 def test_lines_with_statements_are_listed(at_entry: Start, lamps: Path) -> None:
@@ -51,7 +51,7 @@ def test_a_condition_may_use_variables_of_a_call(stopped: Start) -> None:
         ({"condition": "Valu = 4"}, "Valu"),
         ({"condition": "Value + 1"}, "BOOL"),
         ({"condition": "Value ="}, "Value ="),
-        ({"hitCondition": "often"}, "'often' is no count of hits; write 5, >= 5 or % 10"),
+        ({"hitCondition": "often"}, "'often' is not a count of hits; write 5, >= 5 or % 10"),
         ({"logMessage": "Value is {Valu}"}, "Valu"),
     ],
 )
@@ -140,7 +140,7 @@ def test_an_array_is_watched_as_a_whole(at_entry: Start) -> None:
 def test_variables_of_a_call_are_not_watched(stopped: Start) -> None:
     info = stopped(11).request("dataBreakpointInfo", name="Sum")
     assert info["dataId"] is None
-    assert info["description"] == "Sum is no variable that lasts from scan to scan"
+    assert info["description"] == "Sum is not a variable that lasts from scan to scan"
 
 
 def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(at_entry: Start) -> None:

@@ -75,7 +75,7 @@ def test_an_expression_has_its_own_value(stopped: Start, expression: str, value:
         ("1 / (Doubled - Doubled)", "division by zero"),
         ("C.Steps[Doubled]", "the index 6 is not in 1..3"),
         ("Doubled +", "Doubled"),
-        ("1); Go := FALSE; x := (1", "no expression"),
+        ("1); Go := FALSE; x := (1", "not an expression"),
     ],
 )
 def test_an_expression_without_a_value_says_why(

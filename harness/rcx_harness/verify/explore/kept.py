@@ -2,68 +2,68 @@
 
 from __future__ import annotations
 
-from structured_text.explore.kept import Kept, Tables
+from structured_text.explore.omitted import Omitted, Tables
 
 __all__ = ["TABLES", "TYPES"]
 
 _RUN = "robot.PHASE == 3"
 _DATA = "robot.PHASE == 2"
-_SEQUENCE = Kept(dropped="Execute Timeout Answer Trouble", flags="ErrorID")
+_SEQUENCE = Omitted(dropped="Execute Timeout Answer Trouble", flags="ErrorID")
 
-TYPES: dict[str, Kept] = {
-    "RCX_REF": Kept(dropped="Connected Status Response SO"),
-    "RCX_ARBITRATION": Kept(
+TYPES: dict[str, Omitted] = {
+    "RCX_REF": Omitted(dropped="Connected Status Response SO"),
+    "RCX_ARBITRATION": Omitted(
         dropped="Elapsed Answer Losses",
         fixed="Request StopJog CodeRequest General KeepEmergency KeepStop InScan "
         "Works Worked Carries",
         scans="Scan",
         while_true={_RUN: "Running Code Data"},
     ),
-    "RCX_CHANNEL": Kept(dropped="Holder"),
-    "FB_READAREA": Kept(
+    "RCX_CHANNEL": Omitted(dropped="Holder"),
+    "FB_READAREA": Omitted(
         dropped="Connected Error ErrorID Status Words Bits k", fixed="m Size ImageSize"
     ),
-    "FB_RCXTAKEHEAD": Kept(
+    "FB_RCXTAKEHEAD": Omitted(
         dropped="Connected Status Words Bits Start Shown Again", fixed="NoWords"
     ),
     # Scans are whole milliseconds apart, so Rest is always 0.
-    "FB_RCXSCANTIME": Kept(dropped="Milliseconds OneMs", fixed="Rest"),
-    "FB_WRITEAREA": Kept(
+    "FB_RCXSCANTIME": Omitted(dropped="Milliseconds OneMs", fixed="Rest"),
+    "FB_WRITEAREA": Omitted(
         dropped="Interval Margin EmergencyStopOk StopOk Error ErrorID Value Bits k",
         fixed="n Size ImageSize",
     ),
-    "FB_RCXMAKEHEAD": Kept(
+    "FB_RCXMAKEHEAD": Omitted(
         dropped="Interval Margin EmergencyStopOk StopOk Code Extra Spacing SameData k JogCode",
         while_true={_DATA: "Words"},
     ),
-    "FB_RCXHANDSHAKE": Kept(
+    "FB_RCXHANDSHAKE": Omitted(
         dropped="Interval Hold SameData Code Endless",
         while_true={_DATA: "Owner Asked"},
         tickets={"Owner": "command"},
     ),
-    "FB_RCXDEDICATEDINPUTS": Kept(
+    "FB_RCXDEDICATEDINPUTS": Omitted(
         dropped="Interval Settling Restart Wanted Unset Change First", scans="Seen"
     ),
-    "FB_RCXJOB": Kept(
+    "FB_RCXJOB": Omitted(
         dropped="Execute Scan Elapsed Holder Trouble Answer Settled Applied Request Ended",
         flags="ErrorID",
         while_true={"o.BUSY": "Armed Ticket Longest Waited Seen"},
         tickets={"Ticket": "of its owner"},
         scans="Seen",
     ),
-    "FB_REMOTECOMMAND": Kept(
+    "FB_REMOTECOMMAND": Omitted(
         dropped="Execute Code Data Timeout AlarmGroup AlarmCategory Response k",
         flags="ErrorID",
         while_true={"o.JOB.BUSY": "HeldCode HeldData Refused"},
     ),
-    "FB_JOG": Kept(
+    "FB_JOG": Omitted(
         dropped="Enable Timeout AlarmGroup AlarmCategory Pulses PositionMm Refused Wanted "
         "Answered k",
         fixed="RobotNumber Frame Axis Direction PositionOutput",
         flags="ErrorID Failure",
         while_true={"o.JOB.BUSY": "Code Illegal Out Halt Longest Waited"},
     ),
-    "FB_CONTINUOUSPOSITION": Kept(
+    "FB_CONTINUOUSPOSITION": Omitted(
         dropped="Enable Timeout AlarmGroup AlarmCategory Pulses PositionMm HandSystem Arm1 Arm2 "
         "Refused k",
         fixed="RobotNumber Unit",
@@ -74,24 +74,24 @@ TYPES: dict[str, Kept] = {
     "FB_ALARMRESET": _SEQUENCE,
     "FB_AUTOSTART": _SEQUENCE,
     "FB_EMERGENCYSTOP": _SEQUENCE,
-    "FB_PROGRAMSTOP": Kept(
+    "FB_PROGRAMSTOP": Omitted(
         dropped=_SEQUENCE.dropped, flags="ErrorID", while_true={"o.JOB.BUSY": "Running"}
     ),
-    "FB_PROGRAMCONTINUE": Kept(
+    "FB_PROGRAMCONTINUE": Omitted(
         dropped="Execute Timeout", flags="ErrorID", while_true={"o.BUSY": "WasHeld"}
     ),
-    "FB_SERVOONFROMEMERGENCYSTOP": Kept(
+    "FB_SERVOONFROMEMERGENCYSTOP": Omitted(
         dropped="Execute Timeout Started Works Failure",
         flags="ErrorID",
         while_true={"o.BUSY": "WasHeld MaxWait Clock Seen"},
         scans="Seen",
     ),
-    "FB_POWERUP": Kept(scans="Seen"),
-    "FB_RCXCLAIM": Kept(
+    "FB_POWERUP": Omitted(scans="Seen"),
+    "FB_RCXCLAIM": Omitted(
         scans="Seen", while_true={"o.OWN": "Ticket"}, tickets={"Ticket": "command"}
     ),
-    "FB_SEQUENCECONTROL": Kept(dropped="Enable Timeout", flags="ErrorID"),
-    "R_TRIG": Kept(dropped="CLK Q"),
+    "FB_SEQUENCECONTROL": Omitted(dropped="Enable Timeout", flags="ErrorID"),
+    "R_TRIG": Omitted(dropped="CLK Q"),
 }
 
 TABLES = Tables(

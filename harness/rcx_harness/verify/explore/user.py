@@ -182,7 +182,7 @@ class _Program(World[Choice]):
         self.inputs = {
             path: list(_values(program, path, texts)) for path, texts in settings.inputs.items()
         }
-        self._state = Abstraction(program, settings.scan_us, 0, set(), exact=True, tables=TABLES)
+        self._state = Abstraction(program, settings.scan_us, TABLES)
         self._monitors = Monitors(program, settings.size, settings.scan_us, steady)
         self._demanded = Demanded(program, settings.properties, settings.scan_us)
         sets = [("", "", None)]

@@ -18,8 +18,9 @@ from structured_text.language.types import ElementaryType
 from structured_text.language.walk import calls_of
 from structured_text.prove import reals, values
 from structured_text.prove.logic import UnsupportedError
-from structured_text.prove.machine import Machine, Path
+from structured_text.prove.machine import Machine
 from structured_text.prove.surroundings import Surroundings, path_of
+from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["Area", "CellSurroundings"]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rcx_harness.cell.sources import blame_lib, source_files
@@ -16,7 +16,7 @@ from structured_text.language.project import Project
 from structured_text.output.console import quoted
 from structured_text.prove import user
 from structured_text.prove.properties import Library
-from structured_text.prove.search import Run
+from structured_text.prove.search import Counterexample
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.user import Replayed, Result
 
@@ -31,6 +31,8 @@ LIBRARY = Library(
     calls="A call of the library's blocks may do anything to its instance, its Robot and its "
     "Image.",
 )
+#: The same for a program without a robot, of which the library requires nothing.
+_ALONE = replace(LIBRARY, areas={}, reference="")
 
 
 @dataclass(frozen=True)
@@ -39,10 +41,12 @@ class Settings(user.Settings):
 
     Attributes:
         lib: The folder of the library. None: the library of this package.
+        robot: Whether there is a controller. Without a controller the program has no areas.
         replace: Files with Structured Text that replace POUs of a project, by name.
     """
 
     lib: Path | None = None
+    robot: bool = True
     replace: Mapping[str, Path] = field(default_factory=dict)
 
 
@@ -53,7 +57,8 @@ def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str
         InputError: The sources have an error, or the program cannot run in a cell.
     """
     sources = source_files(list(files), settings.lib, settings.replace)
-    return user.prove(sources, settings, CellBench(files, settings.lib))
+    bench = CellBench if settings.robot else AloneBench
+    return user.prove(sources, settings, bench(files, settings.lib))
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ class CellBench:
     name: str = "rcx prove"
     library: Library = LIBRARY
 
-    def surroundings(self, project: Project) -> CellSurroundings:
+    def surroundings(self, project: Project) -> Surroundings:
         """Return the controllers of a program.
 
         Raises:
@@ -84,7 +89,7 @@ class CellBench:
 
     def replay(
         self,
-        run: Run,
+        run: Counterexample,
         around: Surroundings,
         files: Sequence[Path],
         stimulus: Path,
@@ -92,19 +97,19 @@ class CellBench:
         about: str,
         chart: Path,
     ) -> Replayed:
-        """Write the stimulus file of a run, and run it in a cell."""
-        assert isinstance(around, CellSurroundings)
+        """Write the stimulus file of a run, and run it."""
         return replay(run, around, files, stimulus, about=about, lib=self.lib, chart=chart)
 
-    def command(self, run: Run, around: Surroundings, stimulus: Path) -> str:
+    def command(self, run: Counterexample, around: Surroundings, stimulus: Path) -> str:
         """Return the command that replays a run."""
-        assert isinstance(around, CellSurroundings)
         words = ["rcx run", *map(quoted, self.files)]
         words += [f"--lib {quoted(self.lib)}"] if self.lib else []
         words += [
             f"--scan {run.scan_us / 1000:g}ms --for {len(run.steps) * run.scan_us / 1000:g}ms"
         ]
         words += ["--engine builtin", f"--stimulus {quoted(stimulus)}"]
+        if not isinstance(around, CellSurroundings):
+            return " ".join([*words, "--no-robot"])
         areas = around.areas
         if len(areas) > 1 or areas[0].m or areas[0].n:
             words += [f"--m {area.m} --n {area.n}" for area in areas]
@@ -112,3 +117,14 @@ class CellBench:
             words += [f"--robot robot{area.controller}.toml" for area in areas]
         words += [f"--size {areas[0].size}"] if areas[0].size != SIZE else []
         return " ".join(words)
+
+
+@dataclass(frozen=True)
+class AloneBench(CellBench):
+    """The bench of a program without a robot, for which the library has no requirements."""
+
+    library: Library = _ALONE
+
+    def surroundings(self, project: Project) -> Surroundings:
+        """Return surroundings of which only the inputs change."""
+        return Surroundings(project)

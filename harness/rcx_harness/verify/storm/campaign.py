@@ -14,7 +14,7 @@ from rcx_harness.verify.storm.moments import moments
 from rcx_harness.verify.storm.replay import Replay, replay_of
 from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
-from structured_text.farm import Farm, Kept
+from structured_text.farm import Farm, ResultFile
 
 __all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
 
@@ -191,7 +191,7 @@ def _causes(act: Entry) -> list[str]:
 
 
 def storms(
-    farm: Farm, work: Storms, seeds: Iterable[int], kept: Kept[Any, Any] | None = None
+    farm: Farm, work: Storms, seeds: Iterable[int], kept: ResultFile[Any, Any] | None = None
 ) -> Iterator[tuple[int, Seed]]:
     """Run the seeds, and yield the result of each."""
     yield from farm.run(work, seeds, kept=kept, title="seeds")
@@ -201,7 +201,7 @@ def classes(
     farm: Farm,
     work: Storms,
     failing: dict[str, list[tuple[int, int]]],
-    kept: Kept[Any, Any] | None = None,
+    kept: ResultFile[Any, Any] | None = None,
 ) -> list[tuple[str, Explained]]:
     """Return the classes of failures; failures of one kind with different causes are separate.
 

@@ -12,14 +12,14 @@ from rcx_harness.verify.storm.campaign import Explained, Seed, Unexplained
 from rcx_harness.verify.storm.replay import Replay
 from rcx_harness.verify.storm.sweep import Moments, Shown
 from structured_text.errors import InputError
-from structured_text.farm import Kept
+from structured_text.farm import ResultFile
 from structured_text.output.limits import MOST_LINE_BYTES, OTHER
 from structured_text.output.reading import open_file
 
 __all__ = ["keep"]
 
 
-def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
+def keep(file: Path, about: Mapping[str, str]) -> tuple[ResultFile[Any, Any], str]:
     """Return the saved results of a file, and a notice if they must be computed again.
 
     Args:
@@ -30,7 +30,7 @@ def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
         InputError: The file exists and was not written by this program.
     """
     fresh = _rests_on_other(file, about)
-    kept: Kept[Any, Any] = Kept(
+    kept: ResultFile[Any, Any] = ResultFile(
         file, about, key=_key, to_json=_to_json, from_json=_from_json, fresh=fresh
     )
     notice = f"{file}: results of other files or options; all is run anew" if fresh else ""

@@ -11,6 +11,7 @@ from pathlib import Path
 from rich.console import Console
 
 from rcx_tools.evidence.running_tests import run_pytest
+from structured_text.output.programs import environment
 
 __all__ = ["FOLDERS", "Run", "run_tests"]
 
@@ -58,18 +59,15 @@ def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
     arguments += [f"--ignore={path}" for path in _LEFT_OUT]
     arguments += ["-p", "rcx_tools.evidence.coverage.counting", "--counts", str(counts)]
     arguments += ["--count-below", str(root / "plc" / "lib")]
-    title, environment = "tests with coverage", _environment()
-    return _ended(*run_pytest(title, arguments, console, workers=workers, environment=environment))
+    title, own = "tests with coverage", _environment()
+    return _ended(*run_pytest(title, arguments, console, workers=workers, environment=own))
 
 
 def _environment() -> dict[str, str]:
     """Return the environment without matiec, so that every program runs on the counting engine."""
-    environment = dict(os.environ)
-    environment.pop("RCX_MATIEC", None)
-    path = environment.get("PATH", "").split(os.pathsep)
-    kept = [entry for entry in path if not (Path(entry) / "iec2c").exists()]
-    environment["PATH"] = os.pathsep.join(kept)
-    return environment
+    path = os.environ.get("PATH", "").split(os.pathsep)
+    without_matiec = [entry for entry in path if not (Path(entry) / "iec2c").exists()]
+    return environment(without=["RCX_MATIEC"], PATH=os.pathsep.join(without_matiec))
 
 
 def _ended(code: int, lines: list[str]) -> Run:

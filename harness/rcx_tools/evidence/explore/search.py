@@ -12,13 +12,13 @@ from struct import Struct
 from typing import Any, NamedTuple
 
 from rcx_harness.verify.explore.kept import TABLES
+from rcx_tools.evidence.explore.abstraction import ModelAbstraction
 from rcx_tools.evidence.explore.contract import Seen
 from rcx_tools.evidence.explore.model import Choice, Model, Quiet, Wire
 from rcx_tools.evidence.explore.oracle import Oracle
 from rcx_tools.evidence.explore.stages import End, Stages
 from rcx_tools.evidence.results import ROOT
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.explore.abstraction import Abstraction
 from structured_text.explore.search import Broken, Paths, Result, Search, World
 from structured_text.language.load import load
 from structured_text.projects.needed import needed
@@ -61,8 +61,8 @@ class Explorer(World[Choice]):
         self._model, self._seed = model, seed
         self.program = compiled(model, library)
         ticks = max(2, -(-model.longest_ms // model.tick_ms))
-        self._state = Abstraction(
-            self.program, model.tick_ms * 1000, ticks, model.free(), tables=TABLES
+        self._state = ModelAbstraction(
+            self.program, model.tick_ms * 1000, ticks, model.free(), TABLES
         )
         self._root: Any = self._state.root
         self._oracle = Oracle(model, self._root)

@@ -30,10 +30,10 @@ from rcx_tools.evidence.prove import (
 from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.property import Property
 from rcx_tools.evidence.prove.running import DIED
+from rcx_tools.evidence.prove.solve import ask
 from rcx_tools.evidence.prove.sources import module_of, prover_state
 from structured_text.errors import InputError
-from structured_text.prove.logic import UnsupportedError
-from structured_text.prove.solve import PROVED, REFUTED, UNKNOWN, ask
+from structured_text.prove.logic import PROVED, REFUTED, UNKNOWN, UnsupportedError
 
 __all__ = [
     "PROPERTIES",

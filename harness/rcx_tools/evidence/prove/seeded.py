@@ -25,7 +25,7 @@ from rcx_tools.evidence.prove.running import DIED
 from rcx_tools.evidence.results import ROOT
 from structured_text.errors import InputError
 from structured_text.output.results import digest
-from structured_text.prove.solve import PROVED
+from structured_text.prove.logic import PROVED
 
 __all__ = [
     "BUGS",

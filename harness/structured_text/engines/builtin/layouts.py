@@ -1,4 +1,4 @@
-"""Code for the layouts of types: the order and size of values in memory (see `memory`)."""
+"""Code for the layouts of types: the order and size of values in memory (see `byte_views`)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ from structured_text.language.scalars import ANY_STRING, MOMENTS, SIGNED, WIDTH
 from structured_text.language.sizes import places_of, size_of
 from structured_text.language.types import ArrayType, ElementaryType, EnumType, StructType, Type
 from structured_text.language.values import array_length
-
-__all__ = ["layout_of"]
 
 _CODES = {8: "B", 16: "H", 32: "I", 64: "Q"}
 _REALS = {"REAL": "<f", "LREAL": "<d"}

@@ -15,8 +15,6 @@ from structured_text.language.scalars import (
     typed_literal,
 )
 
-__all__ = ["FUSE", "NAMES", "ProgramError"]
-
 #: Number of rounds after which a loop counts as endless; so many do not fit into the scan of any
 #: PLC.
 FUSE = range(1_000_000)
@@ -264,14 +262,14 @@ def _first(text: str) -> str:
 
 def _to_bcd(value: int, digits: int) -> int:
     if not 0 <= value < 10**digits:
-        raise ProgramError(f"{value} is no number of {digits} BCD digits")
+        raise ProgramError(f"{value} is not a number of {digits} BCD digits")
     return int(str(value), 16)
 
 
 def _from_bcd(value: int) -> int:
     digits = f"{value:x}"
     if not digits.isdigit():
-        raise ProgramError(f"16#{digits} is no BCD number")
+        raise ProgramError(f"16#{digits} is not a BCD number")
     return int(digits)
 
 

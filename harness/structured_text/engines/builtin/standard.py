@@ -20,8 +20,6 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.types import ElementaryType, Type
 
-__all__ = ["JOINS", "Value", "of_type", "settle", "standard_call", "type_name"]
-
 
 @dataclass(frozen=True)
 class Value:
@@ -93,9 +91,7 @@ _CALENDAR = (
 def standard_call(node: t.Standard, arguments: list[str]) -> Value:
     """Return the code of a standard function.
 
-    Args:
-        node: The call.
-        arguments: Code of each argument, already converted to the argument's type.
+    The code of each argument is already converted to the argument's type.
     """
     name, kind = node.name, node.type
     if name == "NOW":

@@ -12,17 +12,13 @@ from structured_text.language.tree import Symbol
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 from structured_text.language.values import nest, scalar_to_python
 
-__all__ = ["check_start"]
-
 _STORED = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_GLOBAL")
 
 
 def check_start(project: Project, read: Callable[[str], Value]) -> None:
     """Compare the first state of a program with its sources.
 
-    Args:
-        project: The checked sources.
-        read: `Program.read` before the first scan.
+    `read` is `Program.read` before the first scan.
 
     Raises:
         InputError: A variable does not have its initial value; the error has the line of its

@@ -19,8 +19,6 @@ from structured_text.language.standard import BLOCKS
 from structured_text.language.tree import Symbol
 from structured_text.language.types import BlockType, StructType, Type
 
-__all__ = ["Row", "Tool", "cell", "tabbed", "to_folder"]
-
 _FLAG = "TRUE once the initial values are set"
 #: The advice for a CONFIGURATION, which is not exported.
 _CONFIGURATION = "assign the program to a task of your project"
@@ -31,13 +29,9 @@ class Row:
     """A line of a table, in the tool's words.
 
     Attributes:
-        name: Its name.
         section: VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT or VAR; RESULT of a function, FIELD of a
             structure, MEMBER of an enumeration.
-        type: Its type.
         initial: Its initial value; for a member its number; empty if there is none.
-        comment: Its comment.
-        constant: It is a constant.
         retain: It keeps its value when power is off.
     """
 

@@ -14,8 +14,9 @@ from standard_rows import Row
 from standard_table import TABLE
 from structured_text.engines.base import Program
 from structured_text.engines.builtin import BuiltinProgram
-from structured_text.engines.load import Matiec, find_c_compiler
+from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.program import MatiecProgram
+from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.language.load import load
 

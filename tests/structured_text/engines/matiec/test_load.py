@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.engines.load import MISSING, Matiec, build
+from structured_text.engines.load import build
+from structured_text.engines.matiec.build import MISSING, Matiec
 from structured_text.errors import InputError
 
 

@@ -76,11 +76,11 @@ def test_the_address_of_a_located_variable_is_given(project: Project) -> None:
         ("Main.Grid[1,2]", "index 2 is outside -1..1"),
         ("Main.D1.Ref1", "Main.D1.Ref1 is a VAR_IN_OUT and has no value of its own"),
         ("Main.D1.Aid", "has no member Aid"),
-        ("Main..R1", "is no path"),
-        ("Main.R1.Words[x]", "is no path"),
-        ("Main.R1.Words[1", "is no path"),
-        ("Main R1", "is no path"),
-        ("", "is no path"),
+        ("Main..R1", "is not a path"),
+        ("Main.R1.Words[x]", "is not a path"),
+        ("Main.R1.Words[1", "is not a path"),
+        ("Main R1", "is not a path"),
+        ("", "is not a path"),
     ],
 )
 def test_a_wrong_path_gets_suggestions(project: Project, path: str, message: str) -> None:

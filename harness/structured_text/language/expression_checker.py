@@ -25,7 +25,7 @@ from structured_text.language.functions import Functions, group
 from structured_text.language.methods import Methods
 from structured_text.language.operators import COMPARISONS, Operators
 from structured_text.language.references import PLACES, References
-from structured_text.language.resolve import ConsequenceError
+from structured_text.language.registry import ConsequenceError
 from structured_text.language.scalars import (
     ANY_BIT,
     ANY_INT,
@@ -51,15 +51,13 @@ from structured_text.language.types import (
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF
 
-__all__ = ["Expressions", "group"]
-
 #: The types of the parts of a bit string.
 _PARTS = {"X": "BOOL", "B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}
 #: Limit for intermediate values of constant expressions. It is far beyond the range of any type.
 _LARGEST = 1 << 128
 
 
-class Expressions:
+class ExpressionChecker:
     """The expressions of one POU.
 
     `infer` returns the type that an expression has by itself, or None if it consists only of
@@ -139,15 +137,11 @@ class Expressions:
         return self.variable(node)
 
     def invoked(self, node: s.Invoke) -> t.Variable:
-        """Type a call of a method.
-
-        Raises:
-            InputError: it is not a method.
-        """
+        """Type a call of a method, or raise InputError."""
         call = self.methods.call(node)
         if call is None:
             hint = "call a block in a statement before"
-            raise self.scope.error("this is no method, and has no value", node.at, hint)
+            raise self.scope.error("this is not a method, and has no value", node.at, hint)
         return self.references.followed(call)
 
     def is_variable(self, node: s.Name) -> bool:
@@ -170,7 +164,7 @@ class Expressions:
             if isinstance(part, t.Member) and isinstance(part.base.type, BlockType):
                 pin = pin_of(part.base.type, part.name)
                 if pin is not None and pin.section == "VAR":
-                    self.scope.note("a variable of a block that is no pin", node.at)
+                    self.scope.note("a variable of a block that is not a pin", node.at)
                 elif pin is None or pin.section != "VAR_INPUT":
                     raise self.scope.error(
                         f"{part.name} is an output of {part.base.type.name}", node.at
@@ -205,8 +199,7 @@ class Expressions:
     def member_of(self, node: s.Expression) -> t.Constant | None:
         """Return the enumeration member of `Colour.RED`; None for anything else.
 
-        Raises:
-            InputError: the enumeration has no such member.
+        Raise InputError if the enumeration has no such member.
         """
         if not isinstance(node, s.Field) or not isinstance(node.base, s.Name):
             return None
@@ -222,11 +215,10 @@ class Expressions:
     def part(self, node: s.Part) -> tuple[t.Variable, t.Expression, int, ElementaryType]:
         """Return the parts of an access to a bit or part of a variable.
 
+        Raise InputError if the variable has no bits, or not so many.
+
         Returns:
             The variable, the variable as a bit string, the first bit, and the type of the part.
-
-        Raises:
-            InputError: the variable has no bits, or not so many.
         """
         base = self.variable(node.base)
         name = group(base.type)
@@ -288,7 +280,7 @@ class Expressions:
                             f"{pin.name} is internal to {kind.name}", node.name.at
                         )
                     if pin.section == "VAR":
-                        self.scope.note("a variable of a block that is no pin", node.name.at)
+                        self.scope.note("a variable of a block that is not a pin", node.name.at)
                     return t.Member(base, pin.name, pin.type)
             near = self.methods.method_hint(kind, key)
             near = near or _near(key, [pin.name for pin in kind.variables])
@@ -380,14 +372,9 @@ class Expressions:
         return self.scope.declarations.types[owners[0]] if len(owners) == 1 else None
 
     def check(self, node: s.Expression, want: Type | None) -> t.Expression:
-        """Type an expression.
+        """Type an expression, or raise InputError.
 
-        Args:
-            node: The expression.
-            want: The type that its place requires; None if any type will do.
-
-        Raises:
-            InputError: a type that does not fit, an undeclared name and the like.
+        `want` is the type that its place requires; None allows any type.
         """
         if isinstance(want, (ReferenceType, InterfaceType)):
             return self.references.wanted(node, want)
@@ -411,7 +398,7 @@ class Expressions:
             )
         found = self.fitting.numbered(self._typed(node, want), want, node.at)
         if isinstance(found.type, BlockType) and want is not None and found.type is not want:
-            raise self.scope.error(f"a block of type {found.type.name} is no value", node.at)
+            raise self.scope.error(f"a block of type {found.type.name} is not a value", node.at)
         if want is None or found.type == want:
             return found
         return self.fitting.fitted(found, want, node)
@@ -509,12 +496,6 @@ class Expressions:
             quotient = abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1)
             return quotient if node.op == "/" else left - quotient * right
         return left / right if node.op == "/" else math.fmod(left, right)
-
-    def _invoked(self, node: s.Invoke) -> t.Expression:
-        """Raise InputError, because only functions can be called in an expression."""
-        raise self.scope.error(
-            "only functions can be called in an expression", node.at, "call the block before it"
-        )
 
     def _called_type(self, node: s.Call) -> Type | None:
         """Return the type of a call's result; None if the context determines it."""

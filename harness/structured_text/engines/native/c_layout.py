@@ -25,19 +25,6 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import array_length, nest, scalar_to_python
 
-__all__ = [
-    "FORMATS",
-    "Codec",
-    "Dialect",
-    "Layout",
-    "Member",
-    "enumeration",
-    "layout_expressions",
-    "memory_at",
-    "packed",
-    "tables",
-]
-
 #: Format characters of `struct` for the types that are numbers in C.
 FORMATS = {
     "BOOL": "?",
@@ -122,10 +109,8 @@ def layout_expressions(types: Sequence[StructType | BlockType], dialect: Dialect
 def tables(regions: Sequence[str], layout: Sequence[str], linkage: str = "") -> Iterator[str]:
     """Yield the C text of the tables that a shared object exports.
 
-    Args:
-        regions: The C variables that hold the program's state.
-        layout: The expressions of `layout_expressions`.
-        linkage: In C++, the prefix that gives the tables C linkage; else empty.
+    `layout` are the expressions of `layout_expressions`. In C++ `linkage` is the prefix that gives
+    the tables C linkage.
     """
     contents = {
         "void *const shim_regions": [f"(void *)&({region})" for region in regions],
@@ -151,11 +136,8 @@ def _members(kind: StructType | BlockType) -> Iterator[Variable]:
 class Layout:
     """Offsets and codecs of a program's types.
 
-    Args:
-        types: The types that were given to `layout_expressions`, in the same order; each after
-            the types that it contains.
-        table: The values of those expressions [bytes].
-        dialect: The dialect of the engine.
+    The types are those that were given to `layout_expressions`, and `table` has the values of those
+    expressions [bytes].
     """
 
     def __init__(
@@ -247,9 +229,7 @@ def memory_at(address: int, size: int) -> memoryview:
 def packed(form: str, size: int) -> Codec:
     """Return the codec of a number at the start of `size` bytes.
 
-    Args:
-        form: Its format character for `struct`.
-        size: Size of the variable [bytes]; bytes behind the number are not changed.
+    `form` is its format character for `struct`. Bytes behind the number are not changed.
     """
     packer = struct.Struct("=" + form)
     rest = f"{size - packer.size}x" if size > packer.size else ""

@@ -13,8 +13,6 @@ from structured_text.output.limits import MOST_LINE_BYTES, OTHER
 from structured_text.output.reading import open_file
 from structured_text.output.results import Results, move_aside, read_entry
 
-__all__ = ["Kept"]
-
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -27,7 +25,7 @@ def _as_it_is(value: Any) -> Any:
     return value
 
 
-class Kept(Generic[Item, Result]):
+class ResultFile(Generic[Item, Result]):
     """The results of items from earlier calls, in a file; used by `Farm`.
 
     Args:
@@ -120,8 +118,7 @@ def _rescued(file: Path) -> str:
 def _first_line(file: Path) -> dict[str, Any] | None:
     """Return the basis in the first line; None if the file is missing or empty.
 
-    Raises:
-        InputError: It is not a file of results.
+    Raise InputError if it is not a file of results.
     """
     if not os.path.lexists(file):
         return None

@@ -12,11 +12,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["Kept", "Tables"]
-
 
 @dataclass(frozen=True)
-class Kept:
+class Omitted:
     """The variables of one type that are not stored unchanged.
 
     Attributes:
@@ -61,7 +59,7 @@ class Tables:
         core: Prefixes of the names of blocks and structures that no program uses directly.
     """
 
-    types: Mapping[str, Kept] = field(default_factory=dict)
+    types: Mapping[str, Omitted] = field(default_factory=dict)
     reference: str = ""
     variable: str = ""
     member: str = ""

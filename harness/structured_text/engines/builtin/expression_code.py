@@ -38,29 +38,16 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, Type, has_block
 
-__all__ = [
-    "Expressions",
-    "Value",
-    "has_call",
-    "of_type",
-    "settle",
-    "standard_call",
-    "type_name",
-]
-
-
 _COMPARISONS = {"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
 #: Python accepts 200 nested pairs of brackets; some versions accept fewer in deep expressions.
 _BRACKETS = 60
 _LOCAL = ("VAR_IN_OUT", "VAR_TEMP", "RESULT")
 
 
-class Expressions:
+class ExpressionCode:
     """The writer of the expressions of one POU.
 
-    Args:
-        project: The project, for the functions and global variables that the POU uses.
-        pou: The POU; all variables of a function are Python locals.
+    All variables of a function are Python locals.
     """
 
     def __init__(self, project: Project, pou: t.Pou) -> None:

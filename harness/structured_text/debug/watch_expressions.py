@@ -12,13 +12,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from structured_text.engines.builtin.expressions import Expressions as Python
+from structured_text.engines.builtin.expression_code import ExpressionCode as Python
 from structured_text.engines.builtin.runtime import ProgramError
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Declarations, Scope
-from structured_text.language.expressions import Expressions as Checker
+from structured_text.language.expression_checker import ExpressionChecker as Checker
 from structured_text.language.load import read_file
 from structured_text.language.parser import read_text
 from structured_text.language.project import Project
@@ -26,8 +26,6 @@ from structured_text.language.registry import Declared, Registry
 from structured_text.language.scalars import BOOL
 from structured_text.language.types import Type
 from structured_text.language.walk import nodes
-
-__all__ = ["Compiled", "Expressions"]
 
 _HERE = Path("expression")
 _HEAD = "FUNCTION HarnessHere : BOOL\n"
@@ -41,7 +39,6 @@ class Compiled:
     Attributes:
         text: The expression as typed.
         node: Its checked syntax tree.
-        type: Its type.
         names: The Python variables that it needs.
         run: The compiled function of these variables.
     """
@@ -55,10 +52,8 @@ class Compiled:
     def value(self, variables: Mapping[str, Any]) -> Any:
         """Evaluate the expression; the result has the engine's representation.
 
-        Args:
-            variables: Variables of a call as Python names them: `s` the instance, `g` the globals,
-                and
-                local variables by upper-case name.
+        The variables have their Python names: `s` is the instance, `g` the globals, and local
+        variables are in upper case.
 
         Raises:
             InputError: a division by zero, an index out of range and so on.
@@ -72,13 +67,8 @@ class Compiled:
             raise InputError(f"{self.text}: {said}") from None
 
 
-class Expressions:
-    """A compiler for expressions in the scope of any POU of a program.
-
-    Args:
-        project: The program.
-        names: Names of its module, which generated code calls.
-    """
+class WatchExpressions:
+    """A compiler for expressions in the scope of any POU of a program."""
 
     def __init__(self, project: Project, names: Mapping[str, Any]) -> None:
         self._project, self._names = project, dict(names)
@@ -86,16 +76,7 @@ class Expressions:
         self._scopes: dict[str, Scope] | None = None
 
     def compiled(self, pou: t.Pou, text: str, want: Type | None = None) -> Compiled:
-        """Compile an expression in the scope of a POU.
-
-        Args:
-            pou: The POU with the visible names.
-            text: The expression.
-            want: The required type; None for any.
-
-        Raises:
-            InputError: it cannot be parsed, or does not fit; one message.
-        """
+        """Compile an expression in the scope of a POU, or raise InputError."""
         key = pou.name.upper(), text, want.name if want is not None else ""
         if key not in self._known:
             self._known[key] = self._made(pou, text, want)
@@ -150,12 +131,8 @@ class Expressions:
 
 @lru_cache(maxsize=256)
 def syntax_of(text: str) -> s.Expression:
-    """Parse an expression.
-
-    Raises:
-        InputError: it is not an expression.
-    """
-    wrong = InputError(f"{text!r} is no expression of Structured Text", hint="as Count + 1 > 3")
+    """Parse an expression, or raise InputError."""
+    wrong = InputError(f"{text!r} is not an expression of Structured Text", hint="as Count + 1 > 3")
     source = read_text(f"{_HEAD}HarnessHere := (\n{text}\n);\nEND_FUNCTION\n", _HERE)
     if source.errors:
         raise InputError(f"{text}: {source.errors[0].message}", hint=source.errors[0].hint)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 
 from structured_text.engines.base import Value
-from structured_text.engines.native.memory import FORMATS, Codec, enumeration, packed
+from structured_text.engines.native.c_layout import FORMATS, Codec, enumeration, packed
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -20,14 +20,12 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import scalar_to_python
 
-__all__ = ["NAMESPACE", "StrucppDialect"]
-
 NAMESPACE = "strucpp"
 _LENGTH = struct.Struct("=H")
 
 
 class StrucppDialect:
-    """STruC++'s names in C++; see `engines.native.memory.Dialect`.
+    """STruC++'s names in C++; see `engines.native.c_layout.Dialect`.
 
     Args:
         programs: Names of the programs, in upper case.

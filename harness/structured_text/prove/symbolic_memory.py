@@ -20,8 +20,6 @@ from structured_text.prove import standard, values
 from structured_text.prove.logic import Bool
 from structured_text.prove.values import Value
 
-__all__ = ["Alternatives", "Leaf", "Memory", "Path", "leaves"]
-
 #: Names and positions, from the outermost variable inwards.
 Path = tuple[Any, ...]
 #: The places that an access may refer to, each with its condition; one of the conditions holds.
@@ -86,11 +84,8 @@ def _count(kind: ArrayType) -> int:
     return count
 
 
-class Memory:
+class SymbolicMemory:
     """The variables of a program as terms.
-
-    Args:
-        project: The checked sources.
 
     Attributes:
         assumptions: The conditions that are assumed, for example the range of an arbitrary value.

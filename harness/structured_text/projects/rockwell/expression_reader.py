@@ -17,18 +17,6 @@ from structured_text.language.lexer import KEYWORDS
 from structured_text.language.source import Line
 from structured_text.projects.rockwell.data import INTEGERS, NUMBERS, STORED, Data, Types
 
-__all__ = [
-    "COUNTER",
-    "FIRST_SCAN",
-    "Expressions",
-    "Routine",
-    "Token",
-    "Value",
-    "bare",
-    "plain_tag",
-    "tokens_of",
-]
-
 #: Additional variables that translated statements may need.
 COUNTER, FIRST_SCAN = f"{VARIABLES}Index", f"{VARIABLES}FirstScan"
 
@@ -103,7 +91,7 @@ Value = tuple[str, str]
 """An expression as it is written, and its type; integers are DINT or longer."""
 
 
-class Expressions:
+class ExpressionReader:
     """The reader of values, tags and conversions from the tokens of a routine."""
 
     def __init__(self, tokens: Sequence[Token], last: int, routine: Routine) -> None:
@@ -245,7 +233,7 @@ class Expressions:
         if types.is_string(data):
             return text, "STRING"
         if not types.is_simple(data):
-            raise self._error(f"{text} is no single value", token)
+            raise self._error(f"{text} is not a single value", token)
         kind = data.type
         if data.stored:
             text = f"{STORED[kind]}_TO_{kind}({text})"
@@ -284,7 +272,7 @@ class Expressions:
             return FIRST_SCAN, Data("BOOL")
         alias = routine.aliases.get(token.word)
         if alias is not None:
-            inner = Expressions(tokens_of([Line(alias, token.at)]), token.at, routine)
+            inner = ExpressionReader(tokens_of([Line(alias, token.at)]), token.at, routine)
             text, data = inner._variable()
         else:
             found = routine.tags.get(token.word)
@@ -301,7 +289,7 @@ class Expressions:
         while self._peek().text in (".", "["):
             if self._peek().text == "[":
                 if not data.sizes:
-                    raise self._error(f"{text} is no array", token)
+                    raise self._error(f"{text} is not an array", token)
                 if not element and self._ends_with_index():
                     break
                 text, data = self._indexed(text, data, token)
@@ -363,7 +351,7 @@ class Expressions:
             if literal and kind in ("REAL", "LREAL"):
                 return f"{text}.0"
             return f"{given}_TO_{kind}({text})"
-        raise self._error(f"{given} is no value for {kind}", token)
+        raise self._error(f"{given} is not a value for {kind}", token)
 
 
 def bare(text: str) -> str:
@@ -414,7 +402,7 @@ def _number(text: str, token: Token, file: Path) -> Value:
         try:
             value = int(digits, int(base))
         except ValueError:
-            raise InputError(f"{text} is no number", file=file, line=token.at) from None
+            raise InputError(f"{text} is not a number", file=file, line=token.at) from None
         if value >= 1 << 32:
             return f"LWORD_TO_LINT(LWORD#16#{value:X})", "LINT"
         if value >= 1 << 31:

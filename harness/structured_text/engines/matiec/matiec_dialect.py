@@ -10,15 +10,13 @@ from __future__ import annotations
 import struct
 
 from structured_text.engines.base import Value
-from structured_text.engines.native.memory import FORMATS, Codec, enumeration, packed
+from structured_text.engines.native.c_layout import FORMATS, Codec, enumeration, packed
 from structured_text.language.types import BlockType, ElementaryType, EnumType, StructType, Variable
 from structured_text.language.values import scalar_to_python
 
-__all__ = ["MatiecDialect"]
-
 
 class MatiecDialect:
-    """matiec's names in C; see `engines.native.memory.Dialect`."""
+    """matiec's names in C; see `engines.native.c_layout.Dialect`."""
 
     def type_name(self, kind: StructType | BlockType) -> str:
         """Return the name of a structure or block in C."""

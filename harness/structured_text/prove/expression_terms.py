@@ -10,8 +10,8 @@ from typing import Any, Protocol
 
 import z3
 
-from structured_text.engines.builtin.expressions import settle, standard_call
 from structured_text.engines.builtin.runtime import NAMES, ProgramError
+from structured_text.engines.builtin.standard import settle, standard_call
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.language import tree as t
 from structured_text.language.project import Project
@@ -31,11 +31,9 @@ from structured_text.language.scalars import (
 from structured_text.language.types import ArrayType, ElementaryType, Type
 from structured_text.prove import overflow, reals, texts, values
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, is_known, negated
-from structured_text.prove.memory import Alternatives, Leaf
 from structured_text.prove.overflow import Span, resized
+from structured_text.prove.symbolic_memory import Alternatives, Leaf
 from structured_text.prove.values import TIME_BITS, Value
-
-__all__ = ["Expressions"]
 
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 _CHAINS = {"GT": ">", "GE": ">=", "EQ": "=", "LE": "<=", "LT": "<", "NE": "<>"}
@@ -48,7 +46,7 @@ def _name(kind: Type) -> str:
 
 
 class _Machine(Protocol):
-    """The interface of `machine.Machine` that `Expressions` uses."""
+    """The interface of `machine.Machine` that `ExpressionTerms` uses."""
 
     project: Project
 
@@ -78,7 +76,7 @@ class _Machine(Protocol):
     def call_function(self, name: str, arguments: list[Value | Alternatives | None]) -> Any: ...
 
 
-class Expressions:
+class ExpressionTerms:
     """The evaluation of expressions in the memory of a machine; `Machine` owns one."""
 
     def __init__(self, machine: _Machine) -> None:
@@ -502,8 +500,7 @@ class Expressions:
     def _text_cut(self, value: texts.Text, to: Type) -> Value:
         """Return a text or character converted to another STRING or a CHAR.
 
-        Raises:
-            UnsupportedError: a STRING that may not have length 1 is converted to CHAR.
+        Raise UnsupportedError if a STRING that may not have length 1 is converted to CHAR.
         """
         assert isinstance(to, ElementaryType)
         if to.name == "STRING":
@@ -516,10 +513,8 @@ class Expressions:
     def _to_moment(self, source: str, target: str, value: Value, node: t.Standard) -> Value:
         """Return a number or moment converted to a TIME or date type.
 
-        Numbers count seconds; numbers of the L types count nanoseconds.
-
-        Raises:
-            UnsupportedError: a date and time is converted to its date or its time of day.
+        Numbers count seconds; numbers of the L types count nanoseconds. Raise UnsupportedError if a
+        date and time is converted to its date or its time of day.
         """
         unit = _unit(target)
         if source in MOMENTS:

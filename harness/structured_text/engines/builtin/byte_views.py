@@ -14,27 +14,8 @@ from typing import Any, Protocol, TypeAlias
 
 from structured_text.engines.builtin.runtime import ProgramError
 
-__all__ = [
-    "NAMES",
-    "Character",
-    "Elements",
-    "Fields",
-    "Held",
-    "Layout",
-    "Memory",
-    "Moment",
-    "Number",
-    "Pointer",
-    "Record",
-    "Row",
-    "Text",
-    "Truth",
-    "Union",
-    "View",
-]
 
-
-class Memory(Protocol):
+class ByteRange(Protocol):
     """A range of bytes that can be read and written."""
 
     def read(self, at: int, size: int) -> bytes:
@@ -72,11 +53,11 @@ class _Scalar:
         held[at : at + len(data)] = data
         return self.unpack(bytes(held))
 
-    def look(self, memory: Memory, at: int) -> Any:
+    def look(self, memory: ByteRange, at: int) -> Any:
         """Return the value at a position in memory."""
         return self.unpack(memory.read(at, self.size))
 
-    def store(self, memory: Memory, at: int, value: Any) -> None:
+    def store(self, memory: ByteRange, at: int, value: Any) -> None:
         """Write a value to a position in memory."""
         memory.write(at, self.pack(value))
 
@@ -192,13 +173,13 @@ class _Composite:
 
     size: int
 
-    def look(self, memory: Memory, at: int) -> Any:
+    def look(self, memory: ByteRange, at: int) -> Any:
         raise NotImplementedError
 
     def read(self, value: Any, at: int, size: int) -> bytes:
         raise NotImplementedError
 
-    def store(self, memory: Memory, at: int, value: Any) -> None:
+    def store(self, memory: ByteRange, at: int, value: Any) -> None:
         """Write a value to a position in memory."""
         memory.write(at, self.read(value, 0, self.size))
 
@@ -231,7 +212,7 @@ class Row(_Composite):
             value[k] = self.element.write(value[k], begin - k * step, part)
         return value
 
-    def look(self, memory: Memory, at: int) -> Elements:
+    def look(self, memory: ByteRange, at: int) -> Elements:
         """Return a view of the array at a position in memory."""
         return Elements(memory, at, self)
 
@@ -274,7 +255,7 @@ class Record(_Composite):
                     setattr(value, slot, new)
         return value
 
-    def look(self, memory: Memory, at: int) -> Fields:
+    def look(self, memory: ByteRange, at: int) -> Fields:
         """Return a view of the structure at a position in memory."""
         return Fields(memory, at, self)
 
@@ -294,7 +275,7 @@ class Elements:
 
     __slots__ = ("at", "memory", "row")
 
-    def __init__(self, memory: Memory, at: int, row: Row) -> None:
+    def __init__(self, memory: ByteRange, at: int, row: Row) -> None:
         self.memory, self.at, self.row = memory, at, row
 
     def place(self, position: int) -> int:
@@ -325,7 +306,7 @@ class Fields:
 
     __slots__ = ("at", "memory", "places", "record")
 
-    def __init__(self, memory: Memory, at: int, record: Record) -> None:
+    def __init__(self, memory: ByteRange, at: int, record: Record) -> None:
         put = object.__setattr__
         put(self, "memory", memory)
         put(self, "at", at)
@@ -353,12 +334,12 @@ class Union(Fields):
         object.__setattr__(self, "held", bytearray(record.size))
 
     def read(self, at: int, size: int) -> bytes:
-        """Return some of the shared bytes; see `Memory`."""
+        """Return some of the shared bytes; see `ByteRange`."""
         _check(at, size, len(self.held))
         return bytes(self.held[at : at + size])
 
     def write(self, at: int, data: bytes) -> None:
-        """Write some of the shared bytes; see `Memory`."""
+        """Write some of the shared bytes; see `ByteRange`."""
         _check(at, len(data), len(self.held))
         self.held[at : at + len(data)] = data
 
@@ -372,12 +353,12 @@ class Held:
         self.pointer, self.layout = pointer, layout
 
     def read(self, at: int, size: int) -> bytes:
-        """Return some bytes of the variable; see `Memory`."""
+        """Return some bytes of the variable; see `ByteRange`."""
         _check(at, size, self.layout.size)
         return self.layout.read(self.pointer.V, at, size)
 
     def write(self, at: int, data: bytes) -> None:
-        """Write some bytes of the variable; see `Memory`."""
+        """Write some bytes of the variable; see `ByteRange`."""
         _check(at, len(data), self.layout.size)
         old = self.pointer.V
         new = self.layout.write(old, at, data)
@@ -393,7 +374,7 @@ class View:
 
     __slots__ = ("at_", "layout", "memory")
 
-    def __init__(self, memory: Memory, at: int, layout: Layout) -> None:
+    def __init__(self, memory: ByteRange, at: int, layout: Layout) -> None:
         self.memory, self.at_, self.layout = memory, at, layout
 
     @property

@@ -26,15 +26,13 @@ from structured_text.language.scalars import SIGNED, WIDTH
 from structured_text.language.standard import conversion
 from structured_text.language.types import ArrayType, BlockType, EnumType, Type
 
-__all__ = ["Expressions", "fold", "wrapped"]
-
 _SAME = ("ABS", "SQRT", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "TRUNC")
 _CHAINS = {"ADD": "+", "MUL": "*", "AND": "AND", "OR": "OR", "XOR": "XOR"}
 _SIMPLE = re.compile(r"(?:16#[0-9A-F]+|[\w.\[\]']+(?:\(\*\w+\*\))?)")
 _LETTERS = {"BOOL": "B", "DINT": "D", "REAL": "R", "STRING": "S"}
 
 
-class Expressions:
+class ExpressionWriter:
     """The expressions of one POU.
 
     Attributes:

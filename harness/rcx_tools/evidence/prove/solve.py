@@ -9,10 +9,9 @@ from typing import Any
 
 import z3
 
-__all__ = ["PROVED", "REFUTED", "UNKNOWN", "Answer", "ask"]
+from structured_text.prove.logic import PROVED, REFUTED, UNKNOWN
 
-#: The claim holds for all values; it fails for some values; the solver did not decide.
-PROVED, REFUTED, UNKNOWN = "proved", "refuted", "unknown"
+__all__ = ["Answer", "ask"]
 
 
 @dataclass(frozen=True)
