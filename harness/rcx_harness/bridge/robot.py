@@ -5,8 +5,6 @@ from __future__ import annotations
 from rcx_harness.bridge.core import Lost, RobotSeen
 from rcx_harness.enip.originator.kept import KeptConnection
 
-__all__ = ["RobotLink"]
-
 
 class RobotLink(KeptConnection):
     """The exclusive-owner connection to the robot."""

@@ -8,29 +8,18 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rcx_harness.cell.clock import Agenda, Timing
+from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink, Link
 from rcx_harness.cell.node import Member
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.spec.wire import check_size
-from structured_text.bench.outputs import check_outputs
+from structured_text.bench.agenda import Agenda
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 from structured_text.output.units import whole
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
-
-__all__ = [
-    "Areas",
-    "Robots",
-    "check_outputs",
-    "make_agenda",
-    "make_link",
-    "make_members",
-    "make_robot",
-    "several",
-]
 
 #: Largest offset in a process image.
 _LAST_BYTE = 0xFFFFFF

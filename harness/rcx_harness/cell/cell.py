@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rcx_harness.cell.build import Areas, Robots, check_outputs, make_agenda, make_members, several
-from rcx_harness.cell.clock import Agenda, Duration, Kind, Timing
+from rcx_harness.cell.build import Areas, Robots, make_agenda, make_members, several
+from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.image import Image, find_image
 from rcx_harness.cell.link import Link, Network, PacketNetwork
@@ -27,6 +27,8 @@ from rcx_harness.watch.calls import CallMonitor
 from rcx_harness.watch.calls_source import CallPlan
 from rcx_harness.watch.contract import ContractMonitor
 from structured_text.bench import Bench, BenchTimeout
+from structured_text.bench.agenda import Agenda, Duration
+from structured_text.bench.outputs import check_outputs
 from structured_text.bench.plc import Plc
 from structured_text.bench.watched import Watched
 from structured_text.engines.base import Program
@@ -36,8 +38,6 @@ from structured_text.projects.sources import Files
 
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
-
-__all__ = ["EVENTS", "Cell", "CellTimeout"]
 
 #: Events for `Cell.inject` and for a stimulus, each with a line of help.
 EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}

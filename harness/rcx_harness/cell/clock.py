@@ -14,12 +14,9 @@ from random import Random
 
 from rcx_harness.spec.wire import CYCLE_US
 from structured_text.bench import agenda
-from structured_text.bench.agenda import Action, Agenda, Duration, Snapshot
+from structured_text.bench.agenda import Duration
 from structured_text.errors import InputError
 from structured_text.output.units import whole, within_us
-
-__all__ = ["LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US"]
-__all__ += ["Action", "Agenda", "Duration", "Kind", "Snapshot", "Timing"]
 
 #: Names under which a phase can be given: controller cycle, packets to the robot and to the
 #: PLC, PLC scan.

@@ -10,16 +10,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from rcx_harness.cell.clock import Agenda, Timing
+from rcx_harness.cell.clock import Timing
 from rcx_harness.enip.originator.client import PORT
 from rcx_harness.enip.originator.kept import KeptConnection
 from rcx_harness.enip.originator.opening import multiplier_of
 from rcx_harness.enip.originator.scanner import Assemblies, Scanner
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
+from structured_text.bench.agenda import Agenda
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
-
-__all__ = ["NAME", "Elsewhere", "FarLink"]
 
 #: The link of such a cell.
 NAME = "enip-connect"

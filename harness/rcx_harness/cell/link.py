@@ -12,10 +12,9 @@ from hashlib import blake2b
 from random import Random
 from typing import Any, Protocol, runtime_checkable
 
-from rcx_harness.cell.clock import Agenda, Kind, Timing
+from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.spec.wire import SIZE
-
-__all__ = ["BOTH", "DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
+from structured_text.bench.agenda import Agenda
 
 _TO_ROBOT, _TO_PLC = 0, 1
 #: To the robot, to the PLC.

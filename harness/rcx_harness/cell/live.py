@@ -10,18 +10,17 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from rcx_harness.cell.clock import Action, Agenda, Timing
+from rcx_harness.cell.clock import Timing
 from rcx_harness.enip.cyclic.connections import OwnerState
 from rcx_harness.enip.cyclic.shared import LinkState, now_us
 from rcx_harness.enip.errors import ProcessDiedError
 from rcx_harness.enip.links import Class1Link
 from rcx_harness.enip.originator.opening import Opener, multiplier_of
 from rcx_harness.enip.originator.scanner import Scanner
+from structured_text.bench.agenda import Action, Agenda
 from structured_text.errors import InputError
 from structured_text.output.system import fine_timers
 from structured_text.output.units import format_us
-
-__all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink"]
 
 #: A shorter delay is made up for; after a longer delay the cell's time is set back [us].
 _LATE_US = 5_000

@@ -15,11 +15,9 @@ from rcx_harness.cell.surroundings import EVENTS as SURROUNDINGS
 from rcx_harness.cell.surroundings import check, opposite
 from structured_text.bench import stimulus
 from structured_text.bench.events import EVENTS as PLC_EVENTS
-from structured_text.bench.stimulus import PLC, event_of, listed, typed
+from structured_text.bench.stimulus import PLC, event_of, listed
 from structured_text.errors import InputError
 from structured_text.output.units import parse_us
-
-__all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text", "typed"]
 
 #: Value of `area` for the controller's own answer.
 ROBOT = "robot"

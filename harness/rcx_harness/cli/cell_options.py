@@ -13,8 +13,8 @@ from typing import Annotated, Any
 import typer
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.clock import Duration
 from rcx_harness.cli.options import Lib, Replace, Sources, replacements
+from structured_text.bench.agenda import Duration
 
 __all__ = ["CellOptions"]
 

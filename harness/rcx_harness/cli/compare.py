@@ -12,7 +12,6 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import check_outputs
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us
@@ -27,6 +26,7 @@ from rcx_harness.robot import EVENTS, RobotConfig
 from rcx_harness.spec.wire import AREA_SIZES, check_size
 from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
+from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError, legible
 from structured_text.output.files import NewFiles, replace_files
 

@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from rcx_harness.cell import EVENTS, Cell
-from rcx_harness.cell.build import check_outputs, several
+from rcx_harness.cell.build import several
 from rcx_harness.cell.sources import blame_lib, source_files
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot
@@ -49,6 +49,7 @@ from rcx_harness.trace.wave import Wave
 from rcx_harness.watch.safety_source import safety_inputs
 from structured_text.bench import Bench
 from structured_text.bench import stimulus as stimuli
+from structured_text.bench.outputs import check_outputs
 from structured_text.engines.builtin.collector import Collector, counting
 from structured_text.errors import InputError, legible
 from structured_text.output.console import draws

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from rcx_harness.cell.build import check_outputs
 from rcx_harness.cli.options import check_ipv4, check_port, duration_us, interval_us
 from rcx_harness.cli.options import config_data as data_of
 from rcx_harness.cli.options import config_instance as instance_of
@@ -17,6 +16,7 @@ from rcx_harness.enip.originator.scanner import Assemblies
 from rcx_harness.look.look import ScanOptions
 from rcx_harness.look.look import scan as look
 from rcx_harness.spec.wire import SIZE, check_size
+from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError
 
 __all__ = ["scan"]

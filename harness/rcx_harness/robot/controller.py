@@ -10,7 +10,7 @@ from rcx_harness.robot.area import Overlay, build_area, input_words
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.dedicated import DedicatedInputs
 from rcx_harness.robot.events import happen
-from rcx_harness.robot.findings import Findings, Violation
+from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.handshake import Handshake
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port
@@ -25,9 +25,7 @@ from rcx_harness.robot.signals import (
 )
 from rcx_harness.robot.stored import Point, fits_integer
 from rcx_harness.robot.tasks import Programs
-from structured_text.errors import InputError
-
-__all__ = ["Controller"]
+from structured_text.errors import InputError, Violation
 
 
 class _State:

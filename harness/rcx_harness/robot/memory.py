@@ -25,8 +25,6 @@ from rcx_harness.robot.stored import (
     variable_number,
 )
 
-__all__ = ["Memory", "is_real"]
-
 #: Values as delivered; the manual gives none.
 _DEFAULTS = {
     "WEIGHTG": 0,

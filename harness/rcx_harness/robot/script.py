@@ -23,8 +23,6 @@ from typing import Protocol
 from rcx_harness.robot.ports import Port, Ports, port
 from structured_text.errors import InputError
 
-__all__ = ["Delay", "End", "Gosub", "Return", "Step", "Task", "Wait", "World", "script"]
-
 _LABEL = r"\*[A-Z][A-Z0-9_]*"
 _VARIABLE = r"[A-Z][A-Z0-9_]*[%!]?"
 _NUMBER = r"-?\d+|&H[0-9A-F]+"

@@ -14,8 +14,6 @@ from rcx_harness.robot.ports import Port, Ports
 from rcx_harness.robot.script import Delay, End, Gosub, Return, Step, Wait, script
 from rcx_harness.robot.script import Task as TaskStep
 
-__all__ = ["NEXT", "RUN", "STEP", "TASKS", "Programs", "Task"]
-
 #: Numbers of the tasks.
 TASKS = range(1, 17)
 #: Modes of a start: run without limit, one line, or one line with its subroutine.

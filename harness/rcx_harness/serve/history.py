@@ -10,8 +10,6 @@ from rcx_harness.spec import command_name, signals
 from rcx_harness.trace.chart import Lane
 from rcx_harness.trace.chart_svg import COLOURS, STYLE, Look, Scale, draw_lane, rule, text
 
-__all__ = ["History", "live_chart"]
-
 _SKIPPED = 30  # a change has bytes 0, 1, 32 and 33 of the area
 
 _ROW, _TOP = 22, 28

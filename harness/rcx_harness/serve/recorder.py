@@ -6,13 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.robot import Controller
-from rcx_harness.robot.findings import Violation
 from rcx_harness.robot.positions import axes_of, where
 from rcx_harness.robot.shape import poses, shapes
 from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Trace
-
-__all__ = ["MOST_CYCLES", "Recorder"]
+from structured_text.errors import Violation
 
 #: Number of cycles after which a recording ends: an hour of continuous motion.
 MOST_CYCLES = 720_000

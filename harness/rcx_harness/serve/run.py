@@ -19,8 +19,6 @@ from structured_text.output.system import told_to_end
 if TYPE_CHECKING:
     from rcx_harness.serve.web import WebServer
 
-__all__ = ["serve", "warnings"]
-
 _SHOW_EVERY_S = 0.25
 
 

@@ -13,25 +13,9 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from rcx_harness.spec.telegram import Command, Field, FieldValue, Product
+from rcx_harness.spec.telegram import Command, Field, Product
 from structured_text.errors import InputError, did_you_mean
 from structured_text.output.toml_files import load_toml
-
-__all__ = [
-    "Alarm",
-    "Command",
-    "Field",
-    "FieldValue",
-    "Signal",
-    "Signals",
-    "alarms",
-    "command",
-    "command_name",
-    "commands",
-    "folder",
-    "signals",
-    "whole_number",
-]
 
 _T = TypeVar("_T")
 

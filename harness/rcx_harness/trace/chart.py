@@ -17,14 +17,12 @@ from typing import Any
 from rcx_harness.spec import Signal, command_name, signals
 from rcx_harness.spec.wire import ABNORMAL_END
 from rcx_harness.trace.explaining import named, of_alarms, of_errors, unanswered
-from rcx_harness.trace.records import Cycle, Record, Scan, Trace, Violation
+from rcx_harness.trace.records import Cycle, Record, Scan, Trace
 from rcx_harness.watch.wire import word
 from structured_text.bench import samples
+from structured_text.errors import Violation
 from structured_text.language.displayed import Changed, value_text
 from structured_text.language.types import ElementaryType, Type
-
-__all__ = ["LONGEST_TEXT", "MOST_INSTANTS", "NOTHING", "Band", "Glyphs", "Lane", "Timeline"]
-__all__ += ["column_widths", "glyphs", "name_width", "text_chart", "time_labels"]
 
 #: Limit of instants in a chart, to keep it readable; a wave file has all of them.
 MOST_INSTANTS = 400

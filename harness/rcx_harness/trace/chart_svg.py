@@ -23,9 +23,6 @@ from rcx_harness.trace.chart import (
     time_labels,
 )
 
-__all__ = ["COLOURS", "CURVE", "STYLE", "Columns", "Look", "Scale"]
-__all__ += ["document", "draw_lane", "rule", "svg_chart", "text"]
-
 #: Height of a curve in pixels.
 CURVE = 40
 

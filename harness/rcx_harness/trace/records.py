@@ -12,23 +12,11 @@ from typing import Any, BinaryIO, NamedTuple
 
 from rcx_harness.spec.wire import AREA_SIZES, SIZE
 from structured_text.bench import samples
-from structured_text.bench.samples import COMPACT, FORMAT, KEPT
+from structured_text.bench.samples import COMPACT, FORMAT
 from structured_text.errors import InputError, Violation
 from structured_text.language.displayed import literal
 from structured_text.output.limits import MOST_LINE_BYTES, MOST_TRACE_US, TRACE
 from structured_text.output.reading import open_file
-
-__all__ = [
-    "FORMAT",
-    "KEPT",
-    "CutOffError",
-    "Cycle",
-    "Record",
-    "Scan",
-    "Trace",
-    "Violation",
-    "read_trace",
-]
 
 
 class Scan(NamedTuple):

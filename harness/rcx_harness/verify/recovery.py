@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from rcx_harness.cell import Cell, CellTimeout
-from rcx_harness.cell.stimulus import Entry, typed
+from rcx_harness.cell.stimulus import Entry
+from structured_text.bench.stimulus import typed
 from structured_text.engines.conditions import Condition, conditions
 from structured_text.errors import InputError
 from structured_text.language.displayed import value_text
 from structured_text.output.toml_files import check_keys
 from structured_text.output.units import format_us, parse_us
-
-__all__ = ["NotRecoveredError", "Operator", "Recovery", "Step", "recovery_of"]
 
 _PRESSED_US = 100_000
 #: Causes are gone when every controller is back. This takes at most this time [us].

@@ -10,8 +10,6 @@ from rcx_harness.enip.originator.opening import MasterLink, Opener, refusal_hint
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
 from structured_text.errors import InputError
 
-__all__ = ["WAITS", "KeptConnection"]
-
 WAITS = "packets have not come yet"
 
 

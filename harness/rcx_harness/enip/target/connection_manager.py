@@ -51,16 +51,6 @@ from rcx_harness.enip.target.admission import (
 )
 from rcx_harness.enip.target.refusal_text import Facts, refusal_text
 
-__all__ = [
-    "MAX_CYCLIC",
-    "MAX_EXPLICIT",
-    "ConnectionManager",
-    "CyclicPart",
-    "ExplicitConnection",
-    "Origin",
-    "random_id",
-]
-
 
 @dataclass
 class Origin:

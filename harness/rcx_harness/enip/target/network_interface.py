@@ -12,8 +12,6 @@ from dataclasses import dataclass
 
 from structured_text.output.system import addresses
 
-__all__ = ["ANY", "NetworkInterface", "address_toward", "find_interface"]
-
 _NO_HARDWARE_ADDRESS = bytes(6)
 # Of the addresses for documentation (RFC 5737): somewhere beyond the own network.
 _ELSEWHERE = "192.0.2.1"

@@ -16,8 +16,6 @@ from rcx_harness.robot.handshake import Kind
 from rcx_harness.spec import commands, signals
 from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT, ENDS, READY, RUN, SIZE
 
-__all__ = ["DELAYS", "INPUTS", "Drawn", "Guide", "asked"]
-
 #: Which change answers what takes that long: channels and the values that they come to.
 _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "boot_time": (("SO01", (1,)),),

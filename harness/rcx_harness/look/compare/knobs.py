@@ -15,8 +15,6 @@ from rcx_harness.robot.config.checks import CHOICES, STORED
 from rcx_harness.spec import commands
 from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT
 
-__all__ = ["DESCRIBED", "KNOBS", "Seen", "has_few_values", "seen_at", "values"]
-
 #: Keys that say what a robot is and has, not what the manual leaves open: the user's to give.
 DESCRIBED = (*STORED, "robot", "axes", "programs", "work_areas", "real_time_items", "size")
 #: An alarm and a number that nothing else is.

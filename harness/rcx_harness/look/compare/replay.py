@@ -21,8 +21,6 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.alarms import EMERGENCY_STOP
 from rcx_harness.spec.wire import CYCLE_US, DEDICATED_AT, RESERVED_AT, SIZE
 
-__all__ = ["Happening", "Replay", "Replayed", "watched"]
-
 #: What raises SO(03) where a recording begins with an alarm that has no name in it.
 _UNKNOWN_ALARM = "99.999"
 #: So long the virtual controller runs with the first image before a recording that begins later.

@@ -20,8 +20,6 @@ from rcx_harness.trace.chart import MOST_INSTANTS, Timeline
 from rcx_harness.watch.wire import word
 from structured_text.output.units import format_us, format_word
 
-__all__ = ["as_json", "chart", "fit_lines", "lines", "rules_of"]
-
 _MOST = 20
 #: Rules that bear on each signal; on status and response also those of the command's section.
 _OF_SIGNAL = {

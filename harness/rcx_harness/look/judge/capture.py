@@ -16,8 +16,6 @@ from typing import Any, NamedTuple
 from structured_text.errors import InputError
 from structured_text.output.reading import check_file
 
-__all__ = ["ENDINGS", "Capture", "Packet", "host_text"]
-
 #: How the names of captures end.
 ENDINGS = (".pcapng", ".pcap", ".cap", ".ntar")
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-__all__ = ["Times"]
-
 #: So many times are kept as they are. Of more, only how many fell into each step, whose neighbours
 #: differ by this factor, so that memory does not grow.
 _EXACT, _STEP = 1_000, math.log(1.01)

@@ -8,8 +8,6 @@ from typing import NamedTuple
 from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE
 from rcx_harness.enip.cyclic.exchange import Packet
 
-__all__ = ["Arrival", "Way"]
-
 _COUNT = struct.Struct("<H")
 _NUMBERS, _HALF = 0xFFFFFFFF, 0x80000000
 #: So many of the latest sequence numbers are known one by one; of an older one it cannot be said

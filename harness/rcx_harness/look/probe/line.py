@@ -12,8 +12,6 @@ from rcx_harness.enip.originator.scanner import Scanner, no_packet
 from rcx_harness.look.text import identity_lines
 from rcx_harness.spec.wire import CYCLE_US
 
-__all__ = ["Line", "LostError", "NetworkLine", "NotConnectedError"]
-
 #: What is written holds for so long, unless it is written again: nobody drives the robot if the
 #: probe hangs.
 _LEASE_US = 1_000_000

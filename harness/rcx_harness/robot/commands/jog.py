@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 
-from rcx_harness.robot.alarms import SOFT_LIMIT, STOP
-from rcx_harness.robot.commands.base import Call, CommandError, Response, takes_time
+from rcx_harness.robot.alarms import SOFT_LIMIT, STOP, CommandError
+from rcx_harness.robot.commands.base import Call, Response, takes_time
 from rcx_harness.robot.commands.moves import Moving, position_output
 from rcx_harness.robot.kinematics import UnreachableError
 from rcx_harness.robot.machine import Machine

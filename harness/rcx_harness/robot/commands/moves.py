@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import replace
 
+from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
-from rcx_harness.robot.commands.base import Call, CommandError, Lasting, Response, takes_time
+from rcx_harness.robot.commands.base import Call, Lasting, Response, takes_time
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.motion import Movement
 from rcx_harness.robot.paths import Arch, Pace, Path, plan_arc, plan_arch, plan_line, plan_ptp
 from rcx_harness.robot.stored import Point
-
-__all__ = ["Moving", "position_output"]
 
 _Plan = Callable[[Arm, Mapping[int, int], Pace], Path]
 

@@ -2,16 +2,8 @@
 
 from __future__ import annotations
 
-from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, ActiveAlarm, Place
-from rcx_harness.robot.commands.base import (
-    Action,
-    Call,
-    CommandError,
-    Execution,
-    Response,
-    act,
-    takes_time,
-)
+from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, ActiveAlarm, CommandError, Place
+from rcx_harness.robot.commands.base import Action, Call, Execution, Response, act, takes_time
 from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.stored import AXES

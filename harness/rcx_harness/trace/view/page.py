@@ -13,14 +13,12 @@ from math import gcd
 from typing import Any
 
 from rcx_harness.spec.wire import AREA_SIZES, CYCLE_US
-from rcx_harness.trace.records import Cycle, Record, Scan, Violation
+from rcx_harness.trace.records import Cycle, Record, Scan
 from rcx_harness.trace.view.lanes import Group, Lane, Lanes, Variables, Wire
 from rcx_harness.trace.view.pack import Numbers, Packed, Texts, put_whole
 from rcx_harness.trace.view.robots import Robots
 from rcx_harness.watch.sections import section_of
-from structured_text.errors import InputError
-
-__all__ = ["SCRIPTS", "View"]
+from structured_text.errors import InputError, Violation
 
 #: The scripts of the page; each script imports only from scripts before it.
 SCRIPTS = (

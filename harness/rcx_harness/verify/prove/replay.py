@@ -21,8 +21,6 @@ from structured_text.prove.search import Run
 from structured_text.prove.surroundings import path_of
 from structured_text.prove.user import Replayed
 
-__all__ = ["entries", "replay"]
-
 
 def entries(run: Run, around: CellSurroundings) -> Iterator[Entry]:
     """Yield the stimulus of a run: each change at its time."""

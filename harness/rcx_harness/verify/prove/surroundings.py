@@ -21,8 +21,6 @@ from structured_text.prove.logic import UnsupportedError
 from structured_text.prove.machine import Machine, Path
 from structured_text.prove.surroundings import Surroundings, path_of
 
-__all__ = ["Area", "CellSurroundings"]
-
 
 @dataclass(frozen=True)
 class Area:

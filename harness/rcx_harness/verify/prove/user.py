@@ -20,8 +20,6 @@ from structured_text.prove.search import Run
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.user import Replayed, Result
 
-__all__ = ["LIBRARY", "CellBench", "Settings", "prove"]
-
 #: What the proofs know about the library that the programs call.
 LIBRARY = Library(
     areas=AREAS,

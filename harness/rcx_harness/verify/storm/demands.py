@@ -10,17 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell import Cell
-from rcx_harness.cell.stimulus import Entry, Stimulus, typed
+from rcx_harness.cell.stimulus import Entry, Stimulus
 from rcx_harness.cell.surroundings import OPPOSITES
 from rcx_harness.verify.properties import Declared, declared_in, from_python
 from rcx_harness.verify.recovery import Recovery, recovery_of
+from structured_text.bench.stimulus import typed
 from structured_text.errors import InputError, near
 from structured_text.language.types import ElementaryType
 from structured_text.output.reading import check_file
 from structured_text.output.toml_files import check_keys, line_of, load_toml, toml_text
 from structured_text.output.units import parse_us
-
-__all__ = ["FAULTS", "Demands"]
 
 #: Faults that can occur, by the names of events.
 FAULTS = (

@@ -16,8 +16,6 @@ from structured_text.farm import Kept
 from structured_text.output.limits import MOST_LINE_BYTES, OTHER
 from structured_text.output.reading import open_file
 
-__all__ = ["keep"]
-
 
 def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
     """Return the saved results of a file, and a notice if they must be computed again.
