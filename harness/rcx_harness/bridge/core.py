@@ -179,10 +179,6 @@ class Bridge:
     a whole scan of its program has run since it accepted the zeros. Last, it must have cleared the
     remote command and the dedicated inputs. Only then the bridge runs. Otherwise a command from
     before the loss would start the robot again.
-
-    Args:
-        size: Bytes of each area, 48 or 256.
-        limits: Its time limits.
     """
 
     def __init__(self, size: int, limits: Limits) -> None:
@@ -200,10 +196,7 @@ class Bridge:
     def step(self, now_us: int, plc: PlcSeen | Lost, robot: RobotSeen | Lost) -> Actions:
         """Evaluate both sides once and return the outputs.
 
-        Args:
-            now_us: A clock that never goes back, in microseconds.
-            plc: Its answer; `Lost` also if the last write failed.
-            robot: The robot's latest area, or its loss.
+        `plc` is `Lost`, too, if the last write to it failed. `now_us` must never go back.
         """
         self._watch_plc(now_us, plc)
         state, reason = self._judge(now_us, plc, robot)

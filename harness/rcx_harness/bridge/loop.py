@@ -53,17 +53,7 @@ class Loop:
     A call blocks only until the PLC answers.
 
     Args:
-        plc: The PLC's registers.
-        robot: The robot's connection.
-        registers: Where the areas lie.
-        limits: Time limits of the bridge.
         on_state: Called at each change of state, with its reason.
-        clock_us: The clock, in microseconds.
-
-    Attributes:
-        state: State after the last exchange.
-        reason: Reason of this state.
-        figures: Statistics of the exchanges that succeeded.
     """
 
     def __init__(

@@ -35,9 +35,6 @@ class PlcLink:
     """The PLC's registers over Modbus TCP; the client can reconnect after any failure.
 
     Args:
-        host: Name or address of the PLC.
-        port: Its TCP port.
-        registers: Where the areas lie.
         unit: Modbus unit identifier, 0 to 255.
         timeout_s: Longest wait for an answer, in seconds.
         connect_s: Longest wait for a connection, in seconds.

@@ -71,12 +71,7 @@ class BridgeOptions:
 class Running(Closing):
     """A running bridge: one thread exchanges, another one reopens the robot's connection.
 
-    Args:
-        options: The options.
-
     Attributes:
-        loop: The exchange.
-        robot: The robot's side.
         start_s: Start time, by the monotonic clock.
         news: Changes of state: monotonic time in seconds, state, reason; `None` if one of the
             threads has ended unexpectedly.

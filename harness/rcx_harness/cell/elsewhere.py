@@ -69,11 +69,6 @@ class Elsewhere:
 class FarLink:
     """The PLC's end of a connection to an external controller.
 
-    Args:
-        size: Bytes of each area, 48 or 256.
-        timing: RPI and time-out.
-        where: The controller.
-
     Raises:
         InputError: the parameters cannot be requested.
     """
@@ -161,11 +156,7 @@ class FarLink:
 
 
 class FarNetwork:
-    """The implementation of `rcx_harness.cell.link.Network` for an external controller.
-
-    Args:
-        link: The connection.
-    """
+    """The implementation of `rcx_harness.cell.link.Network` for an external controller."""
 
     def __init__(self, link: FarLink) -> None:
         self._link = link

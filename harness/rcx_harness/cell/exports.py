@@ -20,12 +20,9 @@ def export(
 ) -> Output:
     """Write the library, and a user's files with it, in a target's format.
 
-    Args:
-        target: A key of `TARGETS`.
-        lib: Folder of the library; None for the library of this package.
-        program: The user's files or folders.
-        only_needed: Leave out everything that the program does not need.
-        prefix: Prefix of the library's names; None to leave them.
+    `target` is a key of `TARGETS`. `lib` is None for the library of this package, `prefix` is None
+    to leave the library's names. With `only_needed`, everything that the program does not need is
+    left out.
 
     Raises:
         InputError: the target does not exist, or there is a mistake in the sources.

@@ -32,10 +32,6 @@ _FIRST_PACKET_S = 2.0
 class RealTimeAgenda(Agenda):
     """An agenda that executes nothing before its time has come.
 
-    Args:
-        clock_us: This computer's monotonic time in microseconds.
-        sleep: Waits for the given number of seconds, or longer.
-
     Attributes:
         stalls: How often the agenda was so late that the cell's time was stopped.
         stalled_us: Total time of these stops [us].
@@ -80,10 +76,6 @@ class RealTimeAgenda(Agenda):
 class RealTimeLink(Class1Link):
     """A cyclic connection that a thread opens, and reopens after a loss.
 
-    Args:
-        size: Bytes of each area, 48 or 256.
-        timing: RPI and time-out.
-
     Raises:
         InputError: the time-out cannot be requested, or a process did not start.
     """
@@ -119,7 +111,6 @@ class LiveNetwork:
     """The implementation of `rcx_harness.cell.link.Network` for packets in real time.
 
     Args:
-        link: The connection.
         matched: False if master and robot differ in the area's size: no connection is opened then.
     """
 

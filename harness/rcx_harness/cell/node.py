@@ -41,14 +41,7 @@ class Node:
 
     Args:
         number: From 1; all but the first are named in trace and violations.
-        member: The controller, its link, its areas.
-        image: These areas in the PLC's process image.
-        program: The PLC's program.
-        timing: Periods and phases.
-        agenda: The cell's agenda.
-        trace: The trace that records scans and cycles.
         report: Called with the violations.
-        seed: Seed of the jitter.
         clear: The PLC's inputs read 0 without a connection.
         positions: Unit of the positions in the trace; empty: positions are not recorded.
     """

@@ -202,9 +202,7 @@ def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
 def stimulus_text(entries: Iterable[Entry], about: str = "") -> str:
     """Return the text of a stimulus file with these entries, one line each.
 
-    Args:
-        entries: In order of time.
-        about: A comment for its beginning.
+    The entries are in order of time; `about` becomes a comment at the beginning.
     """
     lines = [f"# {line}".rstrip() for line in about.splitlines()]
     lines += ["at = [", *(f"  {entry_text(entry)}," for entry in entries), "]"]

@@ -28,9 +28,7 @@ Go on?"""
 def confirm(where: Elsewhere, *, yes: bool) -> None:
     """Ask before anything but this computer is driven.
 
-    Args:
-        where: The controller.
-        yes: The question is answered already.
+    `yes` means that the user has agreed on the command line already.
 
     Raises:
         InputError: nobody is there to answer, or the answer is no.
@@ -57,8 +55,7 @@ def _is_here(host: str) -> bool:
 def no_connection(reason: str) -> InputError:
     """Return the error for a run in which no packet of the controller was taken.
 
-    Args:
-        reason: What the connection has told last.
+    `reason` is the last failure that the connection has reported.
     """
     from rcx_harness.enip.originator.kept import WAITS
 

@@ -199,11 +199,9 @@ def _write_extension(folder: Path) -> None:
 def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = False) -> Launched:
     """Build what a client wants to debug.
 
-    Args:
-        arguments: Of its request: the options of `rcx run` by their names, `sources`,
-            `recording`, `cwd`.
-        given: Files of the command line, for a client that names none.
-        alone: Sources run without a robot, also where no launch says so.
+    `arguments` are those of the client's request: the options of `rcx run` by their names,
+    `sources`, `recording` and `cwd`. `given` are the files of the command line, for a client that
+    names none. With `alone`, sources run without a robot.
 
     Raises:
         InputError: anything wrong with them.

@@ -30,9 +30,9 @@ class JsonOutput:
     """The JSON output of a command, if its option is given.
 
     Args:
-        file: The option's value.
-        beginning: How all JSON of this command begins: other files are not written over.
-        read: Files that the command reads.
+        beginning: The first bytes of every JSON file of this command; a file that begins otherwise
+            is not overwritten.
+        read: Files that the command reads; they are not overwritten either.
 
     Raises:
         InputError: the file is read, or is something that this command has not written.

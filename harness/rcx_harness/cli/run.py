@@ -216,9 +216,7 @@ class RunOptions(CellOptions):
     def bench(self, files: SourceFiles, **more: Any) -> Bench:
         """Put the program onto a bench, without a robot.
 
-        Args:
-            files: Its sources.
-            more: Of the arguments of `Bench.build` those that differ from the options.
+        `more` are the arguments of `Bench.build` that differ from the options.
 
         Raises:
             InputError: as `Bench.build`.

@@ -32,14 +32,6 @@ class Child:
 
     Args:
         module: The module that the process runs.
-        settings: The argument of the process.
-        name: The name of the process in messages.
-
-    Attributes:
-        process: The process.
-        orders: Its standard input.
-        reports: Its standard output.
-        started: The first message of the process.
 
     Raises:
         ProcessDiedError: The process ended without a message.
@@ -79,11 +71,7 @@ class Child:
 
 
 def run(main: Callable[[str], None]) -> None:
-    """Run the main function of a child process.
-
-    Args:
-        main: Called with the argument of the process.
-    """
+    """Run the main function of a child process."""
     global _is_child
     _is_child = True
     main(sys.argv[1])

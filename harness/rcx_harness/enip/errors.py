@@ -20,9 +20,7 @@ class CipError(EnipError):
     """The device answered, and refused.
 
     Args:
-        request: What was asked, in words.
-        status: General status of the reply, 1 to 255.
-        extended: Additional status words of the reply.
+        request: The request in words.
     """
 
     def __init__(self, request: str, status: int, extended: tuple[int, ...] = ()) -> None:

@@ -43,9 +43,6 @@ class LockstepLink(_Link):
     answered; the robot's two go to the adapter's memory. So every call sees the effect of all
     calls before it, as with a `DirectLink`.
 
-    Args:
-        size: Bytes of each area, 48 or 256.
-
     Raises:
         InputError: another size, or the adapter did not start.
         ProcessDiedError: from every call of the scanner's: the adapter's process has ended.
@@ -95,14 +92,10 @@ class Class1Link(_Link):
     lives, `scanner.read().connected` says at the master and `shared.status().owner` at the robot.
 
     Args:
-        size: Bytes of each area, 48 or 256.
-        rpi_us: Packet interval of both directions in microseconds, from 1 ms.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
         address: Loopback address of the adapter and of the scanner; their ports are free ones.
 
     Attributes:
-        adapter: The robot's end.
-        scanner: The master's end.
         shared: Both areas at the robot's end, and the state of the connection.
 
     Raises:

@@ -77,14 +77,12 @@ class ScanOptions:
 def output_image(writes: Sequence[str], size: int) -> bytes:
     """Assembly 150 with what is to be written, everything else 0.
 
-    Args:
-        writes: `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
-            purpose bit, `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command.
-            What is no area of the controller is written by its bytes: `3=0x12`.
-        size: Bytes of the area.
+    A write is `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
+    purpose bit, or `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command. Areas of
+    other devices are written by byte: `3=0x12`.
 
     Raises:
-        InputError: not of this form, no such input, or a value that does not fit.
+        InputError: a write has another form, names no input, or its value does not fit.
     """
     image = bytearray(size)
     for entry in writes:
@@ -111,15 +109,14 @@ def output_image(writes: Sequence[str], size: int) -> bytes:
 def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
     """Connect, print identity and areas, then every change.
 
-    Args:
-        options: Where, how and how long.
-        tell: Takes one line after the other.
+    `tell` is called with each line of the output.
 
     Returns:
         True if the connection held; False if it was lost.
 
     Raises:
-        InputError: bad options; the controller is not there, refuses, or sends no packet.
+        InputError: the options are wrong; the controller does not answer, refuses, or sends no
+            packet.
     """
     asked = options.assemblies
     image = output_image(options.writes, asked.output_size)
@@ -215,12 +212,7 @@ def _content(area: bytes, letter: str) -> Iterator[str]:
 
 
 class _Seen:
-    """The trace of a look: the areas whenever one is another than before.
-
-    Args:
-        options: Where to write it.
-        written: What we send; empty where we send nothing.
-    """
+    """The trace of a look: the areas whenever one is another than before."""
 
     def __init__(self, options: ScanOptions, written: bytes) -> None:
         self._written, self._looks = written, 0

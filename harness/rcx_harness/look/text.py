@@ -27,8 +27,7 @@ _DEVICE_STATES = {
 def identity_lines(attributes: bytes) -> Iterator[str]:
     """Return the identity of the device.
 
-    Args:
-        attributes: Data of Get_Attributes_All of the Identity object.
+    `attributes` is the reply to Get_Attributes_All.
     """
     if len(attributes) <= _IDENTITY.size:
         yield f"identity: {attributes.hex(' ')}"
@@ -47,9 +46,7 @@ def identity_lines(attributes: bytes) -> Iterator[str]:
 def area_lines(area: bytes, letter: str) -> Iterator[str]:
     """One area: every dedicated bit; of all others those that are not 0.
 
-    Args:
-        area: 48 or 256 bytes.
-        letter: `O` for the robot's outputs (assembly 100), `I` for its inputs (150).
+    `letter` is `O` for the robot's outputs (assembly 100), `I` for its inputs (assembly 150).
     """
     for signal in _dedicated(letter):
         yield f"  {signal.signal:<6} {_level(area, signal):<3}  {signal.title}"
@@ -75,12 +72,7 @@ def byte_change_lines(before: bytes, after: bytes) -> Iterator[str]:
 
 
 def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
-    """Yield the last telegram in plain language.
-
-    Args:
-        to_master: Assembly 100.
-        to_robot: Assembly 150; None where it cannot be read.
-    """
+    """Yield the last telegram in plain language."""
     answer = _WORDS.unpack_from(to_master)
     request = _WORDS.unpack_from(to_robot) if to_robot is not None else None
     if request is None:

@@ -41,13 +41,11 @@ def view_file(
     so that the broken rules of both sides are in the page. What has positions keeps them: its own
     records are shown then, with the broken rules among them.
 
-    Args:
-        file: The recording.
-        hosts: Of a capture: addresses of the controllers, four bytes each.
-        progress: Is called with the share of the file that has been read.
+    `hosts` are addresses of the controllers in a capture, four bytes each. `progress` is called
+    with the share of the file that has been read.
 
     Raises:
-        InputError: it cannot be read, or has nothing of a controller in it.
+        InputError: the file cannot be read, or it contains no traffic of a controller.
     """
     if is_judged(file):
         return _view(read_trace(file, progress), file)

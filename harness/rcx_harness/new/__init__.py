@@ -38,12 +38,9 @@ def new_project(
 ) -> list[Path]:
     """Write the template into a new or empty folder.
 
-    Args:
-        folder: Where; its parents are made.
-        name: The cell's name in the README; default: the folder's.
-        size: Bytes of the areas, 48 or 256.
-        ci: `"github"`, `"gitlab"`, `"jenkins"` or `"all"`.
-        robot: A model of docs/reference/robots.md; default: axes that are X, Y, Z and R themselves.
+    `name` is the cell's name in the README, by default that of the folder. `ci` is `"github"`,
+    `"gitlab"`, `"jenkins"` or `"all"`. `robot` is a model of docs/reference/robots.md; by default
+    the axes are X, Y, Z and R themselves.
 
     Returns:
         The files, relative to the folder.

@@ -49,10 +49,8 @@ def reserved_bytes_of(area: bytes) -> bytes:
 def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> bytearray:
     """Build an output area.
 
-    Args:
-        general: An area with the outputs of the robot programs.
-        words: Words m to m+30; or the first two, if the remaining words belong to the programs.
-        dedicated: Bytes 32 (low) and 33 with the dedicated outputs.
+    `words` are the words m to m+30, or only the first two if the robot programs own the others.
+    `dedicated` are the bytes 32 (low) and 33.
     """
     area = bytearray(general)
     (_WORDS if len(words) == len(WORDS_AT_REST) else _DEDICATED_WORDS).pack_into(area, 0, *words)

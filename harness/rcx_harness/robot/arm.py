@@ -233,10 +233,8 @@ class Arm:
     def pulses_of(self, data: Sequence[int], *, mm: bool, hand: int) -> tuple[int, ...]:
         """Convert point data to pulses of its axes; data in pulses ignore shift and hand.
 
-        Args:
-            data: Of each axis, at least as many as the robot has.
-            mm: They are in 0.001 mm.
-            hand: The hand system at the target: 1 right-handed, 2 left-handed.
+        With `mm` the data are in 0.001 mm. `hand` is the hand system at the target: 1 right-handed,
+        2 left-handed.
 
         Raises:
             UnreachableError: the robot cannot reach the target.

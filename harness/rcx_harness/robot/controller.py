@@ -55,7 +55,6 @@ class Controller:
     The same calls always give the same bytes.
 
     Args:
-        config: Its properties; the defaults are a four-axis robot with 48 bytes.
         seed: Determines all delays that are given as a range.
     """
 
@@ -117,9 +116,7 @@ class Controller:
     def place_workpiece(self, axis: int, pulses: int | None) -> None:
         """Place a workpiece in the way of an axis, or remove it (None); PUSH stops at it.
 
-        Args:
-            axis: Number of the axis in the controller, from 1.
-            pulses: Position of the workpiece; None removes it.
+        Axes count from 1 in the whole controller.
 
         Raises:
             InputError: the axis does not exist, or the position does not fit into 32 bits.

@@ -33,11 +33,7 @@ class Clock:
     def set_date(self, now_us: int, year: int, month: int, day: int) -> None:
         """Change the date; the time continues.
 
-        Args:
-            now_us: Time of the change.
-            year: Lower two digits of a year from 2000 on.
-            month: 1 to 12.
-            day: 1 to 31.
+        `year` has the lower two digits of a year from 2000 on.
 
         Raises:
             ValueError: the day does not exist.
@@ -145,9 +141,8 @@ class Accumulated:
     def reset_motors(self, indices: Iterable[int], item: int = 0) -> None:
         """Reset data of these axes.
 
-        Args:
-            indices: Into the axes.
-            item: 1 servo ON count, 2 servo ON time, 3 moving distance; 0 all of them.
+        `item` is 1 for the servo ON count, 2 for the servo ON time, 3 for the moving distance, 0
+        for all.
         """
         kinds = {1: self.servo_on_counts, 2: self.servo_on_us, 3: self.distances}
         for values in kinds.values() if item == 0 else (kinds[item],):
@@ -157,8 +152,8 @@ class Accumulated:
     def reset_system(self, item: int = 0) -> None:
         """Reset data of the controller.
 
-        Args:
-            item: 1 power ON count, 2 motor power ON count, 3 operating time; 0 all of them.
+        `item` is 1 for the power ON count, 2 for the motor power ON count, 3 for the operating
+        time, 0 for all.
         """
         if item in (0, 1):
             self.power_on_count = 0
@@ -229,10 +224,8 @@ class RealTimeOutput:
     def observe(self, now_us: int, read: Callable[[str, int], int]) -> None:
         """Update the words at the interval of the configuration.
 
-        Args:
-            now_us: Time of this cycle.
-            read: Returns a quantity as a word, by its name and the index of the axis; an item
-                without a name is 0.
+        `read` returns a quantity as a word, by its name and the index of the axis. An item without
+        a name is 0.
         """
         config = self._config
         if not self.enabled or now_us < self._due_us or config.size < EXTENDED_SIZE:
@@ -278,9 +271,7 @@ class Data:
     def quantity(self, name: str, index: int) -> int:
         """Return the current value of a quantity of the real time output as an unsigned word.
 
-        Args:
-            name: One of QUANTITIES.
-            index: Into the axes; not used if the quantity does not belong to an axis.
+        `name` is one of QUANTITIES.
         """
         plain = name.removesuffix(HIGH_WORD)
         values = self._of_axis(index) if plain in QUANTITIES_OF_AXIS else self._of_system()

@@ -204,9 +204,7 @@ class Machine:
         Movements are refused in emergency stop, in stop, with servos off, with a serious alarm,
         during a program (if so configured), and while the robot is already moving.
 
-        Args:
-            arm: The robot that is to move.
-            places: The places of its moving axes; None: all axes.
+        `places` are the places of the moving axes; None: all axes.
 
         Raises:
             CommandError: with the number of the alarm that gives the reason.
@@ -266,10 +264,8 @@ class Machine:
     ) -> None:
         """Switch all servos off and end all motion, with the alarm `number` as its reason.
 
-        Args:
-            number: The number of the alarm.
-            lock: Apply all brakes, also of free axes (guide, 4.2.20); else as configured.
-            stop_programs: Stop the robot programs, too.
+        With `lock`, all brakes are applied, also those of free axes (guide, 4.2.20); otherwise as
+        configured. With `stop_programs` the robot programs stop, too.
         """
         self.servos.switch_all_off(keep_free=not (lock or self.config.servo_off_brakes_free_axes))
         self.pending.pop("servo_on_delay", None)

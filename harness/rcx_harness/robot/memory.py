@@ -107,10 +107,6 @@ class Memory:
     def work_point(self, pallet: int, work: int) -> Point:
         """Return a work position of a pallet, with unit, hand and arm rotation of its first point.
 
-        Args:
-            pallet: Number of the pallet, 0 to 39.
-            work: Number of the work position, from 1.
-
         Raises:
             CommandError: the pallet, the work position or a required point is not defined, or these
                 points do not have the same unit.
@@ -275,9 +271,7 @@ def _weights(pallet: Pallet, work: int) -> Mapping[int, Fraction]:
     The corners 0 to 3 are weighted bilinearly in X and Y. The end in Z adds the vector from the
     first point with its own weight, so the weight of the first point is reduced by it.
 
-    Args:
-        pallet: Its work positions in X, Y and Z direction.
-        work: Number of the work position from 1; X counts first, then Y, then Z.
+    Work positions count from 1; X counts first, then Y, then Z.
 
     Returns:
         Weight by offset from the pallet's first point, without zero weights: 0 is the first work

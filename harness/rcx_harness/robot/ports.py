@@ -75,10 +75,7 @@ def port(name: str) -> Port:
 def port_of(kind: str, number: int, bit: int | None = None) -> Port:
     """Return a port of the robot language by its kind, such as `DO`.
 
-    Args:
-        kind: DI, DO, MO, LO, TO, SI or SO.
-        number: Index of the port: its name is octal, so 10() is port 8.
-        bit: One bit of it; None: all eight.
+    Names of ports are octal, so 10() has the number 8. `bit` selects one bit; None: all eight.
     """
     name = f"{kind}{number:o}()" if bit is None else f"{kind}({number:o}{bit})"
     if kind in ("SI", "SO") and number <= _LAST_PORT:

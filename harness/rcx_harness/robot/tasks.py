@@ -187,11 +187,8 @@ class Programs:
     def register(self, task: Task, number: int, priority: int, *, temporary: bool = False) -> bool:
         """Register a program in a task; the previous program leaves the table.
 
-        Args:
-            task: The program's task.
-            number: 1 to 16; 0: the lowest vacant task, where its own task counts as vacant.
-            priority: 1 to 64.
-            temporary: See Task.
+        `number` is 1 to 16, or 0 for the lowest vacant task, where the program's own task counts as
+        vacant.
 
         Returns:
             False if no task is vacant.
@@ -211,9 +208,8 @@ class Programs:
     def order_start(self, modes: Mapping[int, str] | None, *, beside: bool = False) -> None:
         """Define which tasks the next `start` starts.
 
-        Args:
-            modes: RUN, STEP or NEXT by place in `tasks`; None: run all tasks that can run.
-            beside: Earlier orders remain valid.
+        `modes` has RUN, STEP or NEXT by place in `tasks`; None: all tasks that can run. With
+        `beside`, earlier orders stay valid.
         """
         before = self._to_start if beside else {}
         self._to_start = None if before is None or modes is None else {**before, **modes}
@@ -221,9 +217,7 @@ class Programs:
     def order_reset(self, places: Collection[int] | None, *, beside: bool = False) -> None:
         """Define which tasks the next `reset` resets.
 
-        Args:
-            places: Places in `tasks`; None: all tasks.
-            beside: Earlier orders remain valid.
+        `places` are places in `tasks`; None: all tasks. With `beside`, earlier orders stay valid.
         """
         before = self._to_reset if beside else ()
         self._to_reset = None if before is None or places is None else (*before, *places)

@@ -61,8 +61,6 @@ class TokenServer:
     """A server for a page on the loopback interface.
 
     Args:
-        application: Creates the application for a token.
-        port: TCP port, 0 for any free one.
         option: The option of the command line for the port, for messages.
         token: First part of the paths; default: a random one.
     """

@@ -37,15 +37,9 @@ class Settings:
     """The settings of one served controller.
 
     Args:
-        host: Its IPv4 address.
-        port: TCP and UDP port of explicit messages.
-        cyclic: UDP port of cyclic I/O.
         robot: File with its properties; empty for the defaults.
         trace: File for its trace; empty for none.
         size: Bytes of its areas, 48 or 256; None for the size in the file.
-        seed: Seed of all delays that are given as a range.
-        identity: Contents of its Identity object.
-        options: Options of its adapter.
     """
 
     host: str = "127.0.0.1"
@@ -62,11 +56,7 @@ class Settings:
 class Host:
     """A served controller in a process of its own.
 
-    Args:
-        settings: Its settings.
-
     Attributes:
-        settings: Its settings.
         status: Its last report.
         history: Its last seconds.
         size: Bytes of its areas, once it has started.
@@ -75,7 +65,6 @@ class Host:
         drawn: Number of changes of `shapes`.
         failure: The part that has ended by itself, and how; empty as long as all run.
         events: Latest events that no reader has removed yet.
-        reports: Number of reports.
         silent: Its process stands still; its watchdog sets this.
     """
 

@@ -22,15 +22,6 @@ class Recorder:
 
     Its time begins at 0. `rcx view` and `rcx judge` read it.
 
-    Args:
-        controller: The recorded controller.
-        host: Its address, for the header.
-        file: File for the trace; an existing one is replaced.
-        now_us: Time of the first cycle [us].
-
-    Attributes:
-        cycles: Number of recorded cycles.
-
     Raises:
         InputError: the file cannot be written.
     """

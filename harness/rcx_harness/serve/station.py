@@ -55,13 +55,10 @@ class Station:
     """A controller on its network; the caller gives the time.
 
     Args:
-        controller: The controller.
         images: The areas that are exchanged with the network.
         trace: Takes each cycle in which the areas have changed, and each broken rule.
-        host: Its address, for recordings.
 
     Attributes:
-        now_us: Time of its last cycle [us].
         begin_us: Its time 0 on the clock of the adapter's processes [us].
     """
 
@@ -104,9 +101,7 @@ class Station:
     def step(self, now_us: int, *, skipped: int = 0) -> None:
         """Run one controller cycle.
 
-        Args:
-            now_us: Time of the cycle [us].
-            skipped: Number of cycles that were skipped right before it.
+        `skipped` is the number of cycles that were skipped right before it.
         """
         if skipped:
             self._skipped += skipped
@@ -123,10 +118,6 @@ class Station:
 
     def happen(self, event: str, args: Mapping[str, int] | None = None) -> None:
         """Trigger one of EVENTS or LINK_EVENTS before the next cycle.
-
-        Args:
-            event: Its name.
-            args: Its arguments by name.
 
         Raises:
             InputError: no such event, or other arguments than it takes.

@@ -9,11 +9,7 @@ LIMIT_US = 2_000_000
 
 
 class Watchdog:
-    """A watchdog for one process; the caller gives the time.
-
-    Args:
-        limit_us: Longest silence.
-    """
+    """A watchdog for one process; the caller gives the time."""
 
     class Finding(Enum):
         """The result of a look."""
@@ -35,9 +31,7 @@ class Watchdog:
         If the watcher itself has stood still, the measurement of the silence restarts, since the
         whole computer may have been asleep.
 
-        Args:
-            heard_us: Time of the last sign of life; 0: none yet.
-            now_us: Current time, by the same clock.
+        `heard_us` is the time of the last sign of life; 0: none yet.
 
         Returns:
             The change since the last call; None without one.

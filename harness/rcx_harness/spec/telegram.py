@@ -249,9 +249,7 @@ class Command:
     def problem(self, words: Sequence[int], *, unused_words: bool = True) -> str:
         """Return the error in a request's data words; empty if there is none.
 
-        Args:
-            words: The 16 words at n; word 0 is ignored.
-            unused_words: Words without any field must be 0, too.
+        Word 0 is ignored. With `unused_words`, words without any field must be 0, too.
         """
         covered = [0] * WORDS
         for part in self.request:

@@ -43,12 +43,7 @@ _PACKAGES = (Path(__file__).resolve().parents[1], Path(structured_text.__file__)
 
 
 class Cells:
-    """All cells that one test has built.
-
-    Args:
-        item: The test.
-        temporary: Creates the folder for files if the project names none.
-    """
+    """All cells that one test has built."""
 
     def __init__(self, item: pytest.Item, temporary: pytest.TempPathFactory) -> None:
         self._item = item

@@ -115,9 +115,7 @@ def known(changes: Mapping[str, Any]) -> None:
 def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the arguments of `Cell.build` for a cell of this test.
 
-    Args:
-        item: The test; its markers `rcx` count, and the nearest one wins.
-        changes: Changes by the test itself, which win over the markers.
+    The nearest marker `rcx` wins; `changes` by the test itself win over all markers.
 
     Raises:
         InputError: unknown options, or no program.

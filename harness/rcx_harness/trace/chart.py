@@ -187,8 +187,7 @@ class _Signals:
     def lanes(self, told: Collection[str]) -> list[Lane]:
         """Return the bits that changed or explain something, the command code and the status.
 
-        Args:
-            told: The bits that explain something, besides those that follow from the wire.
+        `told` has the bits that explain something, besides those that follow from the wire.
         """
         bits = [lane for _, _, lane in self.inputs + self.outputs]
         ever_on = {code for code, lane in zip(self._codes, bits, strict=True) if lane.changes}
@@ -316,9 +315,7 @@ class Timeline:
 
         A bit that is OFF all through a band is left out of it.
 
-        Args:
-            widths: Widths of the columns of all instants.
-            room: Width for the columns of a band; a band has at least one column.
+        `widths` are those of the columns of all instants. A band has at least one column.
         """
         instants = self.instants()[: len(widths)]
         found = []
@@ -358,10 +355,7 @@ def _breaks(widths: Sequence[int], room: int) -> Iterator[int]:
 def column_widths(timeline: Timeline, narrow: int, need: Callable[[int], int]) -> list[int]:
     """Return the widths of the columns of a chart, wide enough for short values.
 
-    Args:
-        timeline: The changes to draw.
-        narrow: Minimum width of a column.
-        need: Returns the width of a text of so many characters, with its margins.
+    `need` returns the width of a text of so many characters, with its margins.
     """
     instants = timeline.instants()[:MOST_INSTANTS]
     widths = [narrow] * len(instants)
@@ -387,10 +381,8 @@ def time_labels(instants: Sequence[int]) -> list[str]:
 def text_chart(timeline: Timeline, width: int = 100, *, ascii_only: bool = False) -> str:
     """Return the chart for a terminal.
 
-    Args:
-        timeline: The changes to draw.
-        width: Characters per line, at least 60.
-        ascii_only: For terminals without Unicode.
+    A line has `width` characters, at least 60. With `ascii_only` the chart is for terminals without
+    Unicode.
     """
     labels = time_labels(timeline.instants()[:MOST_INSTANTS])
     if not labels:

@@ -88,7 +88,6 @@ class Trace(samples.Trace[Record]):
     """The records of a run, streamed to a file as they come; the latest are also in memory.
 
     Args:
-        header: As for the trace of a bench, which also takes all other arguments.
         path: File to write; None for memory only.
         axes: Titles of the recorded positions, for each controller; `positions` in the header.
         robots: Shapes of the robots, for each controller (`rcx_harness.robot.shape.shapes`);
@@ -135,9 +134,7 @@ def read_trace(
 ) -> tuple[dict[str, Any], Generator[Record, None, None]]:
     """Read a trace file, record by record.
 
-    Args:
-        path: The file.
-        progress: Called at times with the share of the file that has been read.
+    `progress` is called at times with the share of the file that has been read.
 
     Returns:
         The header, and an iterator over the records that reads the file step by step.

@@ -121,7 +121,6 @@ class Wave:
     """A writer of a VCD file during the run; give `take` to `Trace.listen`.
 
     Args:
-        path: File to write.
         controllers: Number of controllers, possibly 0; the scopes of all but the first have their
             number.
         trace: The trace with the watched variables and positions to write, too.

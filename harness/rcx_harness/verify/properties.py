@@ -81,9 +81,7 @@ def always(*, name: str) -> Callable[[Asked], Declared]: ...
 def always(asked: Asked | None = None, *, name: str = "") -> Any:
     """Declare a property that holds after every scan.
 
-    Args:
-        asked: A function of the cell that reads variables by their paths.
-        name: The name in messages. Default: the name of the function, with blanks.
+    `name` appears in messages; by default it is the name of the function, with blanks.
     """
 
     def declare(asked: Asked) -> Declared:
@@ -149,11 +147,8 @@ def _blamed(
 
     `sys.exit(0)` in that code is an error as well, because it would end the command with success.
 
-    Args:
-        error: The exception.
-        file: The user's file.
-        property_: The name of the evaluated property; empty while the file is loaded.
-        home: The user's path of the file if `file` is a copy.
+    `property_` is the name of the evaluated property; empty while the file is loaded. `home` is the
+    user's path of the file if `file` is a copy.
     """
     if isinstance(error, KeyboardInterrupt) and not _is_raised(error):
         return error  # Ctrl-C
@@ -324,8 +319,6 @@ class Judge:
     """Evaluates the properties of a cell scan by scan.
 
     Args:
-        cell: The cell at its beginning.
-        declared: The demanded properties.
         found: Called for each finding with its kind and a sentence.
 
     Raises:
@@ -392,10 +385,7 @@ def followed(
 ) -> list[Followed]:
     """Return the declared properties of a program, ready to be evaluated.
 
-    Args:
-        program: The program at its beginning.
-        declared: The demanded properties.
-        cell: The cell that properties in Python read.
+    `cell` is the one that properties in Python read.
 
     Raises:
         InputError: A property names a variable that does not exist, or cannot be evaluated.

@@ -81,10 +81,6 @@ class _Doing(Protocol):
 class Operator:
     """An operator who brings a cell back into work with the steps of a recovery.
 
-    Args:
-        cell: The cell.
-        recovery: The recovery.
-
     Raises:
         InputError: A condition or variable does not exist.
     """

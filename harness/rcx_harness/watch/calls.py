@@ -27,7 +27,6 @@ class CallMonitor:
     """A monitor that demands one call per scan, for one robot, and no skipped call while busy.
 
     Args:
-        program: The program to watch.
         plan: The calls that the source leaves open; if it is empty, the monitor costs nothing.
     """
 

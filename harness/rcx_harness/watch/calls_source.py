@@ -71,9 +71,7 @@ class CallPlan(NamedTuple):
 def call_findings(files: Sequence[Path], library: Sequence[Path] = ()) -> list[CallFinding]:
     """Check the calls in a program's own files.
 
-    Args:
-        files: The program's files, free of errors.
-        library: The files of the blocks that it uses.
+    The files are free of errors; `library` has the files of the blocks that they use.
     """
     every = (*files, *library)
     found = cache.made_of("called", _key(files, library), every, lambda: _findings(files, library))
@@ -121,10 +119,6 @@ def steady_instances(files: Sequence[Path], library: Sequence[Path] = ()) -> set
     An instance counts if its owner, a program or block, calls it exactly once, at the top level of
     its body and before any RETURN, and if no statement assigns its Execute or Enable after that
     call.
-
-    Args:
-        files: The program's own files, free of errors.
-        library: The files of the blocks that it uses.
 
     Returns:
         Names as `OWNER.INSTANCE` in upper case, with the name of the owner's type.

@@ -153,7 +153,6 @@ class ContractMonitor:
     if an unchanged state would be a violation.
 
     Args:
-        program: The program to watch.
         steady: Instances that are called exactly once whenever their owner is, with an Execute or
             Enable that no statement changes after the call, as returned by `steady_instances`. All
             rules are checked for them if the same is true of their owner.

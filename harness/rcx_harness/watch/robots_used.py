@@ -111,11 +111,9 @@ class RobotsUsed:
     """The robots of a project.
 
     Args:
-        project: The checked sources.
         files: The user's files: their code is followed, that of the library's blocks is not.
 
     Attributes:
-        robots: By place.
         pous: The user's programs and blocks that are called.
         read_any: FB_ReadArea is called for a robot that the source leaves open.
         written_any: The same for FB_WriteArea.

@@ -68,15 +68,7 @@ class WireMonitor:
         self._judged = False
 
     def scan(self, t_us: int, scan: int, so: bytes, si: bytes, connected: bool) -> list[Violation]:
-        """Judge one scan.
-
-        Args:
-            t_us: Time of the scan.
-            scan: Its number.
-            so: The area read at its start.
-            si: The area written at its end.
-            connected: The status of the PLC's scanner.
-        """
+        """Judge one scan."""
         before, self._si = self._si, si
         judged, self._connected = connected and self._connected, connected
         if not judged:

@@ -73,8 +73,7 @@ class ConnectionPath:
 def decode_connection_path(path: bytes) -> ConnectionPath:
     """Take a connection path apart.
 
-    Args:
-        path: Padded path, an even number of bytes.
+    The path is padded: it has an even number of bytes.
 
     Raises:
         PathRefusal: a segment that is not understood, in a wrong place or cut off; or no class.
@@ -266,9 +265,8 @@ def close_reply(triad: Triad) -> bytes:
 def refusal_data(request: Request, remaining: int = 0) -> bytes:
     """Return the data of a refusal: the triad as sent, and the remaining words of the path.
 
-    Args:
-        request: A Forward Open or Forward Close, of any length.
-        remaining: Words of the connection path from the wrong segment to the end.
+    `request` is a Forward Open or Forward Close of any length. `remaining` counts the words of the
+    connection path from the wrong segment to the end.
 
     Returns:
         Ten bytes; none if the request ends before its triad does.

@@ -22,12 +22,10 @@ class CyclicControl(Closing):
     The process ends with `close`, or with its parent.
 
     Args:
-        memory: Name of the `SharedImages` it works on.
-        host: IPv4 address to send from and to receive at.
+        memory: Name of the `SharedImages` with the assemblies.
         port: UDP port, 0 for any free one.
-        on_ended: Told, in a thread of its own, the number of each connection that has ended by
-            itself, and why.
-        role: Which end of the connections this is.
+        on_ended: Called in a thread of its own with the number of each connection that ends by
+            itself, and the reason.
 
     Attributes:
         port: UDP port it receives at.

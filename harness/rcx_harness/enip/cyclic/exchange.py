@@ -75,15 +75,10 @@ class Producer:
     """Produces the packets of one connection id, one per interval.
 
     Args:
-        connection_id: The id in every packet.
         size: Bytes of data, without sequence count and header.
-        run_idle: Whether the packets carry the run/idle header.
-        api_us: The interval [us].
-        first_us: The time at which the first packet is due [us].
 
     Attributes:
         number: Sequence number of the last packet; the count continues from it.
-        due_us: The time at which the next packet is due [us].
     """
 
     def __init__(
@@ -152,10 +147,9 @@ class Consumer:
 
     Args:
         size: Bytes of data expected; 0: a heartbeat, with or without a sequence count.
-        run_idle: The packets carry the run/idle header.
-        timeout_us: Longest silence; the first packet has at least 10 s.
-        now_us: The connection is opened now.
-        first_us: Longest wait for the first packet, where the time-out is longer.
+        timeout_us: Longest silence between two packets; the first packet may take at least 10 s.
+        first_us: Upper limit of the wait for the first packet, for connections with a long
+            time-out.
 
     Attributes:
         deadline_us: The connection is lost at this time if no packet comes.
@@ -190,13 +184,9 @@ class Consumer:
         The first packet may have any number. From then on a number counts as the next one up to
         `WINDOW` ahead, also across the end of its 32 bits.
 
-        Args:
-            number: Its sequence number of 32 bits.
-            content: Its connected data.
-            now_us: It arrived now.
-
         Returns:
-            Why it is dropped, if it is; the time-out runs on then.
+            The arrival, or the reason why the packet is dropped. A dropped packet does not restart
+            the time-out.
         """
         if len(content) not in self._lengths:
             return Drop.LENGTH
@@ -261,9 +251,8 @@ class Exchange:
     other way round. Times are microseconds of one clock that never goes back.
 
     Args:
-        images: The assemblies and the status that is kept there.
-        on_ended: Told the number of each connection that ends by itself, and why.
-        role: Which end this is.
+        images: The assemblies and the status of the connections.
+        on_ended: Called with the number of each connection that ends by itself, and the reason.
     """
 
     def __init__(

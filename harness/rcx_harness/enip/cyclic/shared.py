@@ -142,10 +142,8 @@ class Status:
 def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: bool = True) -> str:
     """Return how many packets were dropped for which reason; empty if none were.
 
-    Args:
-        status: Of one end of the connections.
-        drops: Other numbers for each `Drop`, in their order; None for those of the status.
-        numbers: Say how many; else only why.
+    `drops` are numbers for each `Drop`, in their order, that replace those of the status. With
+    `numbers` the text has the numbers, too.
     """
     texts = []
     for reason, number in zip(Drop, status.drops if drops is None else drops, strict=True):
@@ -170,12 +168,7 @@ class Image(Protocol):
 
 
 class SharedImage:
-    """One assembly; a writer at a time, any number of readers.
-
-    Args:
-        memory: Its part of the shared memory, `needs(size)` bytes.
-        size: Bytes of the assembly.
-    """
+    """One assembly; a writer at a time, any number of readers."""
 
     def __init__(self, memory: memoryview, size: int) -> None:
         self.size = size
@@ -218,16 +211,11 @@ class SharedImage:
 class SharedImages(Closing):
     """Assembly 100 (`to_master`), assembly 150 (`to_robot`) and the status of their connection.
 
-    Args:
-        memory: Made by `create` or opened by `attach`.
-
     Attributes:
-        name: By which another process attaches.
-        size: Bytes of assembly 100; as a rule, of each.
         to_master: Assembly 100, written by the robot.
         to_robot: Assembly 150, written by the master.
-        events: A `ConnectionEvent` for each change; written by the process of the cyclic part.
-        refusals: A `RefusedOpen` for each; written by the adapter's process.
+        events: A `ConnectionEvent` for each change; written by the process of the cyclic exchange.
+        refusals: A `RefusedOpen` for each refused Forward Open; written by the adapter's process.
     """
 
     def __init__(self, memory: SharedMemory) -> None:
@@ -252,9 +240,7 @@ class SharedImages(Closing):
     def create(cls, size: int, to_robot_size: int | None = None) -> SharedImages:
         """Return new memory, all zero; its creator must call `unlink`.
 
-        Args:
-            size: Bytes of assembly 100.
-            to_robot_size: Bytes of assembly 150; None for the same size.
+        `size` is that of assembly 100; assembly 150 has the same if `to_robot_size` is None.
         """
         other = size if to_robot_size is None else to_robot_size
         needs = _WORDS * _WORD + GAPS * 4 + SharedImage.needs(size) + SharedImage.needs(other)
@@ -360,9 +346,8 @@ class SharedImages(Closing):
     def note_length(self, wrong: int, right: int) -> None:
         """Save the length of a packet that is dropped for it; for the cyclic process.
 
-        Args:
-            wrong: Bytes of connected data in the packet.
-            right: Bytes that the connection expects.
+        Only the cyclic process calls it. `wrong` is the length of the packet's data, `right` the
+        length that the connection expects.
         """
         self._words[Word.WRONG_LENGTH], self._words[Word.RIGHT_LENGTH] = wrong, right
 

@@ -32,14 +32,8 @@ class Client(Closing):
     Any failure but a refusal closes the connection: after it nobody knows which answer is next.
 
     Args:
-        host: Name or address of the adapter.
-        port: Its TCP port.
         timeout_s: Longest wait for the connection and for each answer, in seconds.
-        source: IPv4 address of this machine to connect from; empty for the usual one.
-        clock: Seconds, monotonic.
-
-    Attributes:
-        socket: The connection.
+        source: IPv4 address of this machine from which to connect; empty: the system chooses.
 
     Raises:
         EnipError: no connection, no answer in time, or not an answer of the protocol; from every

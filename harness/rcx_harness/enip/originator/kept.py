@@ -20,13 +20,11 @@ class KeptConnection:
     connection begins with zeros: its first packet must ask for nothing.
 
     Args:
-        name: Of the adapter, in messages.
-        size: Bytes of each area.
-        connect: Makes the scanner; raises EnipError where the adapter is not there.
-        options: Those of the command that a remedy may name.
+        connect: Returns a new scanner; raises EnipError if the adapter does not answer.
+        options: Options of the command that a hint in a message may name.
 
     Attributes:
-        opener: Opens the connection, and anew what has been lost.
+        opener: Opens the connection, and opens it again after a loss.
     """
 
     def __init__(
@@ -64,10 +62,7 @@ class KeptConnection:
     def write(self, image: bytes, valid_us: int | None) -> None:
         """Set the data of the next packets.
 
-        Args:
-            image: The area to the adapter.
-            valid_us: The packets stop if `write` is not called again within this time [us]. None:
-                they never stop.
+        The packets stop if `write` is not called again within `valid_us`; None: they never stop.
         """
         with self._lock:
             if self._scanner is not None:

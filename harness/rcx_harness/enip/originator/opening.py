@@ -80,7 +80,6 @@ class Opener:
     """Keeps one connection open by opening it again after every loss.
 
     Args:
-        opened: Opens the connection, and returns its scanner.
         first_s: Longest wait for the first packet, in seconds; None: the connection's own limit.
 
     Attributes:
@@ -104,10 +103,8 @@ class Opener:
     ) -> None:
         """Keep the connection open from now on, in a separate thread that does all waiting.
 
-        Args:
-            look_s: Seconds between two checks of the connection.
-            retry_s: Additional seconds to wait after a failed attempt.
-            on_died: Called if the thread ends by itself.
+        The thread checks the connection every `look_s` seconds and waits `retry_s` more after a
+        failed attempt. It calls `on_died` if it ends by itself.
         """
 
         def work() -> None:
@@ -176,10 +173,8 @@ def multiplier_of(timeout_us: int, rpi_us: int) -> int:
 def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
     """Return the remedy for a refused Forward Open; empty if none is known.
 
-    Args:
-        error: The refusal.
-        size: The requested bytes from the adapter.
-        options: Options of the command that a remedy may name.
+    `size` is the requested number of bytes from the adapter, `options` are options of the command
+    that the remedy may name.
     """
     code = error.extended[0] if error.extended else 0
     if code == ExtendedStatus.OWNERSHIP_CONFLICT:

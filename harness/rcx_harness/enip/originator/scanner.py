@@ -45,11 +45,9 @@ class Assemblies:
     """The assemblies of one connection; as they stand, those of the controller with 48 bytes.
 
     Args:
-        input_size: Bytes from the adapter.
-        output_size: Bytes to the adapter; an exclusive owner alone sends them.
-        input_instance: The adapter's instance, or connection point, to receive from.
-        output_instance: The one to send to.
-        heartbeat: The one that readers name instead; None for the usual one.
+        input_instance: Instance of the adapter (connection point) to receive from.
+        heartbeat: Connection point that Input Only and Listen Only connections name instead of the
+            output; None for the usual one.
         configuration: Configuration instance to name, None for none.
         configuration_data: Data for it, an even number of bytes.
 
@@ -147,23 +145,20 @@ class Scanner(Closing):
     """One connection to one adapter, and the session it is opened through.
 
     Args:
-        host: Name or address of the adapter.
         size: Bytes of each of the controller's areas, 48 or 256; or any other `Assemblies`.
         rpi_us: Requested packet interval in microseconds.
-        kind: Application type; only an exclusive owner sends data, the others a heartbeat.
+        kind: Application type. Only an exclusive owner sends data, the others send a heartbeat.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
-        multicast: The adapter is to send to its multicast group.
-        address: IPv4 address of this machine to work from; empty for the one that leads there.
-        io_port: UDP port of ours; None for 2222 or, where that is taken, any.
-        port: The adapter's TCP port.
-        large: Open by Large Forward Open, also where the sizes do not need it.
-        timeout_s: Longest wait for each explicit answer, in seconds.
+        multicast: Request packets to the adapter's multicast group.
+        address: IPv4 address of this machine to send from; empty: the system chooses.
+        io_port: Our UDP port; None for 2222 or, if that is in use, any free port.
 
     Attributes:
         shared: Both areas, and the state of the cyclic connection.
-        client: The session, for other requests. That it ends does no harm to the connection.
-        connection: What has been agreed on, also after a loss; None before and when closed.
-        ended: Why the connection has ended by itself; None while it lives and when closed.
+        client: The session, for other requests. The connection survives the end of the session.
+        connection: The agreed parameters, also after a loss; None before the first and after
+            `close`.
+        ended: Why the connection has ended by itself; None while it is open and after `close`.
 
     Raises:
         InputError: a size that the controller does not have, an interval or a multiplier that
@@ -296,12 +291,9 @@ class Scanner(Closing):
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
         """Set what is sent from the next packet on.
 
-        Args:
-            image: Assembly 150, all of it.
-            run: The program runs; False sends the idle state, which makes the data void.
-            valid_us: No packet goes out any more this many microseconds from now, unless `write`
-                has been called again: who has stopped writing is not to be believed for ever.
-                None: without an end.
+        `image` is the complete assembly 150. Without `run` the packets carry the idle state, which
+        makes the data void. If `write` is not called again within `valid_us` microseconds, the
+        packets stop: data of a program that hangs must not stay valid. None: they never stop.
         """
         self.shared.to_robot.write(image)
         self.shared.run = run

@@ -26,18 +26,11 @@ class Adapter(Closing):
     with its parent.
 
     Args:
-        size: Bytes of each assembly, 48 or 256.
-        identity: What the Identity object shows.
-        host: IPv4 address to listen on.
         port: TCP and UDP port of explicit messages, 0 for any free one.
         cyclic: UDP port of cyclic I/O, 0 for any free one; None for explicit messages only, which
             start faster.
-        options: Limits and manners.
 
     Attributes:
-        size: As given.
-        address: Host and port it listens on.
-        io_port: UDP port of cyclic I/O, None without.
         shared: Both assemblies, and the state of the cyclic connections.
 
     Raises:

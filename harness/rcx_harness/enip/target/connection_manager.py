@@ -81,12 +81,7 @@ class ExplicitConnection:
     A message that comes again with the same sequence count is answered with the same reply and
     not carried out again.
 
-    Args:
-        request: As it was opened.
-        connection_id: Of the messages to us.
-        session: Handle of the session it lives and dies with.
-        peer: IPv4 address of the originator.
-        now: Seconds of the clock that `answer` and `has_timed_out` use, too.
+    The connection ends with its session. Times are seconds of one monotonic clock.
     """
 
     def __init__(
@@ -110,13 +105,11 @@ class ExplicitConnection:
     def answer(self, message: bytes, now: float, perform: Callable[[bytes], bytes]) -> bytes | None:
         """Reply to a message, both with the sequence count first.
 
-        Args:
-            message: As it came; longer than the connection's size it gets status 0x15.
-            now: Seconds.
-            perform: Gives the CIP reply to a CIP request.
+        A message that is longer than the connection's size is answered with status 0x15. `perform`
+        executes the CIP request and returns its reply.
 
         Returns:
-            None if it is too short to be a message: no reply.
+            The reply; None if the message is too short for one.
         """
         if len(message) < SEQUENCE_SIZE + 2:
             return None
@@ -179,16 +172,12 @@ class ConnectionManager:
     """The connections of one adapter.
 
     Args:
-        size: Bytes of each assembly.
-        identity: What electronic keys are compared with.
-        options: Connection points, limits and manners.
-        cyclic: The cyclic part, None if there are explicit connections only.
-        clock: Seconds, monotonic.
-        draw_id: Gives 32 bits for each connection id. Whoever knows the ids of some connections,
-            also of those before the last start, must not be able to guess another one.
-        on_refused: Takes a sentence for each Forward Open that is refused.
+        identity: Compared with the electronic keys of requests.
+        cyclic: The cyclic exchange; None for an adapter with explicit connections only.
+        draw_id: Returns 32 random bits for each connection id. Nobody who knows some ids, even
+            those before the last start, may be able to guess another one.
+        on_refused: Called with a sentence for each refused Forward Open.
         group: Multicast address to produce to.
-        dscp: Code point for each priority (0 low to 3 urgent).
     """
 
     def __init__(

@@ -54,13 +54,8 @@ _LENGTH = slice(2, 4)
 class Session:
     """The encapsulation layer of one connection.
 
-    Args:
-        device: It.
-        local: Host and port of our end, as ListIdentity shows them.
-        peer: IPv4 address of the other end.
-
     Attributes:
-        ended: The connection is to be closed, once all answers have gone.
+        ended: The TCP connection must be closed as soon as all answers have been sent.
     """
 
     def __init__(self, device: Device, local: tuple[str, int], peer: str) -> None:
@@ -209,22 +204,13 @@ class Device:
     """One adapter: what it is, what is connected, and who speaks to it.
 
     Args:
-        to_master: Assembly 100.
-        to_robot: Assembly 150.
-        identity: What the Identity object shows.
-        options: Limits and manners.
-        cyclic: The cyclic part, None for explicit messages only.
-        owner_state: What the cyclic part says of the owner.
-        interface: The network interface.
-        clock: Seconds, monotonic.
-        draw_id: Gives 32 bits for each connection id.
-        on_refused: Takes a sentence for each Forward Open that is refused.
+        cyclic: The cyclic exchange; None for explicit messages only.
+        owner_state: Returns the state of the owner's cyclic connection.
+        draw_id: Returns 32 random bits for each connection id.
+        on_refused: Called with a sentence for each refused Forward Open.
 
     Attributes:
-        router: Answers CIP requests.
-        connections: The Connection Manager.
-        listing: Answers what needs no session.
-        clock: As given.
+        listing: Answers the commands that need no session.
         on_reset: Called after a reset of the device, to close all TCP connections.
     """
 

@@ -28,12 +28,7 @@ _CIP_OVER_TCP, _CYCLIC_OVER_UDP = 0x0020, 0x0100  # capability flags
 
 
 class Listing:
-    """Answers ListServices, ListIdentity and ListInterfaces.
-
-    Args:
-        router: Knows the identity.
-        cyclic: Class 1 connections can be opened.
-    """
+    """Answers ListServices, ListIdentity and ListInterfaces."""
 
     def __init__(self, router: Router, cyclic: bool) -> None:
         self._router = router
@@ -42,12 +37,11 @@ class Listing:
     def answer(self, frame: Frame, local: tuple[str, int]) -> Frame | None:
         """Answer a command.
 
-        Args:
-            frame: The request; it has no data, else it is refused with 0x65.
-            local: Our own host and port, as ListIdentity shows them.
+        The request must have no data, otherwise it is refused with 0x65. `local` is our own host
+        and port, as shown by ListIdentity.
 
         Returns:
-            None if it is another command.
+            The answer; None for another command.
         """
         if frame.command == Command.LIST_SERVICES:
             item = struct.pack("<HH16s", PROTOCOL_VERSION, self._flags, b"Communications")
@@ -80,7 +74,6 @@ class Datagrams:
     """Answers datagrams.
 
     Args:
-        listing: Answers the three commands that go over UDP.
         random: Uniform from 0 to 1.
     """
 
@@ -91,10 +84,7 @@ class Datagrams:
     def answer(self, data: bytes, local: tuple[str, int], broadcast: bool) -> Delayed | None:
         """Answer one datagram.
 
-        Args:
-            data: One frame; anything else is discarded.
-            local: Our own host and port.
-            broadcast: It was sent to everybody; then there is no answer but to what was asked.
+        Anything but exactly one frame is discarded. A broadcast (`broadcast`) gets no error answer.
         """
         found = decode_header(data)
         if found is None or len(data) != HEADER_SIZE + found[1]:

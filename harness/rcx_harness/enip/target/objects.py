@@ -39,12 +39,7 @@ _SPEEDS = ((10, 0), (10, 1), (100, 0), (100, 1))  # Mbit/s, full duplex
 
 
 def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
-    """Return attributes 1 to 12 of the TCP/IP Interface object.
-
-    Args:
-        interface: The adapter's own.
-        group: First multicast address.
-    """
+    """Return attributes 1 to 12 of the TCP/IP Interface object."""
     address = _number(interface.address) + _number(interface.netmask) + bytes(12)
     return {
         1: struct.pack("<I", _CONFIGURED),
@@ -67,10 +62,6 @@ def ethernet_link_values(port: int, hardware_address: bytes) -> dict[int, bytes]
 
     The module has two connectors, 10Base-T or 100Base-TX (manual chapter 1, 3.1); the first is
     the one that is plugged in.
-
-    Args:
-        port: Number of the connector, 1 or 2.
-        hardware_address: Six bytes.
     """
     plugged = port == 1
     label = f"Port {port}".encode()
@@ -139,13 +130,9 @@ class ObjectModel:
     QoS, TCP/IP Interface and two Ethernet Links.
 
     Args:
-        to_master: Assembly 100, written by the robot.
-        to_robot: Assembly 150, as long as the other one, written by the master.
-        identity: Attributes of the Identity object.
-        status: Gives the Identity object's status word.
-        is_owned: Tells whether a connection owns assembly 150.
-        interface: The adapter's network interface.
-        group: Its first multicast address.
+        status: Returns the status word of the Identity object.
+        is_owned: Returns whether a connection owns assembly 150.
+        group: First multicast address of the adapter.
         inactivity_s: Initial value of the TCP/IP Interface object's attribute 13.
     """
 

@@ -42,11 +42,7 @@ class Facts:
 def refusal_text(peer: str, request: ForwardOpen | None, refusal: Refusal, facts: Facts) -> str:
     """Return one sentence: who asked for what, the code, its meaning, and a remedy.
 
-    Args:
-        peer: IPv4 address of the originator.
-        request: What it asked for; None where that could not be read.
-        refusal: How it was refused.
-        facts: What the controller has.
+    `request` is None if it could not be read; `facts` are the properties of the controller.
     """
     if refusal.status != Status.CONNECTION_FAILURE or not refusal.extended:
         code, meaning = f"0x{refusal.status:02X}", status_text(refusal.status)

@@ -32,11 +32,8 @@ _BACKPLANE = b"\x01\x00"  # port 1, link address 0: where scanners presume a pro
 class Router:
     """Turns requests into replies; every request gets one.
 
-    Args:
-        objects: The device's objects.
-        identity: What an electronic key in a path is compared with.
-        connections: The Connection Manager.
-        reset: Carries out a reset of the device once the reply has gone.
+    `identity` is compared with the electronic key of a path. `reset` resets the device after the
+    reply has been sent.
     """
 
     def __init__(

@@ -26,11 +26,7 @@ _TURN = 1024
 
 
 class TcpServer:
-    """All TCP connections of one device.
-
-    Args:
-        device: Answers them.
-    """
+    """All TCP connections of one device."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -163,15 +159,13 @@ class UdpServer:
     """The UDP sockets of one device.
 
     Args:
-        datagrams: Answers them.
-        local: Host and port; the socket is bound to it. With `ANY` a broadcast cannot be told from
-            a question to us alone, and is answered at once.
-        broadcasts: Broadcast addresses to listen at; those the machine does not allow are left.
-        dscp: Code point of the answers.
+        local: Host and port to bind to. With `ANY`, a broadcast cannot be distinguished from a
+            request to this device alone, and is answered at once.
+        broadcasts: Broadcast addresses to listen at; those that the system refuses are skipped.
 
     Attributes:
-        answers: Does the device answer at all?
-        delayed: Who waits for an answer that comes after a delay.
+        answers: Whether the device answers at all.
+        delayed: Addresses whose answers are due after a delay.
 
     Raises:
         OSError: the port is taken.

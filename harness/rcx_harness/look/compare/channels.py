@@ -57,7 +57,7 @@ class Timeline:
     """The values of one channel over time.
 
     Args:
-        changes: When, and the value from then on; each another one than before.
+        changes: Times, and the value from each time on; successive values differ.
     """
 
     def __init__(self, changes: Sequence[tuple[int, int]]) -> None:
@@ -121,12 +121,7 @@ def differences(
     A value that the virtual controller shows for less time than the tolerance may be missing: it
     may have had no packet of its own.
 
-    Args:
-        channel: Which.
-        recorded: Its values in the recording.
-        virtual: Its values in the virtual controller.
-        span: Begin and end of what is compared.
-        tolerance_us: See Recording.
+    `span` is the compared time.
     """
     found: list[tuple[int, int]] = []
     for one, other, brief in ((recorded, virtual, False), (virtual, recorded, True)):

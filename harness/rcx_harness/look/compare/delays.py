@@ -99,13 +99,12 @@ class Guide:
     of the others it shows when they end. Their acceptance is then as short as it may be.
 
     Args:
-        controller: Its delays are drawn here from now on.
-        recorded: The recording's values by channel.
-        asked: What the PLC sent, by dedicated input, `code` and `words`: see `asked`.
-        free: These keys are whatever the recording shows, not what the configuration allows.
+        recorded: The values of the recording by channel.
+        asked: The requests of the PLC, by dedicated input, `code` and `words`: see `asked`.
+        free: Delays of these keys follow the recording, even against the configuration.
 
     Attributes:
-        drawn: What was drawn, in order.
+        drawn: The delays that were drawn, in order.
     """
 
     def __init__(

@@ -72,10 +72,8 @@ def fit(
 ) -> Fit:
     """Look for the robot file that a recording is of.
 
-    Args:
-        replay: The recording.
-        base: Where to begin; what it describes (axes, programs, points ...) is taken as it is.
-        progress: Is called with the share of the recording with which both agree.
+    `base` is the configuration to begin with; its axes, programs and points are kept. `progress` is
+    called with the share of the recording that the virtual controller reproduces.
     """
     return _Search(replay, base, progress).search()
 

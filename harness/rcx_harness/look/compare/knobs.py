@@ -66,12 +66,8 @@ class Seen:
 def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -> Seen:
     """Return the values that the answers at a time suggest.
 
-    Args:
-        t_us: The time.
-        si: The area to the controller: which command was asked.
-        recorded: The area from it in the recording.
-        virtual: The one of the virtual controller.
-        clock: What its key `clock` says.
+    `si` shows which command was requested; `recorded` and `virtual` are the areas of both sides at
+    that time, and `clock` is the value of the key `clock`.
     """
     words, other = _words(recorded), _words(virtual)
     if words[0] == ABNORMAL_END:
@@ -130,12 +126,8 @@ def values(
 ) -> list[Any]:
     """Return the values to try instead of the current value.
 
-    Args:
-        key: One of KNOBS.
-        current: Its value.
-        seen: What the recording suggests.
-        raised: Alarms that were raised.
-        asked: What the PLC sent, by dedicated input.
+    `key` is a member of KNOBS. `seen` are the values that the recording suggests, `raised` the
+    alarms in it, and `asked` the requests of the PLC by dedicated input.
     """
     found: list[Any] = []
     for one in _values(key, current, seen, raised, asked):

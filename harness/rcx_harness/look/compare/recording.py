@@ -83,15 +83,13 @@ def load(
 ) -> Recording:
     """Read the recording of one controller.
 
-    Args:
-        path: A capture, or a trace of `rcx serve`, `run`, `scan`, `judge` or `probe`.
-        hosts: The controller's address, where a capture has several.
-        sizes: Which sizes its areas may have.
-        port: TCP port of explicit messages.
-        progress: Is called with the share that has been read.
+    The file is a capture, or a trace of `rcx serve`, `run`, `scan`, `judge` or `probe`. `hosts` has
+    the controller's address if a capture has several controllers, `sizes` the allowed sizes of its
+    areas, and `port` is the TCP port of explicit messages. `progress` is called with the share of
+    the file that has been read.
 
     Raises:
-        InputError: it cannot be read, has nothing of a controller in it, or of several ones.
+        InputError: the file cannot be read, or it does not contain exactly one controller.
     """
     if is_capture(path):
         return _of_capture(path, hosts, sizes, port, progress)
@@ -118,13 +116,12 @@ def of_cycles(
 ) -> Recording:
     """Return an exact recording of the controller's own cycles.
 
-    Args:
-        cycles: When, the area that it took (None without a connection), the area that it gave.
-        every: All cycles are there; else those in which something was another.
-        from_power_on: The first one is the first after power-on.
+    `cycles` has for each cycle the time, the area that the controller took (None without a
+    connection) and the area that it gave. `every` is False if only changed cycles are recorded;
+    `from_power_on` means that the first cycle is the first one after power-on.
 
     Raises:
-        InputError: there are none, or of different sizes.
+        InputError: there are no cycles, or cycles of different sizes.
     """
     if not cycles:
         raise InputError("there is no cycle of a controller in it")

@@ -82,8 +82,7 @@ class Replay:
     """A recording, to be replayed with one configuration after the other.
 
     Args:
-        recording: It.
-        happenings: What befell the controller besides.
+        happenings: Other events at the controller.
     """
 
     def __init__(self, recording: Recording, happenings: Sequence[Happening] = ()) -> None:
@@ -105,11 +104,9 @@ class Replay:
     ) -> Replayed:
         """Replay with a configuration.
 
-        Args:
-            config: It.
-            free: Delays that are what the recording shows, whatever the configuration says.
-            expected: Differences that are known already; the channel and the beginning count.
-            to_first: Stop at the first difference, where times are exact.
+        The delays in `free` follow the recording, whatever the configuration has. Differences with
+        the channel and the beginning of one in `expected` are ignored. With `to_first` the replay
+        ends at the first difference if the recording has exact times.
         """
         vars(config).pop(_READ, None)
         controller = Controller(config)

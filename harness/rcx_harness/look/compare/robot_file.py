@@ -18,13 +18,11 @@ from structured_text.output.toml_files import toml_text
 def robot_file(fit: Fit, base: Path | None, of: str) -> str:
     """Return the text of the robot file.
 
-    Args:
-        fit: What was found.
-        base: The robot file with which the search began; its tables are taken over as they are.
-        of: The recording's name.
+    `base` is the robot file with which the search began; its tables are copied. `of` names the
+    recording.
 
     Raises:
-        InputError: the keys in `base` stand in lines that cannot be replaced one by one.
+        InputError: the lines with the keys in `base` cannot be replaced.
     """
     old = toml_text(base) if base is not None else ""
     before = RobotConfig.load(base) if base is not None else RobotConfig()

@@ -46,9 +46,7 @@ _TITLES = {one.short: f"{one.signal} {one.title}" for one in signals().output}
 def rules_of(channel: str, code: int) -> tuple[Rule, ...]:
     """Return the rules that affect a difference: of its signal and of the current command.
 
-    Args:
-        channel: Its name.
-        code: Of the command under way, 0 without one.
+    `code` is that of the current command; 0 without one.
     """
     usual = _WORDS if channel.startswith("SOW") else _PORTS
     names = set(_OF_SIGNAL.get(channel, usual))

@@ -62,20 +62,19 @@ class Packet(NamedTuple):
 class Capture:
     """The packets of a capture file, one by one.
 
-    Args:
-        path: A file that libpcap reads: pcapng or pcap.
-
     Attributes:
-        packets: How many there were so far, of any kind.
-        others: What cannot be read here, and how often: `IPv6`, `IP fragments` ...
-        begin_us: Time of the first packet, microseconds since 1970; the others count from it.
-        last_us: Time of the latest packet from there.
-        damage: What is wrong with the file behind the last packet; empty where nothing is.
-        read_bytes: So much of the file has been read, about.
+        packets: Number of packets so far, of any kind.
+        others: Kinds of packets that cannot be evaluated (`IPv6`, `IP fragments` ...), with their
+            numbers.
+        begin_us: Time of the first packet, in microseconds since 1970. The other times count from
+            it.
+        last_us: Time of the latest packet.
+        damage: Damage of the file after the last packet; empty without any.
+        read_bytes: Approximate number of bytes read so far.
 
     Raises:
-        InputError: not there, not readable, no capture, a link type that is not known here, or
-            the reader is not installed.
+        InputError: the file does not exist, cannot be read, is not a capture or has an unknown link
+            type, or the package that reads captures is not installed.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -138,8 +137,7 @@ class Capture:
     def trouble(self, what: str = "judged") -> InputError | None:
         """Return the error of a file that is damaged, once it has been read; else None.
 
-        Args:
-            what: What was done with the packets before the damage.
+        `what` says what was done with the packets before the damage.
         """
         if not self.damage:
             return None

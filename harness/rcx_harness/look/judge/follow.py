@@ -44,18 +44,18 @@ class Follower:
     """Takes the samples of one controller.
 
     Args:
-        size: Bytes of its areas.
-        tell: Takes the time and one line of what happens.
-        report: Takes each broken rule.
-        at: What a sample's number counts: packet, scan or cycle.
-        tolerance_us: By so much two changes may be nearer than 100 ms.
+        tell: Called with the time and a line for each event.
+        report: Called with each broken rule.
+        at: Name of a sample: packet, scan or cycle.
+        tolerance_us: Two changes may be this much closer than 100 ms.
 
     Attributes:
-        times: Response times by what was answered.
-        commands: Remote commands that went out.
-        gaps: How often an area was another behind missing packets: no rule was judged across them.
-        together: How often new data came with their code. The scan in between may have had no
-            packet of its own: it cannot be said whether the program wrote the data first.
+        times: Response times by the name of the answer.
+        commands: Number of remote commands that were sent.
+        gaps: How often an area had changed after missing packets. No rule is judged across such a
+            gap.
+        together: How often new data came in one packet with their code. The scan between them may
+            have had no packet of its own, so the order in the program is unknown.
     """
 
     def __init__(

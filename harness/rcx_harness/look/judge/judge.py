@@ -191,13 +191,11 @@ def judge(
 ) -> Judgement:
     """Read a recording and judge it.
 
-    Args:
-        options: What and how.
-        tell: Takes one line after the other of what happened.
-        progress: Is called with the share of the file that has been read.
+    `tell` is called with each line of the report, `progress` with the share of the file that has
+    been read.
 
     Raises:
-        InputError: the file cannot be read, or has nothing of a controller in it.
+        InputError: the file cannot be read, or it contains no traffic of a controller.
     """
     if is_capture(options.file):
         return _judge_capture(options, tell, progress)

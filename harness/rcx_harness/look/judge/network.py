@@ -141,17 +141,15 @@ class Network:
     """Follows the connections of all controllers of a capture.
 
     Args:
-        hosts: Addresses of the controllers, where the Forward Opens shall not say it; none else
-            are followed then.
-        sizes: Which sizes their areas may have.
+        hosts: Addresses of the controllers. If given, the Forward Opens do not select them, and all
+            other controllers are ignored.
+        sizes: Allowed sizes of their areas.
         port: TCP port of explicit messages.
 
     Attributes:
-        robots: The controllers that were found.
         strangers: Packets that are not judged, at most some hundred kinds.
-        cyclic: How many class 1 packets there were in all.
-        streams: The TCP connections.
-        unreadable: Forward Opens that could not be read.
+        cyclic: Number of class 1 packets.
+        unreadable: Number of Forward Opens that could not be decoded.
     """
 
     def __init__(

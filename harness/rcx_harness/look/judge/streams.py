@@ -51,11 +51,7 @@ class Streams:
 
 
 class _Stream:
-    """One direction of one connection.
-
-    Args:
-        first: The sequence number that comes next.
-    """
+    """One direction of one connection."""
 
     def __init__(self, first: int) -> None:
         self._next = first

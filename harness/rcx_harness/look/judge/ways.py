@@ -29,22 +29,20 @@ class Way:
     """Judges the packets of one connection id by their sequence numbers of 32 bits.
 
     Args:
-        size: Bytes of data; None for packets that are counted, whatever is in them.
-        header: There is a run/idle header before them.
-        timeout_us: A longer silence ends the connection; 0 where this is not known.
+        size: Bytes of data; None: packets are counted, whatever their contents.
+        header: A run/idle header precedes the data.
+        timeout_us: A longer silence ends the connection; 0: unknown.
 
     Attributes:
-        packets: Packets of this id.
-        lost: Numbers that never came.
-        doubled: Packets that came before with the same number.
-        late: Packets that came after a newer one; they are not used, as a receiver does.
-        restarts: How often the numbers began anew.
-        cut: Packets that the capture has not kept as a whole.
-        wrong: Packets of another length than was agreed.
-        stale: Packets with other data and the sequence count (16 bits) of the packet before.
+        lost: Number of sequence numbers that never came.
+        doubled: Number of packets that repeat a sequence number.
+        late: Number of packets that came after a newer one. They are ignored, as a receiver does.
+        restarts: How often the sequence numbers started again.
+        cut: Number of packets that the capture holds only in part.
+        wrong: Number of packets of another length than agreed.
+        stale: Number of packets with new data but the sequence count (16 bits) of the packet
+            before.
         longest_us: The longest time between two packets.
-        first_us: Time of the first packet.
-        last_us: Time of the last one.
     """
 
     def __init__(self, size: int | None, header: bool, timeout_us: int = 0) -> None:
@@ -65,10 +63,7 @@ class Way:
     def take(self, t_us: int, packet: Packet, cut: bool) -> Arrival | None:
         """Take the next packet; return None if it cannot be used.
 
-        Args:
-            t_us: When it was captured.
-            packet: It.
-            cut: The capture has not kept all of it.
+        `cut` is True if the capture holds only a part of the packet.
         """
         self.packets += 1
         passed_us = 0 if self.first_us is None else t_us - self.last_us

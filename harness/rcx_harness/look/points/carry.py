@@ -41,13 +41,11 @@ class Carrier:
     All dedicated inputs stay OFF, SI(00) among them: the controller is in emergency stop.
 
     Args:
-        line: The way to the controller.
-        undefined: Alarms of a reference that say "not defined".
-        timeout_us: Longest wait for each answer of the controller.
+        undefined: Alarms that mean "not defined" in the answer to a reference.
 
     Raises:
-        NotConnectedError: it does not answer.
-        RefusedError: it is busy with a command.
+        NotConnectedError: the controller does not answer.
+        RefusedError: the controller is executing a command.
     """
 
     def __init__(

@@ -59,9 +59,7 @@ def without_foreign(stored: Stored) -> tuple[Stored, list[int]]:
 def as_toml(stored: Stored, head: Iterable[str]) -> str:
     """Return the tables of a robot file; mm have three decimals, as in the controller.
 
-    Args:
-        stored: What is written.
-        head: Lines of a comment at the beginning.
+    `head` is a comment at the beginning.
     """
     lines = [f"# {line}" for line in head]
     for (_, number), point in sorted(stored.of("points").items()):

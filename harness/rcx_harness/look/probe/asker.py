@@ -73,9 +73,8 @@ class History:
     def newest_first(self, before: History, latest: str) -> bool | None:
         """Are new ones put before the others? None where that cannot be seen.
 
-        Args:
-            before: The history before some alarms came.
-            latest: The last one of these.
+        Return None if the order cannot be seen. `before` is the history before some alarms came,
+        `latest` the last of these alarms.
         """
         ends = (self.head[:1] == (latest,), self.tail[-1:] == (latest,))
         if ends[0] != ends[1]:
@@ -93,14 +92,11 @@ class Asker:
     """One connection, and what was found over it.
 
     Args:
-        line: The way to the controller.
-        person: Asks the person to do something; False if they will not.
-        trace: Takes every change of an area: the evidence.
-        patience_us: Longest wait for each answer to a remote command.
+        person: Asks the person to do something; returns False if the person declines.
+        trace: Records every change of an area, as evidence.
 
     Attributes:
-        line: The way to the controller.
-        findings: What was found, of all questions.
+        findings: Findings of all questions.
     """
 
     def __init__(
@@ -223,12 +219,11 @@ class Asker:
     def person(self, text: str, event: str = "") -> None:
         """Let the person do something at the cell.
 
-        Args:
-            text: What.
-            event: Its name among the events of a virtual controller, for a rehearsal.
+        `text` is the request to the person. `event` is the event of a virtual controller that does
+        the same in a rehearsal.
 
         Raises:
-            SkipError: they will not.
+            SkipError: the person declines.
         """
         self.needs_person(text, event)
         self.wait(_SETTLED_US)

@@ -26,9 +26,7 @@ class LostError(Exception):
 class NotConnectedError(LostError):
     """There is no connection yet that could be gone.
 
-    Args:
-        text: Why, in words.
-        hint: What to do about it.
+    `text` gives the reason, `hint` the remedy.
     """
 
     def __init__(self, text: str, hint: str = "") -> None:
@@ -90,14 +88,11 @@ class NetworkLine:
     """A controller on the network, whose exclusive owner the probe is.
 
     Args:
-        host: Its address.
-        size: Bytes of its areas.
         rpi_us: Packet interval.
-        port: Its TCP port.
-        address: Address of this machine to work from; empty for the one that leads there.
+        address: IPv4 address of this machine to send from; empty: the system chooses.
 
     Raises:
-        EnipError: it is not there.
+        EnipError: the controller does not answer.
     """
 
     def __init__(

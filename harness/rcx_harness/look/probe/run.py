@@ -55,11 +55,7 @@ def probe(
     Ctrl-C, and a connection that is lost, end it: the inputs go OFF, the connection is closed,
     and what was found so far is the outcome.
 
-    Args:
-        line: The way to the controller; it is closed.
-        asked: The questions, in this order.
-        person: Confirms each of them.
-        trace: Where to write what was seen.
+    `person` confirms each question; `trace` is the file for the evidence.
     """
     outcome = Outcome(identity=list(line.identity))
     header = {"by": "rcx probe", "size": line.size, "only": "changes"}

@@ -89,9 +89,8 @@ _ABSENT: set[int] = set()
 def act(*codes: int, absent: bool = False) -> Callable[[_Action], _Action]:
     """Register a function that does the whole command when its `command_delay` is over.
 
-    Args:
-        codes: Without R.
-        absent: It also answers for a robot that does not exist.
+    `codes` are given without the robot's digit. With `absent` the function also answers for a robot
+    that does not exist.
     """
 
     def register(function: _Action) -> _Action:

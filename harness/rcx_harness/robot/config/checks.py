@@ -91,10 +91,7 @@ _SHOWN = 80
 def check_value(key: str, declared: str, value: Any) -> None:
     """Raise InputError if the key cannot have the value.
 
-    Args:
-        key: Name of the key, for the message and the key's own limits.
-        declared: The field's annotation, as written.
-        value: The value.
+    `declared` is the annotation of the field, as written.
 
     Raises:
         InputError: with the allowed values as the hint; the key is in single quotes.
@@ -158,11 +155,6 @@ def _check_areas(key: str, value: Any) -> None:
 
 def check_stored(key: str, value: Any, axes: int) -> None:
     """Raise InputError for stored data that no controller could have.
-
-    Args:
-        key: One of STORED.
-        value: The value of that key in RobotConfig.
-        axes: Number of axes of the controller.
 
     Raises:
         InputError: with the key and the allowed values.

@@ -41,11 +41,7 @@ _MOST = 2**32
 def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[Any]]) -> Any:
     """Convert a TOML value to the type of the field `key` of the data class `kind`.
 
-    Args:
-        kind: The class with the keys as its fields.
-        key: The key.
-        value: The value under that key.
-        tables: Classes of the keys that are lists of tables.
+    `tables` are the classes of the keys that are lists of tables.
 
     Raises:
         InputError: unknown key, or a value in a wrong form; the key is in single quotes.

@@ -56,11 +56,6 @@ class Plate:
     pressed and released between two scans is still seen for one scan. A page repeats its message
     while it holds keys. If it falls silent for `HOLD_S`, its keys are released, but a Stop that
     still waits in the queue is delivered.
-
-    Args:
-        program: The program; only `exchange` accesses it.
-        path: The variable.
-        now: A monotonic clock in seconds.
     """
 
     def __init__(
@@ -87,10 +82,7 @@ class Plate:
     def press(self, page: str, beat: int, keys: Collection[str]) -> None:
         """Store the keys that a page holds; it repeats the message as long as it holds any.
 
-        Args:
-            page: Identifier of the page.
-            beat: Grows with each message; a late message is ignored.
-            keys: Names of the keys.
+        `beat` grows with each message of a page; a late message is ignored.
 
         Raises:
             InputError: no such key, or too many pages or changes.

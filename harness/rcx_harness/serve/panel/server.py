@@ -76,11 +76,6 @@ def _plate(request: web.Request) -> Plate:
 class PanelServer:
     """The server of the panels in a thread, inside `with`.
 
-    Args:
-        plates: The panels.
-        port: TCP port of the loopback interface, 0 for any free one.
-        token: See `TokenServer`.
-
     Raises:
         InputError: the port is taken.
     """

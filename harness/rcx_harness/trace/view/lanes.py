@@ -102,8 +102,6 @@ class Wire:
     """The areas of one controller, as the PLC or the controller sees them.
 
     Args:
-        lanes: Receives its lanes.
-        who: Prefix of the titles of its groups.
         plain: It is the main side: its changes are events.
     """
 
@@ -219,10 +217,6 @@ def _general(kind: str, area: bytes) -> Iterator[tuple[str, int, int]]:
 
 class Variables:
     """The watched variables; structures and arrays have a lane per member or element.
-
-    Args:
-        lanes: Receives its lanes.
-        watched: Their types by path, as in the header of a trace.
 
     Raises:
         KeyError, TypeError, ValueError: these are not types.

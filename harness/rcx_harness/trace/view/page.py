@@ -48,9 +48,6 @@ _MODULE = re.compile(r"^import .*\n|^export ", re.MULTILINE)
 class View:
     """A page made from the records of a recording: `take` each record, then call `page`.
 
-    Args:
-        header: First line of the trace.
-
     Attributes:
         broken: Number of broken rules so far.
 
@@ -176,11 +173,7 @@ class View:
         return self._lanes.new(name, Packed(), "curve", is_curve=True, speed_of=position)
 
     def page(self, title: str) -> str:
-        """Return the page; the same records give the same bytes.
-
-        Args:
-            title: The title above it.
-        """
+        """Return the page; the same records give the same bytes."""
         content, style = (_asset(name) for name in ("page.html", "page.css"))
         script = "\n".join(_MODULE.sub("", _asset(name)) for name in SCRIPTS)
         filled = {

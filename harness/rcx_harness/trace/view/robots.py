@@ -17,11 +17,6 @@ _Shape = Mapping[str, Any]
 class Robots:
     """The shapes and poses of the robots, for the page.
 
-    Args:
-        shapes: `robots` of a trace's header (`rcx_harness.robot.shape`), for each controller.
-        lanes: The lanes of the positions of each controller.
-        unit: Unit of these positions: `pulses` or `mm`.
-
     Raises:
         KeyError, TypeError, ValueError: a shape is not valid, or its axes do not match the
             positions.

@@ -13,11 +13,6 @@ from structured_text.errors import InputError
 class Demanded:
     """The properties of a program that the exploration puts into one state after another.
 
-    Args:
-        program: The program at its beginning.
-        declared: The demanded properties.
-        scan_us: The time from one scan to the next [us].
-
     Raises:
         InputError: A property is written in Python, or names a variable that does not exist.
     """

@@ -122,11 +122,8 @@ class Explored:
 def explore(sources: SourceFiles, settings: Settings, farm: Farm | None = None) -> Explored:
     """Explore a program.
 
-    Args:
-        sources: The sources of the program.
-        settings: What to explore.
-        farm: The farm of worker processes. Default: this process alone. The result does not
-            depend on it.
+    Without a `farm` of worker processes, this process does all the work. The result does not depend
+    on it.
 
     Raises:
         InputError: The sources or settings are wrong, or the program has infinitely many states

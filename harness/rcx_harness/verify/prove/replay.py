@@ -60,14 +60,7 @@ def replay(
 ) -> Replayed:
     """Write the stimulus file of a run, and run it in a cell on the built-in engine.
 
-    Args:
-        run: The run.
-        around: The surroundings of the program of this run.
-        files: The program's files.
-        stimulus: The stimulus file to write.
-        about: The comment at the beginning of that file.
-        lib: The folder of the library.
-        chart: The timing chart (SVG) to write.
+    `about` is the comment at the beginning of the stimulus file.
 
     Raises:
         InputError: A file cannot be written, or exists and was not written by a search.

@@ -37,12 +37,6 @@ class Area:
 class CellSurroundings(Surroundings):
     """The program of a project in a cell with its controllers.
 
-    Args:
-        project: The sources, with the programs that run.
-
-    Attributes:
-        areas: The input area of each controller.
-
     Raises:
         InputError: The program has no process image.
     """

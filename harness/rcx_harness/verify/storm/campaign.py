@@ -203,12 +203,8 @@ def classes(
 ) -> list[tuple[str, Explained]]:
     """Return the classes of failures; failures of one kind with different causes are separate.
 
-    Args:
-        farm: The farm that runs the work.
-        work: The campaign.
-        failing: Failing seeds by kind of failure, each with the time of the failure [us]. The
-            earliest failure is shortened.
-        kept: The results of earlier calls.
+    `failing` has the failing seeds by kind of failure, each with the time of its failure [us]; the
+    earliest failure is shortened. `kept` are results of earlier calls.
     """
     # Each round explains one seed of each kind. Seeds that also fail without the causes found
     # must have another cause, so the next round explains them again. The number of rounds

@@ -52,11 +52,7 @@ class CellsOf:
     ) -> CellsOf:
         """Read all files.
 
-        Args:
-            program: Files and folders of the program.
-            options: Arguments of `Cell.build`.
-            demands: The files for `Demands.load`.
-            stimulus: The stimulus file for `Demands.load`.
+        `demands` and `stimulus` are the files for `Demands.load`.
 
         Raises:
             InputError: A file cannot be read.
@@ -142,9 +138,7 @@ class Cells:
     collector skips all older objects (`gc.freeze`).
 
     Args:
-        compiled: The program.
         options: Arguments of `Cell.build` without the seed.
-        demands: The demands on the cells.
     """
 
     def __init__(self, compiled: Compiled, options: Mapping[str, Any], demands: Demands) -> None:

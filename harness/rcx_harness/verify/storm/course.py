@@ -20,10 +20,6 @@ _AFTER_US = 1_000_000
 class Course(Run):
     """Storms on a user's cell, checked by the user's demands.
 
-    Args:
-        cell: The cell at its beginning.
-        demands: The demands on the cell.
-
     Raises:
         InputError: The demands name a variable that does not exist.
     """

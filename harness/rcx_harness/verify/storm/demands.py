@@ -68,10 +68,8 @@ class Demands:
     def load(cls, files: Sequence[Path], stimulus: Path | None = None) -> Demands:
         """Read files of demands: TOML, or Python with properties.
 
-        Args:
-            files: The files. Each table may occur in one file only.
-            stimulus: A good run. If no file names inputs, the BOOL inputs that it sets are the
-                operator's switches.
+        Each table may occur in one file only. `stimulus` is a good run: if no file names inputs,
+        the BOOL inputs that it sets are the operator's switches.
 
         Raises:
             InputError: A file cannot be read, or has a wrong value.

@@ -20,9 +20,7 @@ from structured_text.output.reading import open_file
 def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
     """Return the saved results of a file, and a notice if they must be computed again.
 
-    Args:
-        file: The file with JSON lines.
-        about: The files and options that the results depend on.
+    `about` has the files and options on which the results depend.
 
     Raises:
         InputError: The file exists and was not written by this program.

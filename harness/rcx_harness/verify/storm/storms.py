@@ -46,11 +46,7 @@ def kind_of(violation: Violation) -> str:
 
 
 class Run(ABC):
-    """Storms on a cell, each followed by rest and recovery.
-
-    Args:
-        cell: The cell at its beginning.
-    """
+    """Storms on a cell, each followed by rest and recovery."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell

@@ -71,11 +71,8 @@ Failing = dict[int, dict[str, str]]
 def injects(names: Sequence[str], controllers: int, hold_us: int) -> list[Inject]:
     """Return the injections that a user names.
 
-    Args:
-        names: Events (`link_down`, at every controller; `link_down@2`), or inputs with a value
-            (`Main.CellSafe=false`).
-        controllers: The number of controllers of the cell.
-        hold_us: How long a lasting injection is held [us].
+    A name is an event (`link_down`, at every controller; `link_down@2`), or an input with a value
+    (`Main.CellSafe=false`). A lasting injection is held for `hold_us`.
 
     Raises:
         InputError: The event, controller or value does not exist.
