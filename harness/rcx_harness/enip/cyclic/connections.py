@@ -99,8 +99,8 @@ class ConnectionParameters:
         multicast: The target's packets go to a multicast group.
         join: At the originator of a multicast connection, the group to listen to.
         dscp: Differentiated services code point of our packets, 0 to 63.
-        first_packet_us: Upper limit of the wait for the first packet, at least `FIRST_PACKET_US`. It
-            applies if the time-out of the connection is longer.
+        first_packet_us: Upper limit of the wait for the first packet, at least `FIRST_PACKET_US`,
+            for connections with a longer time-out.
     """
 
     number: int
