@@ -127,8 +127,6 @@ class PlcSeen:
     """An answer of the PLC, which has also accepted the previous write.
 
     Attributes:
-        area: Its output words as bytes.
-        beat: Its heartbeat word.
         asked_us: Time of the request, in microseconds of the clock of `Bridge.step`.
     """
 
@@ -160,7 +158,6 @@ class Actions:
         to_plc: The area from the robot, as words.
         life: The word that follows it: 0 while the PLC must regard its robot as not connected, else
             a number from 1 to 65535 that changes each time.
-        state: The state of the bridge.
         reason: The reason in words; empty while the bridge runs.
     """
 

@@ -134,11 +134,7 @@ def make_agenda(link: str, connect: Elsewhere | None = None) -> Agenda:
 
 
 def make_link(name: str, size: int, timing: Timing) -> Link:
-    """Return the link called `"direct"`, `"enip"` or `"enip-realtime"`.
-
-    Raises:
-        InputError: the link does not exist.
-    """
+    """Return the link called `"direct"`, `"enip"` or `"enip-realtime"`."""
     if name == "direct":
         return DirectLink(size)
     if name == "enip":

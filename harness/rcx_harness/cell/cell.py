@@ -275,11 +275,7 @@ class Cell(Bench):
     # --- surroundings ------------------------------------------------------------------------
 
     def inject(self, event: str, *, controller: int = 1, **args: Any) -> None:
-        """Inject one of `EVENTS` now into a controller or its link.
-
-        Raises:
-            InputError: the event or the controller does not exist, or the arguments do not match.
-        """
+        """Inject one of `EVENTS` now into a controller or its link."""
         node = self._node(controller)
         if not isinstance(event, str):
             raise InputError(f"{event!r:.40} is no event", hint='write inject("emergency_stop")')

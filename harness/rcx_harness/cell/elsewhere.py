@@ -41,12 +41,7 @@ class Elsewhere:
     """The address of an external controller and the parameters of the connection.
 
     Attributes:
-        host: Name or address.
-        port: Its TCP port for explicit messages.
-        input_instance: The assembly to receive from.
-        output_instance: The assembly to send to.
         configuration: Configuration instance to name, None for no instance.
-        configuration_data: Data of the configuration instance.
         address: IPv4 address of this machine to work from; empty: chosen by the route to the host.
         tell: Called with the cell's time [us] and a line when the connection is opened or lost.
     """
@@ -165,11 +160,7 @@ class FarNetwork:
         """The last image that the PLC has received."""
 
     def start(self, content: Callable[[], bytes]) -> None:
-        """Open the connection; its first packets carry zeros until the program has run.
-
-        Raises:
-            InputError: the controller does not answer, or it refuses.
-        """
+        """Open the connection; its first packets carry zeros until the program has run."""
         del content
         self._link.open()
 
@@ -199,19 +190,11 @@ class FarNetwork:
         self._link.scanner_write(image)
 
     def snapshot(self) -> object:
-        """Raise InputError: the state of an external controller cannot be restored.
-
-        Raises:
-            InputError: always.
-        """
+        """Raise InputError: the state of an external controller cannot be restored."""
         raise InputError("a controller elsewhere has no snapshot", hint="run it without connect")
 
     def restore(self, snapshot: Any) -> None:
-        """Raise InputError, as `snapshot` does.
-
-        Raises:
-            InputError: always.
-        """
+        """Raise InputError, as `snapshot` does."""
         self.snapshot()
 
     def _tell(self, now_us: int, text: str) -> None:

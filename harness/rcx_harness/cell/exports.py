@@ -23,9 +23,6 @@ def export(
     `target` is a key of `TARGETS`. `lib` is None for the library of this package, `prefix` is None
     to leave the library's names. With `only_needed`, everything that the program does not need is
     left out.
-
-    Raises:
-        InputError: the target does not exist, or there is a mistake in the sources.
     """
     folder = default_lib() if lib is None else lib
     names = library_names(lib)
@@ -41,11 +38,7 @@ def sources_of(
     only_needed: bool = False,
     prefix: str | None = None,
 ) -> parts.Sources:
-    """Read and check the library and a user's files, as `export` writes them.
-
-    Raises:
-        InputError: a mistake in the sources.
-    """
+    """Read and check the library and a user's files, as `export` writes them."""
     folder = default_lib() if lib is None else lib
     names = library_names(lib)
     return parts.sources_of(folder, program, only_needed=only_needed, prefix=prefix, names=names)

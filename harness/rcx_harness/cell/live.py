@@ -34,7 +34,6 @@ class RealTimeAgenda(Agenda):
 
     Attributes:
         stalls: How often the agenda was so late that the cell's time was stopped.
-        stalled_us: Total time of these stops [us].
     """
 
     def __init__(
@@ -158,19 +157,11 @@ class LiveNetwork:
         self._link.scanner_write(image)
 
     def snapshot(self) -> object:
-        """Raise InputError: packets under way on a real network cannot be saved.
-
-        Raises:
-            InputError: always.
-        """
+        """Raise InputError: packets under way on a real network cannot be saved."""
         raise InputError("a run in real time has no snapshot", hint="use the link direct or enip")
 
     def restore(self, snapshot: Any) -> None:
-        """Raise InputError, as `snapshot` does.
-
-        Raises:
-            InputError: always.
-        """
+        """Raise InputError, as `snapshot` does."""
         self.snapshot()
 
     def _switch(self) -> None:

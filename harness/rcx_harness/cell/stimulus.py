@@ -101,11 +101,7 @@ class Entry(stimulus.Entry):
             cell.give_area(area, self.connected, controller=self.controller)
 
     def attempt(self, cell: Cell) -> None:
-        """Check that the entry can be applied; its values are set.
-
-        Raises:
-            InputError: it cannot be applied.
-        """
+        """Check that the entry can be applied; its values are set."""
         self.set_values(cell)
         if self.controller > len(cell.robots):
             raise InputError(f"no controller {self.controller}; the cell has {len(cell.robots)}")

@@ -104,9 +104,6 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     """Return the event that takes another event back, with its arguments.
 
     The start mode of the PLC is an argument of the stop event and is passed on to the start event.
-
-    Raises:
-        InputError: the event does not last.
     """
     if event.startswith("packets_"):
         return event, {**args, "share": 0}
@@ -122,9 +119,6 @@ def check(event: str, args: Mapping[str, Any]) -> Callable[[Surrounded, int], No
     """Check an event of network or PLC and return the function that applies it to a cell.
 
     The function takes the cell and the number of the controller.
-
-    Raises:
-        InputError: as `checked`.
     """
     return checked(_EVENTS, event, args, "plc" if event in PLC_EVENTS else "robot")
 

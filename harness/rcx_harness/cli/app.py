@@ -281,9 +281,6 @@ def main(args: Sequence[str] | None = None) -> int:
 
     Returns:
         The exit code: 0, 1 or 2. Bad input is one line on stderr.
-
-    Raises:
-        OutputError: standard output cannot be written.
     """
     try:
         app(args=_with_command(sys.argv[1:] if args is None else args))

@@ -44,11 +44,7 @@ class VerifyOptions(FarmOptions, CellOptions):
     ] = None
 
     def cells(self, stimulus: Path | None) -> CellsOf:
-        """Return the description from which each worker builds its cells.
-
-        Raises:
-            InputError: something that cannot be read, or that goes with no campaign.
-        """
+        """Return the description from which each worker builds its cells."""
         if self.link != "direct":
             raise InputError(f"--link {self.link} is for rcx run", hint="leave it out")
         return CellsOf.of(self.files, self.of_cell(), self.properties or (), stimulus)

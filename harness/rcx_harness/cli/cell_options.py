@@ -66,11 +66,7 @@ class CellOptions:
     ] = "hold"
 
     def of_cell(self) -> dict[str, Any]:
-        """Return the arguments of `Cell.build`; without an option its default applies.
-
-        Raises:
-            InputError: what cannot be.
-        """
+        """Return the arguments of `Cell.build`; without an option its default applies."""
         arguments = inspect.signature(Cell.build).parameters
         given = {one.name: getattr(self, one.name) for one in fields(CellOptions)}
         given |= {"replace": replacements(self.replace), "phases": self._phases()}

@@ -64,11 +64,7 @@ def no_connection(reason: str) -> InputError:
 
 
 class Teller:
-    """Tells on stderr when the connection comes and goes; of a flood only some.
-
-    Attributes:
-        last: What there was to tell last.
-    """
+    """Tells on stderr when the connection comes and goes; of a flood only some."""
 
     def __init__(self) -> None:
         self._throttle = Throttle()

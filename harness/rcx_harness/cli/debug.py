@@ -167,11 +167,7 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
 
 
 def _token() -> tuple[str, str]:
-    """Return the token of the port, and the line that says where a client finds it.
-
-    Raises:
-        InputError: The one that the environment gives can be guessed.
-    """
+    """Return the token of the port, and the line that says where a client finds it."""
     if not (token := os.environ.get(_TOKEN, "")):
         token = token_urlsafe()
         return token, f'its launch has to name this token: "token": "{token}"'
@@ -202,9 +198,6 @@ def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = F
     `arguments` are those of the client's request: the options of `rcx run` by their names,
     `sources`, `recording` and `cwd`. `given` are the files of the command line, for a client that
     names none. With `alone`, sources run without a robot.
-
-    Raises:
-        InputError: anything wrong with them.
     """
     folder = arguments.get("cwd")
     if folder is not None:
@@ -308,11 +301,7 @@ def _options(arguments: Mapping[str, Any], given: list[Path]) -> RunOptions:
 
 
 def _files(sources: Any) -> list[str]:
-    """Return the sources that a launch names.
-
-    Raises:
-        InputError: One of them is not a text, or is an option.
-    """
+    """Return the sources that a launch names."""
     found = [_text("sources", one) for one in _several(sources)]
     for one in found:
         if one.startswith("-"):

@@ -45,11 +45,7 @@ class FarmOptions:
     ] = False
 
     def farm(self, console: Console) -> Farm:
-        """Return the farm that does the work, with its progress on this console.
-
-        Raises:
-            InputError: options that do not go together, or a cluster that cannot be used so.
-        """
+        """Return the farm that does the work, with its progress on this console."""
         if self.cluster is None:
             given = {
                 "--cluster-ca": self.cluster_ca,

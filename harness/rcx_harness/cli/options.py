@@ -62,11 +62,7 @@ def with_options(
 
 
 def replacements(given: list[str] | None) -> dict[str, Path]:
-    """Return the files of `--replace` by the names of POUs.
-
-    Raises:
-        InputError: not of the form POU=file.st, one POU twice, or no such file.
-    """
+    """Return the files of `--replace` by the names of POUs."""
     found: dict[str, Path] = {}
     for text in given or []:
         name, is_, file = (part.strip() for part in text.partition("="))
@@ -110,11 +106,7 @@ def duration_us(option: str, text: str) -> int:
 
 
 def interval_us(option: str, text: str) -> int:
-    """Return a packet interval in microseconds.
-
-    Raises:
-        InputError: not a duration, or none that a controller can have.
-    """
+    """Return a packet interval in microseconds."""
     given_us = duration_us(option, text)
     if not SHORTEST_RPI_US <= given_us <= LONGEST_RPI_US:
         raise InputError(f"{option} {text} is no packet interval", hint="it can be 1ms to 3200ms")

@@ -169,11 +169,7 @@ class RunOptions(CellOptions):
         return self.realtime or self.connect is not None
 
     def where(self) -> Elsewhere | None:
-        """Return the controller of `--connect`, if given.
-
-        Raises:
-            InputError: no address, or options that go with no such controller.
-        """
+        """Return the controller of `--connect`, if given."""
         if self.connect is None:
             if (self.input_instance, self.output_instance) != (TO_MASTER, TO_ROBOT):
                 hint = "leave them out, or name a controller with --connect"
@@ -200,11 +196,7 @@ class RunOptions(CellOptions):
         )
 
     def of_cell(self) -> dict[str, Any]:
-        """Return the arguments of `Cell.build`; without an option its default applies.
-
-        Raises:
-            InputError: options that exclude each other.
-        """
+        """Return the arguments of `Cell.build`; without an option its default applies."""
         return super().of_cell() | {"seed": self.seed, **self._further()}
 
     def _further(self) -> dict[str, Any]:
@@ -217,20 +209,13 @@ class RunOptions(CellOptions):
         """Put the program onto a bench, without a robot.
 
         `more` are the arguments of `Bench.build` that differ from the options.
-
-        Raises:
-            InputError: as `Bench.build`.
         """
         given = {"engine": self.engine, "scan": self.scan, "trace": self.trace}
         return Bench.build(files, **{**given, "watch": self.watch or (), **more})
 
     @property
     def line_us(self) -> int | None:
-        """Time of a line of a chart that is true to scale, 0 for one that fits; None: events.
-
-        Raises:
-            InputError: no scale.
-        """
+        """Time of a line of a chart that is true to scale, 0 for one that fits; None: events."""
         if self.scale in ("events", "time"):
             return None if self.scale == "events" else 0
         try:
@@ -302,11 +287,7 @@ def run(options: RunOptions) -> None:
 
 
 def _collector(options: RunOptions) -> Collector | None:
-    """Return the coverage collector, if coverage is requested.
-
-    Raises:
-        InputError: what cannot be done, or is said of a coverage that is not asked for.
-    """
+    """Return the coverage collector, if coverage is requested."""
     if not options.coverage:
         given = {
             "--coverage-out": options.coverage_out,

@@ -32,9 +32,6 @@ class Child:
 
     Args:
         module: The module that the process runs.
-
-    Raises:
-        ProcessDiedError: The process ended without a message.
     """
 
     def __init__(self, module: str, settings: Mapping[str, Any], name: str) -> None:

@@ -64,9 +64,6 @@ def eds_text(
 
     Returns:
         ASCII text with LF line ends.
-
-    Raises:
-        InputError: No area has this size.
     """
     check_size(size)
     options = options or AdapterOptions()

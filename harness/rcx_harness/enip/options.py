@@ -30,11 +30,7 @@ class Identity:
     product_name: str = "RCX3 virtual controller"
 
     def __post_init__(self) -> None:
-        """Refuse what the attributes cannot carry.
-
-        Raises:
-            InputError: a number out of its attribute's range, or a name of more than 32 letters.
-        """
+        """Refuse what the attributes cannot carry."""
         limits = {
             "vendor": 0xFFFF,
             "device_type": 0xFFFF,
@@ -80,13 +76,7 @@ class AdapterOptions:
     first_packet_us: int = FIRST_PACKET_US
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be served.
-
-        Raises:
-            InputError: an interval below 1 ms or none left, instances out of range or used twice,
-                an inactivity that attribute 13 of the TCP/IP Interface object cannot hold, or less
-                than 10 s for the first packet.
-        """
+        """Refuse what cannot be served."""
         if not 1_000 <= self.rpi_min_us <= self.rpi_max_us <= 0xFFFFFFFF:
             least, greatest = format_us(self.rpi_min_us), format_us(self.rpi_max_us)
             raise InputError(

@@ -50,16 +50,14 @@ class ScanOptions:
     """The options of `rcx scan`.
 
     Attributes:
-        host: Address of the controller.
-        assemblies: What to exchange; 48 or 256 bytes are shown as the controller's areas.
-        rpi_us: Requested packet interval in microseconds.
-        duration_us: How long to look after the first packet, in microseconds.
+        assemblies: Assemblies to exchange; those of 48 or 256 bytes are shown as the controller's
+            areas.
+        duration_us: Time to observe after the first packet, in microseconds.
         kind: An exclusive owner drives the robot; the others send no data.
-        writes: What an exclusive owner sends, `NAME=VALUE` each; all else is 0.
+        writes: What an exclusive owner sends, as `NAME=VALUE`; everything else is 0.
         multiplier: Connection time-out multiplier as coded, 0 to 7.
-        port: TCP port of the controller.
-        address: Address of this machine to work from; empty for the one that leads there.
-        trace: Where to write what is seen; None for nowhere.
+        address: Address of this machine to send from; empty: the system chooses.
+        trace: File for a trace; None: no file.
     """
 
     host: str
@@ -80,9 +78,6 @@ def output_image(writes: Sequence[str], size: int) -> bytes:
     A write is `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
     purpose bit, or `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command. Areas of
     other devices are written by byte: `3=0x12`.
-
-    Raises:
-        InputError: a write has another form, names no input, or its value does not fit.
     """
     image = bytearray(size)
     for entry in writes:

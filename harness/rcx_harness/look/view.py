@@ -20,9 +20,9 @@ class Seen:
     """The result of reading a recording.
 
     Attributes:
-        page: The page, as HTML.
-        broken: How many rules were broken.
-        cut: Why it ends too early; None where it does not. What comes before is in the page.
+        broken: Number of broken rules.
+        cut: Why the recording ends too early; None if it does not. The page shows everything
+            before.
     """
 
     page: str
@@ -43,9 +43,6 @@ def view_file(
 
     `hosts` are addresses of the controllers in a capture, four bytes each. `progress` is called
     with the share of the file that has been read.
-
-    Raises:
-        InputError: the file cannot be read, or it contains no traffic of a controller.
     """
     if is_judged(file):
         return _view(read_trace(file, progress), file)

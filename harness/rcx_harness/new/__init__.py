@@ -44,9 +44,6 @@ def new_project(
 
     Returns:
         The files, relative to the folder.
-
-    Raises:
-        InputError: the folder has files, or an argument is wrong.
     """
     check_size(size)
     if ci != "all" and ci not in CI:
@@ -83,11 +80,7 @@ def _points(model: RobotModel) -> list[list[int]]:
 
 
 def _robot(name: str | None) -> dict[str, str]:
-    """Return what the template has for a model; without a model it has axes of its own.
-
-    Raises:
-        InputError: there is no such model.
-    """
+    """Return what the template has for a model; without a model it has axes of its own."""
     if name is None:
         return {"@ROBOT@": ""} | {f"@POINT{k}@": str(at) for k, at in enumerate(_PLACES, 1)}
     models = robot_models()

@@ -67,11 +67,7 @@ class Overlay:
         self._parts: dict[str, list[tuple[int, int, int]]] = {}
 
     def set(self, name: str, value: int) -> None:
-        """Force an output: a bit to 0 or 1, `Status` or `SOW(2)` to 16 bits.
-
-        Raises:
-            InputError: the output does not exist, or the value does not fit.
-        """
+        """Force an output: a bit to 0 or 1, `Status` or `SOW(2)` to 16 bits."""
         spans = self._locate(name)
         if spans[0][1] != 0xFF:
             if not isinstance(value, int) or value not in (0, 1):

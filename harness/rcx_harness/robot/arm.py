@@ -29,7 +29,7 @@ class Servos:
     """The motor power and the servo state of each axis; at first all are off and braked.
 
     Attributes:
-        motor_power: The motor power is ON; without it no servo is ON.
+        motor_power: Whether the motor power is ON; without it no servo is ON.
         states: Per index into the axes: BRAKE, SERVO or FREE.
     """
 
@@ -135,9 +135,7 @@ class Arm:
 
     Attributes:
         number: 1 to 4.
-        config: The controller's properties.
         indices: Indices of its axes in the controller; empty if the robot does not exist.
-        axes: The properties of its axes.
         model: Its type, if the robot file names one.
         scara: It is a SCARA robot.
     """
@@ -235,20 +233,13 @@ class Arm:
 
         With `mm` the data are in 0.001 mm. `hand` is the hand system at the target: 1 right-handed,
         2 left-handed.
-
-        Raises:
-            UnreachableError: the robot cannot reach the target.
         """
         if mm:
             return _rounded(self.frame_with(hand).to_pulses(data))
         return tuple(data[: len(self.axes)])
 
     def place_pulses(self, place: int, value: int, *, mm: bool) -> int:
-        """Convert a coordinate of one axis to pulses; in mm the others keep their current values.
-
-        Raises:
-            CommandError: the coordinate does not belong to a single axis of this robot.
-        """
+        """Convert a coordinate of one axis to pulses; in mm the others keep their values."""
         if not mm:
             return value
         frame = self.frame
@@ -269,9 +260,6 @@ class Arm:
 
         In millimetres these are the coordinates of the tool; other axes may have to move for them.
         `hand` is the hand system at the target, 0: the current one.
-
-        Raises:
-            UnreachableError: the robot cannot reach the target.
         """
         start = self.here
         if not mm:

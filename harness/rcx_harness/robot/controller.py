@@ -71,9 +71,6 @@ class Controller:
 
         Returns:
             The controller's area (m to m + size - 1).
-
-        Raises:
-            InputError: `si` is not as long as the area.
         """
         state = self._state
         state.now_us = now_us
@@ -117,9 +114,6 @@ class Controller:
         """Place a workpiece in the way of an axis, or remove it (None); PUSH stops at it.
 
         Axes count from 1 in the whole controller.
-
-        Raises:
-            InputError: the axis does not exist, or the position does not fit into 32 bits.
         """
         count = len(self.config.axes)
         if not isinstance(axis, int) or isinstance(axis, bool) or not 1 <= axis <= count:
@@ -172,11 +166,7 @@ class Controller:
         return network_led(self._state.machine)
 
     def read_port(self, name: str) -> int:
-        """Read a port as a robot program does: `SI(20)`, `SI2()`, `SIW(2)`, `SID(2)`, or an output.
-
-        Raises:
-            InputError: the port does not exist.
-        """
+        """Read a port as a robot program does: `SI(20)`, `SI2()`, `SIW(2)`, `SID(2)`, `SO(20)`."""
         return self.machine.ports.read(port(name))
 
     def write_port(self, name: str, value: int) -> None:
@@ -184,9 +174,6 @@ class Controller:
 
         If the value is too long, only its lower bits are written. A word that is shared with remote
         commands is visible only while no response occupies it.
-
-        Raises:
-            InputError: the output does not exist.
         """
         self.machine.ports.write(port(name), value)
         self._state.wake_us = 0
@@ -216,11 +203,7 @@ class Controller:
         return self._state.findings.drain()
 
     def inject(self, event: str, **args: Any) -> None:
-        """Inject an event before the next cycle; see EVENTS.
-
-        Raises:
-            InputError: unknown event or arguments; the error suggests similar names.
-        """
+        """Inject an event before the next cycle; see EVENTS."""
         state = self._state
         state.machine.now_us = state.now_us
         was_powered = state.machine.powered

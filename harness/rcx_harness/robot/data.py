@@ -34,9 +34,6 @@ class Clock:
         """Change the date; the time continues.
 
         `year` has the lower two digits of a year from 2000 on.
-
-        Raises:
-            ValueError: the day does not exist.
         """
         shown = self._zero + timedelta(microseconds=now_us)
         self._set(now_us, datetime.combine(date(_CENTURY + year, month, day), shown.time()))
@@ -195,7 +192,6 @@ class RealTimeOutput:
     Attributes:
         enabled: The words are put out.
         definitions: By number of the word, 24 to 127.
-        words: The current values by number of the word.
     """
 
     def __init__(self, config: RobotConfig) -> None:

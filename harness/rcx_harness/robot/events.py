@@ -100,11 +100,7 @@ EVENTS: dict[str, str] = {name: text for name, (text, _) in _ACTIONS.items()}
 
 
 def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
-    """Apply an event to the machine.
-
-    Raises:
-        InputError: the event is unknown, or the arguments do not match it.
-    """
+    """Apply an event to the machine."""
     if event not in _ACTIONS:
         near = get_close_matches(event, _ACTIONS)
         hint = f"did you mean {' or '.join(near)}" if near else "see rcx run --help"

@@ -205,9 +205,6 @@ class Machine:
         during a program (if so configured), and while the robot is already moving.
 
         `places` are the places of the moving axes; None: all axes.
-
-        Raises:
-            CommandError: with the number of the alarm that gives the reason.
         """
         config = self.config
         indices = arm.indices if places is None else [arm.indices[place] for place in places]

@@ -55,13 +55,9 @@ class Memory:
     """All stored data by their numbers; robot number 0 means robot 1.
 
     Attributes:
-        points: Point data.
         comments: Point comments, without spaces at their ends.
-        pallets: Pallet data.
         shifts: Shift data that were defined.
         hands: Hand data that were defined, by robot (1 to 4) and hand number.
-        variables: Static variables.
-        parameters: Parameters of robots and axes.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -75,11 +71,7 @@ class Memory:
         self.parameters = Parameters(config)
 
     def point(self, number: int) -> Point:
-        """Return point data.
-
-        Raises:
-            CommandError: the point is not defined.
-        """
+        """Return point data."""
         if number not in self.points:
             raise CommandError(self.config.undefined_point_alarm)
         return self.points[number]
@@ -95,11 +87,7 @@ class Memory:
         return self.comments.get(number, "")
 
     def pallet(self, number: int) -> Pallet:
-        """Return pallet data.
-
-        Raises:
-            CommandError: the pallet is not defined.
-        """
+        """Return pallet data."""
         if number not in self.pallets:
             raise CommandError(self.config.undefined_pallet_alarm)
         return self.pallets[number]
@@ -123,11 +111,7 @@ class Memory:
         return self.changed(first, data)
 
     def changed(self, point: Point, data: tuple[int, ...]) -> Point:
-        """Return a point with other data.
-
-        Raises:
-            CommandError: a value does not fit into 32 bits.
-        """
+        """Return a point with other data."""
         if not all(map(fits_integer, data)):
             raise CommandError(self.config.overflow_alarm)
         return Point(data, point.mm, point.hand, point.arm1, point.arm2)

@@ -18,8 +18,6 @@ class Movement:
     """A movement under way.
 
     Attributes:
-        path: Its way.
-        start_us: Time of its start.
         duration_us: From start to target [us].
         relative: Key by which a relative movement (MOVEI, DRIVEI) is recognised again, else None.
         tolerance: Per axis, the distance to its target at which it counts as arrived [pulses].

@@ -50,11 +50,7 @@ class Port:
 
 @cache
 def port(name: str) -> Port:
-    """Return the port of a name such as `SO(20)`, `SO2()`, `SOW(2)`, `SOD(2)` or `MO(20)`.
-
-    Raises:
-        InputError: the port does not exist, or it is not general-purpose.
-    """
+    """Return the port of a name such as `SO(20)`, `SO2()`, `SOW(2)`, `SOD(2)` or `MO(20)`."""
     text = name.replace(" ", "").upper()
     if other := _OTHER.fullmatch(text):
         number = int(other[2] or other[3], 8)
@@ -148,22 +144,14 @@ class Ports:
         return value if place.bit is None else value >> place.bit & 1
 
     def write(self, place: Port, value: int) -> None:
-        """Set an output; if the value is too long, its lower bits are written.
-
-        Raises:
-            InputError: the port is an input, or a word beyond the area.
-        """
+        """Set an output; if the value is too long, its lower bits are written."""
         if not place.output:
             raise InputError(f"{place.name} is an input of the robot", hint="outputs can be set")
         self._check(place)
         self._store(self.banks[place.bank] if place.bank else self.outputs, place, value)
 
     def set_input(self, place: Port, value: int) -> None:
-        """Set an input that does not come from the master: `DI(20)` or `DI2()`.
-
-        Raises:
-            InputError: the port is any other port.
-        """
+        """Set an input that does not come from the master: `DI(20)` or `DI2()`."""
         if place.output or not place.bank:
             raise InputError(f"{place.name} is not an input of the parallel I/O board")
         self._store(self.banks[place.bank], place, value)

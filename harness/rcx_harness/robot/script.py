@@ -92,11 +92,7 @@ Step = Wait | Delay | Task | Gosub | Return | End | Callable[[World], None]
 
 @cache
 def script(lines: tuple[str, ...], size: int) -> tuple[Step, ...]:
-    """Return the steps of a program on a robot with areas of `size` bytes.
-
-    Raises:
-        InputError: a line cannot be parsed, or a port or label does not exist.
-    """
+    """Return the steps of a program on a robot with areas of `size` bytes."""
     texts = tuple(line.upper().strip() for line in lines)
     labels = {text.rstrip(": "): k for k, text in enumerate(texts) if text.startswith("*")}
     return tuple(_step(line, text, size, labels) for line, text in zip(lines, texts, strict=True))

@@ -157,10 +157,6 @@ def from_bits(bits: int) -> float:
 
 
 def to_bits(value: float) -> int:
-    """Return the bits of a single-precision number as a signed integer.
-
-    Raises:
-        OverflowError: the value is too large for single precision.
-    """
+    """Return the bits of a single-precision number as a signed integer."""
     bits: int = struct.unpack("<i", struct.pack("<f", value))[0]
     return bits

@@ -85,11 +85,7 @@ class TokenServer:
         return f"http://{WEB_HOST}:{self.port}/{self._token}/"
 
     async def start(self) -> None:
-        """Start to listen.
-
-        Raises:
-            InputError: the port is taken.
-        """
+        """Start to listen."""
         await self._runner.setup()
         try:
             await web.TCPSite(self._runner, WEB_HOST, self.port).start()

@@ -57,8 +57,6 @@ class Host:
     """A served controller in a process of its own.
 
     Attributes:
-        status: Its last report.
-        history: Its last seconds.
         size: Bytes of its areas, once it has started.
         ended: Set when it has ended, unexpectedly or not.
         shapes: Geometry of its robots (`rcx_harness.robot.shape`).
@@ -99,11 +97,7 @@ class Host:
         return self._process.pid if self._process else 0
 
     async def start(self) -> None:
-        """Start its process, and wait until it listens and has sent its first report.
-
-        Raises:
-            InputError: a wrong robot file, or it cannot listen there.
-        """
+        """Start its process, and wait until it listens and has sent its first report."""
         self._process = await asyncio.create_subprocess_exec(
             sys.executable,
             "-m",
@@ -126,11 +120,7 @@ class Host:
         await self._heard.wait()
 
     async def record(self, *, on: bool) -> None:
-        """Start a recording, which replaces the previous one, or end it.
-
-        Raises:
-            InputError: it cannot be written, or the process has ended.
-        """
+        """Start a recording, which replaces the previous one, or end it."""
         if on and not self._folder:
             self._folder = tempfile.mkdtemp(prefix="rcx-serve-")
         await self.ask({"record": str(self._file) if on else None})
@@ -156,9 +146,6 @@ class Host:
 
         Returns:
             The controller's time of the answer [us].
-
-        Raises:
-            InputError: it refuses, or the process has ended.
         """
         pipe = self._process.stdin if self._process else None
         if pipe is None or self.ended.is_set():

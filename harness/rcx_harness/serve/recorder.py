@@ -21,9 +21,6 @@ class Recorder:
     """A trace of the cycles in which areas or positions have changed, and of broken rules.
 
     Its time begins at 0. `rcx view` and `rcx judge` read it.
-
-    Raises:
-        InputError: the file cannot be written.
     """
 
     def __init__(self, controller: Controller, host: str, file: Path, now_us: int) -> None:

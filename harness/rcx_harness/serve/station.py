@@ -117,11 +117,7 @@ class Station:
         self._watch()
 
     def happen(self, event: str, args: Mapping[str, int] | None = None) -> None:
-        """Trigger one of EVENTS or LINK_EVENTS before the next cycle.
-
-        Raises:
-            InputError: no such event, or other arguments than it takes.
-        """
+        """Trigger one of EVENTS or LINK_EVENTS before the next cycle."""
         given = args or {}
         if event in LINK_EVENTS:
             if given:
@@ -141,9 +137,6 @@ class Station:
         `event` and `args` are the arguments of `happen`. `output` is the name of an output, and
         `do` is `hold`, `force` (to `value`) or `release`. `workpiece` is the number of an axis,
         from 1, with its `pulses` or None. `record` is a file for a recording, or None to end it.
-
-        Raises:
-            InputError: it cannot be executed.
         """
         if "output" in message:
             name, controller = message["output"], self.controller

@@ -58,11 +58,7 @@ class Cells:
         self._forget_last_run()
 
     def build(self, **changes: Any) -> Cell:
-        """Build a cell from the settings of the test, with these changes.
-
-        Raises:
-            InputError: anything wrong with sources or settings.
-        """
+        """Build a cell from the settings of the test, with these changes."""
         settings = settings_of(self._item, changes)
         recorded: list[Recorded] = []
         try:

@@ -34,9 +34,6 @@ def run_machine(
 
     `demands` are files relative to the project's folder. Without `machine` the ready-made one runs.
     `temporary` is the folder for a failing run if the project names none.
-
-    Raises:
-        InputError: anything wrong with sources, settings or demands.
     """
     options = settings_of(item, {})
     home = project(item.config)

@@ -53,11 +53,7 @@ _NO_SOURCES = (
 
 
 def check_settings(config: pytest.Config) -> None:
-    """Check the ini file and the command line before any test runs.
-
-    Raises:
-        UsageError: one message, for pytest to print.
-    """
+    """Check the ini file and the command line before any test runs."""
     try:
         settings = dict(_of_run(config))
         for name in _DURATIONS:
@@ -102,11 +98,7 @@ def artifacts(config: pytest.Config) -> Path | None:
 
 
 def known(changes: Mapping[str, Any]) -> None:
-    """Refuse arguments that `Cell.build` does not take.
-
-    Raises:
-        InputError: an unknown argument, with similar names.
-    """
+    """Refuse arguments that `Cell.build` does not take."""
     for name in changes:
         if name not in _KEYS:
             raise InputError(f"a cell has no option {name!r}", hint=near(name, _KEYS, "use"))
@@ -116,9 +108,6 @@ def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]
     """Return the arguments of `Cell.build` for a cell of this test.
 
     The nearest marker `rcx` wins; `changes` by the test itself win over all markers.
-
-    Raises:
-        InputError: unknown options, or no program.
     """
     settings = dict(_of_run(item.config))
     for marker in reversed(list(item.iter_markers("rcx"))):

@@ -93,9 +93,6 @@ class Trace(samples.Trace[Record]):
         robots: Shapes of the robots, for each controller (`rcx_harness.robot.shape.shapes`);
             `robots` in the header.
         more: Arguments of the trace of a bench.
-
-    Raises:
-        InputError: the file cannot be written.
     """
 
     def __init__(
@@ -273,11 +270,7 @@ def _no_constant(word: str) -> None:
 
 
 def _whole(entry: Mapping[str, Any], key: str, low: int) -> int:
-    """Return a whole number of a record.
-
-    Raises:
-        ValueError: it is not a whole number from `low`.
-    """
+    """Return a whole number of a record."""
     number = entry[key]
     if type(number) is not int or not low <= number <= _LARGEST:
         raise ValueError(f"{key} is not a whole number from {low}")

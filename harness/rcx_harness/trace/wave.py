@@ -124,9 +124,6 @@ class Wave:
         controllers: Number of controllers, possibly 0; the scopes of all but the first have their
             number.
         trace: The trace with the watched variables and positions to write, too.
-
-    Raises:
-        InputError: the file cannot be written.
     """
 
     def __init__(

@@ -115,11 +115,7 @@ def _file(asked: Asked) -> str | None:
 
 
 def from_python(file: Path) -> list[Declared]:
-    """Return the properties that a Python file declares, in their order.
-
-    Raises:
-        InputError: The file cannot be run, or declares no property.
-    """
+    """Return the properties that a Python file declares, in their order."""
     name = f"rcx_properties_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None
@@ -201,11 +197,7 @@ class _Asked:
         self.condition = that if isinstance(that, Condition) else None
 
     def now(self) -> bool:
-        """Return whether it holds now.
-
-        Raises:
-            InputError: It cannot be evaluated.
-        """
+        """Return whether it holds now."""
         if isinstance(self._that, Condition):
             return self._that.holds()
         assert self._cell is not None
@@ -367,11 +359,7 @@ class Judge:
 
 
 def judge_run(cell: Bench, declared: Sequence[Declared]) -> None:
-    """Report broken properties as violations of a cell, in the same way as broken rules.
-
-    Raises:
-        InputError: See `Judge`.
-    """
+    """Report broken properties as violations of a cell, in the same way as broken rules."""
 
     def found(kind: str, text: str) -> None:
         told = f"plc, scan {cell.scans}: property: {kind}: {text}"
@@ -386,9 +374,6 @@ def followed(
     """Return the declared properties of a program, ready to be evaluated.
 
     `cell` is the one that properties in Python read.
-
-    Raises:
-        InputError: A property names a variable that does not exist, or cannot be evaluated.
     """
     texts = [text for one in declared for text in (one.that, one.after) if isinstance(text, str)]
     made = iter(_checked(program, declared, texts))
@@ -417,11 +402,7 @@ def _checked(program: Program, declared: Sequence[Declared], texts: list[str]) -
 
 
 def declared_in(table: Mapping[str, Any], file: Path) -> list[Declared]:
-    """Return the properties `[[always]]` and `[[eventually]]` of a TOML file.
-
-    Raises:
-        InputError: A key is unknown or missing, or has a wrong value.
-    """
+    """Return the properties `[[always]]` and `[[eventually]]` of a TOML file."""
     found = []
     for kind in ("always", "eventually"):
         needs = {"that"} if kind == "always" else {"that", "within"}

@@ -79,11 +79,7 @@ class _Doing(Protocol):
 
 
 class Operator:
-    """An operator who brings a cell back into work with the steps of a recovery.
-
-    Raises:
-        InputError: A condition or variable does not exist.
-    """
+    """An operator who brings a cell back into work with the steps of a recovery."""
 
     def __init__(self, cell: Cell, recovery: Recovery) -> None:
         self._cell, self._recovery = cell, recovery
@@ -116,11 +112,7 @@ class Operator:
             run.let_pass(50_000)
 
     def act(self, run: _Doing) -> None:
-        """Execute all steps.
-
-        Raises:
-            NotRecoveredError: The condition of a step does not hold in time.
-        """
+        """Execute all steps."""
         until = iter(self._until)
         for step in self._recovery.steps:
             program = run.cell.program
@@ -141,11 +133,7 @@ class Operator:
                 run.let_pass(step.wait_us)
 
     def recover(self, run: _Doing) -> None:
-        """Execute all steps, and wait for the final condition.
-
-        Raises:
-            NotRecoveredError: The condition does not hold in time.
-        """
+        """Execute all steps, and wait for the final condition."""
         if self._when is not None:
             self._when.mark()
         self.act(run)
@@ -174,11 +162,7 @@ class Operator:
 
 
 def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
-    """Return the recovery in the table `[recover]` of a file.
-
-    Raises:
-        InputError: A key is unknown or missing, or has a wrong value.
-    """
+    """Return the recovery in the table `[recover]` of a file."""
     keys = ("set", "steps", "when", "within")
     check_keys(table, keys, "[recover]", file, every="keys are")
     steps = []

@@ -36,9 +36,6 @@ def replayed(
 
     `made` builds the cell, or the bench of a program without a robot. `about` is the comment at the
     beginning of the file. `properties` are checked in addition to the rules.
-
-    Raises:
-        InputError: A file cannot be written, or exists and was not written by a search.
     """
     for file in (stimulus, chart):
         if file is not None:

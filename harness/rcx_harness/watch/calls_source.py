@@ -42,9 +42,6 @@ class CallFinding(NamedTuple):
     """A wrong call.
 
     Attributes:
-        file: Its file.
-        at: Line and column.
-        text: What is wrong and what to do.
         certain: It fails whenever the statement runs; otherwise it depends on conditions.
     """
 
@@ -231,11 +228,8 @@ class _Calls:
     """The calls in one program or block.
 
     Attributes:
-        file: Its file.
-        owner: The program or block.
         blocks: All types of blocks.
         called: Its watched instances, in upper case.
-        kinds: Their types.
         varies: Some robot is selected by an index that is not constant.
     """
 

@@ -57,10 +57,6 @@ class Call:
     """A call of a block for a robot.
 
     Attributes:
-        pou: The user's program or block with the call.
-        file: File of the call.
-        node: The call.
-        name: The instance, as written.
         instance: Its place; None if the source leaves it open.
         image: The process image in its arguments, if there is one.
         frame: The frame in which `pou` runs.
@@ -91,7 +87,6 @@ class Robot:
 
     Attributes:
         name: Its name for the user.
-        calls: Calls in the order of the code.
         copy: The VAR_INPUT that makes it a copy, with its block.
         known: The source determines every use of it.
     """

@@ -51,11 +51,10 @@ class ConnectionPath:
     """The elements that a connection path names.
 
     Attributes:
-        key: Which device the originator means.
+        key: The device that the originator expects.
         class_id: Class of all application paths.
         numbers: Instances and connection points in their order: configuration if there are three,
             consuming, producing; or the one instance of an explicit connection.
-        configuration: Data for the configuration instance.
         inhibit_us: Production inhibit time in microseconds, 0 without one.
     """
 
@@ -311,18 +310,16 @@ class OpenRequest:
     """A class 1 connection as a scanner asks for it.
 
     Attributes:
-        triad: What names it.
+        triad: Serial number, vendor and originator, which together name the connection.
         t_to_o_id: The id we choose; unused with multicast.
-        rpi_us: Requested packet interval of both directions, in microseconds.
-        o_to_t_length: Connection size to the adapter, on the wire.
-        t_to_o_length: Connection size from the adapter, on the wire.
-        multiplier: Connection time-out multiplier as coded, 0 to 7.
-        multicast: The adapter is to send to a multicast group.
-        consuming: The adapter's connection point to send to, or the one of the heartbeat.
-        producing: The adapter's connection point to receive from.
-        configuration: Configuration instance, if one is to be named.
+        o_to_t_length: Connection size to the adapter, as on the wire.
+        t_to_o_length: Connection size from the adapter, as on the wire.
+        multicast: Request packets to a multicast group.
+        consuming: Connection point of the adapter to send to, or that of the heartbeat.
+        producing: Connection point of the adapter to receive from.
+        configuration: Configuration instance to name, if any.
         configuration_data: Data for it, an even number of bytes.
-        large: Ask by Large Forward Open.
+        large: Use Large Forward Open.
     """
 
     triad: Triad

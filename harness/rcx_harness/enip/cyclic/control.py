@@ -27,9 +27,6 @@ class CyclicControl(Closing):
         on_ended: Called in a thread of its own with the number of each connection that ends by
             itself, and the reason.
 
-    Attributes:
-        port: UDP port it receives at.
-
     Raises:
         EnipError: it could not listen there, or did not start.
     """
@@ -76,19 +73,11 @@ class CyclicControl(Closing):
         return f"the process of the cyclic I/O has ended by itself ({how})"
 
     def add(self, parameters: ConnectionParameters) -> None:
-        """Open a connection: packets flow from now on.
-
-        Raises:
-            EnipError: the process has ended.
-        """
+        """Open a connection: packets flow from now on."""
         self._order({"add": parameters.as_message()})
 
     def remove(self, number: int) -> None:
-        """Close a connection; one that has ended already does no harm.
-
-        Raises:
-            EnipError: the process has ended.
-        """
+        """Close a connection; one that has ended already does no harm."""
         self._order({"remove": number})
 
     def close(self) -> None:

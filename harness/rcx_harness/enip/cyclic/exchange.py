@@ -50,8 +50,7 @@ class Packet(NamedTuple):
     """One packet, taken apart.
 
     Attributes:
-        connection_id: Whose it is.
-        number: Its sequence number of 32 bits.
+        connection_id: Identifier of the connection that it belongs to.
         content: Its connected data; None if the item's length is not that of the datagram.
     """
 
@@ -150,9 +149,6 @@ class Consumer:
         timeout_us: Longest silence between two packets; the first packet may take at least 10 s.
         first_us: Upper limit of the wait for the first packet, for connections with a long
             time-out.
-
-    Attributes:
-        deadline_us: The connection is lost at this time if no packet comes.
     """
 
     def __init__(

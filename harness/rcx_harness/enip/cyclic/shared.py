@@ -100,11 +100,6 @@ class Status:
         peer: IPv4 address of the owner, empty without one.
         o_to_t_api_us: Packet interval of the owner in microseconds, 0 without one.
         t_to_o_api_us: Packet interval to the owner in microseconds, 0 without one.
-        owners: Open exclusive-owner connections.
-        input_only: Open input-only connections.
-        listen_only: Open listen-only connections.
-        received: Accepted packets.
-        sent: Sent packets.
         drops: Dropped packets for each `Drop`, in their order.
         wrong_length: Bytes of connected data in the last packet dropped for its length.
         right_length: Bytes that its connection expects.
@@ -252,11 +247,7 @@ class SharedImages(Closing):
 
     @classmethod
     def attach(cls, name: str) -> SharedImages:
-        """Return the memory that another process has created.
-
-        Raises:
-            FileNotFoundError: No memory has this name.
-        """
+        """Return the memory that another process has created."""
         memory = SharedMemory(name)
         if not struct.unpack_from("=Q", memory.buf, Word.SIZE * _WORD)[0]:
             memory.close()  # Windows gives memory of any name: this is nobody's

@@ -77,45 +77,25 @@ class Client(Closing):
         return str(self.socket.getpeername()[0])
 
     def get_assembly(self, instance: int) -> bytes:
-        """Return the data of an Assembly instance.
-
-        Raises:
-            CipError: The adapter refused.
-        """
+        """Return the data of an Assembly instance."""
         return self.get_attribute(cip.ClassId.ASSEMBLY, instance, _DATA)
 
     def set_assembly(self, instance: int, image: bytes) -> None:
-        """Set the data of an Assembly instance.
-
-        Raises:
-            CipError: the adapter refused: read only, or a wrong length.
-        """
+        """Set the data of an Assembly instance."""
         self.set_attribute(cip.ClassId.ASSEMBLY, instance, _DATA, image)
 
     def get_attribute(self, class_id: int, instance: int, attribute: int) -> bytes:
-        """Return the value of an attribute.
-
-        Raises:
-            CipError: The adapter refused.
-        """
+        """Return the value of an attribute."""
         path = cip.encode_path(class_id, instance, attribute)
         return self.request(cip.Service.GET_ATTRIBUTE_SINGLE, path)
 
     def set_attribute(self, class_id: int, instance: int, attribute: int, value: bytes) -> None:
-        """Set one attribute.
-
-        Raises:
-            CipError: the adapter refused.
-        """
+        """Set one attribute."""
         path = cip.encode_path(class_id, instance, attribute)
         self.request(cip.Service.SET_ATTRIBUTE_SINGLE, path, value)
 
     def request(self, service: int, path: bytes, data: bytes = b"") -> bytes:
-        """Send any CIP request; return the data of its reply.
-
-        Raises:
-            CipError: the adapter refused.
-        """
+        """Send any CIP request; return the data of its reply."""
         return self.exchange(cip.encode_request(service, path, data))[0].data
 
     def exchange(
@@ -125,9 +105,6 @@ class Client(Closing):
 
         Returns:
             The reply and the items that came with it.
-
-        Raises:
-            CipError: the adapter refused.
         """
         answer = self._exchange(Command.SEND_RR_DATA, unconnected(message, *items))
         content = unconnected_items(answer.data)

@@ -57,11 +57,10 @@ class Origin:
     """The sender of one request.
 
     Attributes:
-        peer: Its IPv4 address.
-        local: Our IPv4 address that it has reached.
-        session: Handle of its session; an explicit connection lives as long as that.
-        addresses: Socket address items it has sent along, by their type.
-        items: Socket address items to send along with the reply; filled by who answers.
+        local: Our IPv4 address that the originator has used.
+        session: Handle of the session. An explicit connection ends with it.
+        addresses: Socket address items of the request, by their type.
+        items: Socket address items for the reply.
     """
 
     peer: str = "127.0.0.1"
@@ -152,19 +151,11 @@ class CyclicPart(Protocol):
         ...
 
     def add(self, parameters: ConnectionParameters) -> None:
-        """Start a connection; does not wait.
-
-        Raises:
-            EnipError: Its process has ended.
-        """
+        """Start a connection; does not wait."""
         ...
 
     def remove(self, number: int) -> None:
-        """Stop a connection.
-
-        Raises:
-            EnipError: Its process has ended.
-        """
+        """Stop a connection."""
         ...
 
 

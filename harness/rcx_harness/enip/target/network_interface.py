@@ -22,13 +22,7 @@ ANY = "0.0.0.0"
 
 @dataclass(frozen=True)
 class NetworkInterface:
-    """An IPv4 address and what belongs to it.
-
-    Attributes:
-        address: Of the adapter.
-        netmask: Of its network.
-        hardware_address: Six bytes.
-    """
+    """An IPv4 address and what belongs to it."""
 
     address: str = "127.0.0.1"
     netmask: str = "255.0.0.0"

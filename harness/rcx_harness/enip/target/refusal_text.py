@@ -25,11 +25,9 @@ class Facts:
     """The sizes and numbers that the controller has.
 
     Attributes:
-        size: Bytes of each assembly.
-        identity: What electronic keys are compared with.
-        options: Connection points and limits.
+        identity: Compared with electronic keys.
         owner: IPv4 address of the exclusive owner; empty without one.
-        cyclic: There is cyclic I/O at all.
+        cyclic: Whether there is cyclic I/O.
     """
 
     size: int

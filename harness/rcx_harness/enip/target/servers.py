@@ -166,9 +166,6 @@ class UdpServer:
     Attributes:
         answers: Whether the device answers at all.
         delayed: Addresses whose answers are due after a delay.
-
-    Raises:
-        OSError: the port is taken.
     """
 
     def __init__(

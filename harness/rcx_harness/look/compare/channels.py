@@ -19,9 +19,8 @@ class Channel:
 
     Attributes:
         name: `status`, `response`, `SO02`, `SO2()`, `reserved` or `SOW(24)`.
-        first: Its first byte.
-        end: The byte behind its last one.
-        bit: Of its byte; None where it is all of its bytes.
+        end: The byte after its last one.
+        bit: Its bit within the byte; None if the channel has whole bytes.
     """
 
     name: str

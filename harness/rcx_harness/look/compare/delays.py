@@ -60,10 +60,8 @@ class Drawn:
     """One delay of a replay.
 
     Attributes:
-        key: Which.
-        at_us: When it began.
-        us: How long it was.
-        seen: The recording shows it, or that it was at least so long.
+        key: The key of the delay.
+        seen: The recording shows the delay itself, or a lower limit of it.
     """
 
     key: str

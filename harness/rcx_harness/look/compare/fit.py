@@ -34,12 +34,13 @@ class Knob:
     """The evidence of the recording for one key.
 
     Attributes:
-        key: It.
-        value: With which both agree; of a delay (shortest, longest) in ms where they differ.
-        found: Another value would show; else the recording cannot decide it.
-        why: In one line.
-        others: Values with which both agree as well.
-        instead: Other keys and values: one of them, this key as it was, answers the same.
+        key: The key of the robot file.
+        value: The value with which both sides agree; (shortest, longest) in ms for a delay that
+            varies.
+        found: Whether the recording decides the value: another one would differ from it.
+        why: The reason in one line.
+        others: Other values with which both sides agree.
+        instead: Other keys with values. One of them, with this key unchanged, has the same effect.
     """
 
     key: str
@@ -55,10 +56,10 @@ class Fit:
     """The result of a fit.
 
     Attributes:
-        config: With which both agree, but for what is left over.
-        knobs: Every key but those that only describe the robot.
-        left: What no key expresses.
-        runs: How many replays it took.
+        config: The configuration with which both sides agree, except for `left`.
+        knobs: All keys but those that only describe the robot.
+        left: Differences that no key explains.
+        runs: Number of replays.
     """
 
     config: RobotConfig

@@ -51,10 +51,10 @@ class Seen:
     """The suggestion of one place in a recording.
 
     Attributes:
-        alarms: Numbers of alarms that it shows.
-        numbers: Pairs of what the virtual controller answers and what the recording does.
-        rows: The same for answers that are several numbers.
-        clock: Date and time that the recording answers, as the key `clock` gives it.
+        alarms: Numbers of the alarms in the recording.
+        numbers: Pairs of numbers: the virtual controller's answer and the recorded one.
+        rows: The same for answers with several numbers.
+        clock: Date and time of the recorded answers, as a value of the key `clock`.
     """
 
     alarms: frozenset[str] = frozenset()

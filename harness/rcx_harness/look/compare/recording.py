@@ -26,16 +26,14 @@ class Recording:
     """One controller's part of a recording; all times in microseconds from its beginning.
 
     Attributes:
-        size: Bytes of its areas.
-        inputs: Every change of the area to the controller: when, and the area; None where it had
-            no connection.
-        outputs: Every change of the area from it.
-        times: When the controller's cycles were, where the recording knows; else empty.
-        end_us: The end.
-        tolerance_us: By so much later or earlier an answer may be seen without being another one.
-        from_power_on: It begins with the controller's power-on.
-        trouble: The file is damaged: the recording ends before that.
-        missing: So many packets are missing: lost on the way, or not captured as a whole.
+        inputs: Changes of the area to the controller, with their times; None while there was no
+            connection.
+        outputs: Changes of the area from the controller, with their times.
+        times: Times of the controller's cycles, if the recording has them; else empty.
+        tolerance_us: Answers whose times differ by at most this much count as equal.
+        from_power_on: The recording begins at the power-on of the controller.
+        trouble: Damage of the file, at which the recording ends.
+        missing: Number of packets that were lost or captured only in part.
     """
 
     size: int

@@ -43,12 +43,11 @@ class Replayed:
     """The result of a replay.
 
     Attributes:
-        outputs: Every change of the area that the virtual controller gave.
-        differences: Where the recording has something else, without those that were expected.
-        drawn: The delays.
-        until_us: It was stopped here, at its first difference, or came to the end.
-        read: The keys of the configuration that had any influence, where this was watched.
-        alarms: The numbers of all alarms that were raised.
+        outputs: Changes of the area from the virtual controller, with their times.
+        differences: Differences from the recording that were not expected.
+        until_us: Time of the first difference, or of the end.
+        read: Keys of the configuration that had an influence, if this was observed.
+        alarms: Numbers of all alarms that were raised.
     """
 
     outputs: Sequence[tuple[int, bytes]]

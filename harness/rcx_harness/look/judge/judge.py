@@ -34,14 +34,12 @@ class JudgeOptions:
     """The options of `rcx judge`.
 
     Attributes:
-        file: A capture or a trace.
-        hosts: Addresses of the controllers, four bytes each; none: the Forward Opens say it.
-        sizes: Which sizes their areas may have.
-        port: TCP port of explicit messages.
-        tolerance_us: By so much two changes of dedicated inputs may be nearer than 100 ms.
-        from_us: Events and chart begin here.
-        until_us: They end here; None for the end of the file.
-        trace: Where to write what was followed as a trace; None for nowhere.
+        hosts: Addresses of the controllers, four bytes each; empty: as the Forward Opens say.
+        sizes: Allowed sizes of their areas.
+        tolerance_us: Two changes of dedicated inputs may be this much closer than 100 ms.
+        from_us: Time at which events and chart begin.
+        until_us: Time at which they end; None: the end of the file.
+        trace: File for a trace of all samples; None: no file.
     """
 
     file: Path
@@ -59,15 +57,14 @@ class Judgement:
     """The result of `rcx judge`.
 
     Attributes:
-        file: The recording.
-        followers: By the controllers' numbers.
-        network: Who was connected; None for a trace.
-        capture: The file; None for a trace.
+        followers: Results by the number of the controller.
+        network: The connections; None for a trace.
+        capture: The capture; None for a trace.
         header: First line of a trace.
-        timeline: For the chart.
-        chart_end_us: From here on there was no more room in the chart; None if there was.
-        findings: Broken rules, the first thousand.
-        count: How many there were in all.
+        timeline: The changes for the chart.
+        chart_end_us: Time after which the chart had no more room; None if it is complete.
+        findings: Broken rules, at most the first thousand.
+        count: Number of all broken rules.
         last_us: Time of the last packet or record.
     """
 
@@ -193,9 +190,6 @@ def judge(
 
     `tell` is called with each line of the report, `progress` with the share of the file that has
     been read.
-
-    Raises:
-        InputError: the file cannot be read, or it contains no traffic of a controller.
     """
     if is_capture(options.file):
         return _judge_capture(options, tell, progress)
@@ -203,11 +197,7 @@ def judge(
 
 
 def is_capture(file: Path) -> bool:
-    """Is it a capture, or a trace?
-
-    Raises:
-        InputError: it is neither, or cannot be read.
-    """
+    """Is it a capture, or a trace?"""
     begin = _beginning(file)
     if begin in _CAPTURES or (not begin and file.suffix.lower() in ENDINGS):
         return True
@@ -219,11 +209,7 @@ def is_capture(file: Path) -> bool:
 
 
 def is_judged(file: Path) -> bool:
-    """Is it a trace that has the findings of both sides in it, as a run writes them?
-
-    Raises:
-        InputError: it cannot be read, or is no recording.
-    """
+    """Is it a trace that has the findings of both sides in it, as a run writes them?"""
     begin = _beginning(file)
     if not begin:
         raise InputError("is empty", file=file, hint="nothing was recorded in it")

@@ -50,14 +50,15 @@ class Sample(NamedTuple):
     """The state of a controller and its PLC from a time on.
 
     Attributes:
-        t_us: When it was captured.
-        number: Of the packet in the file; of the scan or cycle in a trace.
-        controller: Whose it is, from 1.
+        t_us: Time of the capture.
+        number: Number of the packet in the file, or of the scan or cycle in a trace.
+        controller: Number of the controller, from 1.
         so: The area to the PLC; empty before its first packet.
-        si: The area to the controller; empty where nobody sends one.
-        connected: The PLC drives the controller: connected, and its program runs.
-        whole: No packet is missing right before this one.
-        at_once: Both areas are of one cycle of the controller: who wrote `si` had not read `so`.
+        si: The area to the controller; empty if nothing is sent to it.
+        connected: The PLC is connected, and its program runs.
+        whole: No packet is missing directly before this one.
+        at_once: Both areas belong to one cycle of the controller, so the sender of `si` had not
+            read `so`.
     """
 
     t_us: int

@@ -24,7 +24,7 @@ class Streams:
     passed over, and so is what follows one that the capture has missed, up to the next frame.
 
     Attributes:
-        gaps: How often segments were missing, and the stream was taken up behind them.
+        gaps: How often segments were missing; the stream continues after them.
     """
 
     def __init__(self) -> None:

@@ -14,9 +14,7 @@ class Times:
     """The times of one kind of answer, in microseconds.
 
     Attributes:
-        count: How many there were.
-        longest_us: The longest.
-        open: How often none came.
+        open: Number of requests without an answer.
     """
 
     def __init__(self) -> None:

@@ -28,9 +28,9 @@ class Stored:
     """The data that a controller stores, or that a file has of it.
 
     Attributes:
-        values: By kind, robot and number: a Point, a text, a Shift, a Hand or a Pallet. What is
-            not defined is not there; a comment that is empty is none.
-        asked: All that was asked for, whether it is defined or not.
+        values: Values by kind, robot and number: a Point, a text, a Shift, a Hand or a Pallet.
+            Undefined data and empty comments have no entry.
+        asked: All requested keys, defined or not.
     """
 
     values: dict[Key, Any] = field(default_factory=dict)
@@ -96,11 +96,7 @@ def as_csv(stored: Stored) -> str:
 
 
 def from_toml(file: Path) -> Stored:
-    """Return the stored data of a file of `rcx points`, or of a robot file.
-
-    Raises:
-        InputError: it cannot be read, or has none.
-    """
+    """Return the stored data of a file of `rcx points`, or of a robot file."""
     there = [kind for kind in KINDS if kind in load_toml(file)]
     if not there:
         hint = "write one with rcx points backup"

@@ -33,14 +33,13 @@ class Answer:
     """The end of a remote command.
 
     Attributes:
-        status: 0x0200 or 0x4000.
         words: The 16 words from m on.
-        fields: Of a normal end, by name.
-        alarm: Of an abnormal end, as `"12.600"`; else empty.
-        ran: 0x0100 was seen.
-        accepted_us: From the code to the first status, without the way.
-        ended_us: From there to the end.
-        reset_us: From the status reset to the ready status, without the way.
+        fields: Fields of a normal end, by name.
+        alarm: Alarm of an abnormal end, as `"12.600"`; else empty.
+        ran: Whether 0x0100 was seen.
+        accepted_us: Time from the code to the first status, without transmission times.
+        ended_us: Time from there to the end.
+        reset_us: Time from the status reset to the ready status, without transmission times.
     """
 
     status: int
@@ -94,9 +93,6 @@ class Asker:
     Args:
         person: Asks the person to do something; returns False if the person declines.
         trace: Records every change of an area, as evidence.
-
-    Attributes:
-        findings: Findings of all questions.
     """
 
     def __init__(
@@ -248,11 +244,7 @@ class Asker:
         self.wait(_SETTLED_US)
 
     def open_within(self, us: int) -> None:
-        """Connect as soon as the controller answers.
-
-        Raises:
-            LostError: it does not.
-        """
+        """Connect as soon as the controller answers."""
         end_us = self.line.now_us + us
         while True:
             try:

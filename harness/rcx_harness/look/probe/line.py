@@ -38,10 +38,9 @@ class Line(Protocol):
     """A controller as a probe reaches it.
 
     Attributes:
-        size: Bytes of its areas.
-        step_us: It is worth while to look again after so long.
-        tolerance_us: By so much a time that is measured may be too long.
-        identity: Who the controller says it is, line by line.
+        step_us: Shortest useful time between two reads.
+        tolerance_us: A measured time may be too long by this much.
+        identity: Identity of the controller, line by line.
     """
 
     size: int

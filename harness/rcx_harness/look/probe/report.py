@@ -20,10 +20,7 @@ class Subject:
     """The person, the day and the device of a probe, as the person gives them.
 
     Attributes:
-        host: Its address.
-        robot: What it is, as `RCX340 with YK400XE`; may be empty.
-        by: Who probed; may be empty.
-        date: When, as given.
+        robot: Type of controller and robot, such as `RCX340 with YK400XE`; may be empty.
     """
 
     host: str
@@ -37,11 +34,10 @@ class Verdict:
     """The result of a probe for one assumed rule.
 
     Attributes:
-        rule: It.
         verdict: `confirmed`, `confirmed in part`, `refuted` or `not asked`.
-        findings: With their questions.
-        open: Keys of the rule of which nothing was found.
-        reason: Why it was not asked; empty if it was.
+        findings: Findings with their questions.
+        open: Keys of the rule without any finding.
+        reason: Why the rule was not examined; empty if it was.
     """
 
     rule: Rule

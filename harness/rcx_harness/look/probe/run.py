@@ -20,9 +20,8 @@ class Outcome:
     """The result of a probe.
 
     Attributes:
-        identity: Who the controller says it is.
-        findings: By question, in the order in which they were asked.
-        skipped: Why a question was not asked, or decided nothing.
+        findings: Findings by question, in the order of the questions.
+        skipped: Why a question was skipped, or decided nothing.
         ended: Why the probe ended before its last question; empty if it did not.
     """
 
@@ -37,9 +36,9 @@ class Person:
     """The person who operates the probe.
 
     Attributes:
-        confirms: Is asked before each question; False leaves it out.
-        does: Is asked to do something at the cell, with its name as an event; False if not done.
-        tell: Takes one line after the other.
+        confirms: Called before each question; returns False to skip it.
+        does: Called with an action at the cell and its name as an event; returns False if not done.
+        tell: Called with each line of output.
     """
 
     confirms: Callable[[Question], bool]

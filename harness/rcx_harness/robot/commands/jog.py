@@ -37,11 +37,7 @@ class Jog(Moving):
         super().__init__(call, movement)
 
     def step(self, machine: Machine) -> Response | None:
-        """Return the position at the end, if requested.
-
-        Raises:
-            CommandError: the jog was stopped, or it has reached the soft limit.
-        """
+        """Return the position at the end, if requested."""
         if self.movement.stopped_by == STOP:
             raise CommandError(STOP, position_output(self.call))
         response = super().step(machine)

@@ -39,11 +39,7 @@ class Moving(Lasting):
         self.movement = movement
 
     def step(self, machine: Machine) -> Response | None:
-        """Return the position at the end, if requested.
-
-        Raises:
-            CommandError: the movement was stopped.
-        """
+        """Return the position at the end, if requested."""
         if self.movement.stopped_by:
             raise CommandError(self.movement.stopped_by)
         return position_output(self.call) if self.movement.done else None
@@ -211,11 +207,7 @@ class Push(Moving):
 
 
 def _movable_places(machine: Machine, call: Call) -> tuple[int, ...]:
-    """Return the places (0 to 5) of the axes that the command selects.
-
-    Raises:
-        CommandError: the robot has no such axis, or these axes cannot move now.
-    """
+    """Return the places (0 to 5) of the axes that the command selects."""
     places = call.places
     machine.check_movable(call.arm, places)
     return places

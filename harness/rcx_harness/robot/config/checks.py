@@ -92,9 +92,6 @@ def check_value(key: str, declared: str, value: Any) -> None:
     """Raise InputError if the key cannot have the value.
 
     `declared` is the annotation of the field, as written.
-
-    Raises:
-        InputError: with the allowed values as the hint; the key is in single quotes.
     """
     if key == "robot" and declared != "int":
         _check_models(key, value)
@@ -154,11 +151,7 @@ def _check_areas(key: str, value: Any) -> None:
 
 
 def check_stored(key: str, value: Any, axes: int) -> None:
-    """Raise InputError for stored data that no controller could have.
-
-    Raises:
-        InputError: with the key and the allowed values.
-    """
+    """Raise InputError for stored data that no controller could have."""
     seen: set[int | None] = set()
     for number, entry in value.items():
         if key == "variables":

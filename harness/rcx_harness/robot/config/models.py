@@ -10,11 +10,7 @@ from rcx_harness.spec.robots import RobotModel, law, robot_models
 
 
 def model_of(name: str) -> RobotModel:
-    """Return the model of that name.
-
-    Raises:
-        InputError: the model does not exist.
-    """
+    """Return the model of that name."""
     check_value("robot", "models", name)
     return robot_models()[name]
 

@@ -83,9 +83,6 @@ class Plate:
         """Store the keys that a page holds; it repeats the message as long as it holds any.
 
         `beat` grows with each message of a page; a late message is ignored.
-
-        Raises:
-            InputError: no such key, or too many pages or changes.
         """
         for key in keys:
             if key not in self.keys:
@@ -104,11 +101,7 @@ class Plate:
                 del self._pages[next(name for name, old in self._pages.items() if not old.keys)]
 
     def choose(self, name: str, value: object) -> None:
-        """Store a selection for the next scan.
-
-        Raises:
-            InputError: no such selection, or a value that it does not take.
-        """
+        """Store a selection for the next scan."""
         if name not in _CHOICES:
             raise InputError(f"there is no selection {name!r:.20}", hint=", ".join(_CHOICES))
         if name in _SWITCHES:
@@ -186,11 +179,7 @@ def _all_of(change: dict[str, frozenset[str]]) -> frozenset[str]:
 
 
 def plates_of(program: Program, now: Callable[[], float] = time.monotonic) -> list[Plate]:
-    """Return the panels of a program, in the order of their declaration.
-
-    Raises:
-        InputError: it has none.
-    """
+    """Return the panels of a program, in the order of their declaration."""
     found = [Plate(program, path, now) for path in _paths(program)]
     if not found:
         raise InputError(

@@ -74,11 +74,7 @@ def _plate(request: web.Request) -> Plate:
 
 
 class PanelServer:
-    """The server of the panels in a thread, inside `with`.
-
-    Raises:
-        InputError: the port is taken.
-    """
+    """The server of the panels in a thread, inside `with`."""
 
     def __init__(self, plates: Sequence[Plate], port: int, token: str = "") -> None:
         self._make: Callable[[], TokenServer] = lambda: TokenServer(

@@ -32,7 +32,6 @@ class Lane:
 
     Attributes:
         name: The text beside it.
-        packed: Its changes.
         colour: Its kind: `input`, `output`, `command`, `status`, `variable`, `curve` or `rule`.
         short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
         idle: Number of the text that is drawn as a line only.
@@ -216,11 +215,7 @@ def _general(kind: str, area: bytes) -> Iterator[tuple[str, int, int]]:
 
 
 class Variables:
-    """The watched variables; structures and arrays have a lane per member or element.
-
-    Raises:
-        KeyError, TypeError, ValueError: these are not types.
-    """
+    """The watched variables; structures and arrays have a lane per member or element."""
 
     def __init__(self, lanes: Lanes, watched: Mapping[str, Any]) -> None:
         self._lanes = lanes

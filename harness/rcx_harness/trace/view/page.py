@@ -48,9 +48,6 @@ _MODULE = re.compile(r"^import .*\n|^export ", re.MULTILINE)
 class View:
     """A page made from the records of a recording: `take` each record, then call `page`.
 
-    Attributes:
-        broken: Number of broken rules so far.
-
     Raises:
         InputError: the header does not describe variables, times or robots as in a trace.
     """
@@ -86,11 +83,7 @@ class View:
         return self._lanes.new(f"{who}{title}", Numbers(), "curve", **more)
 
     def take(self, record: Record) -> None:
-        """Take the next record.
-
-        Raises:
-            InputError: it does not fit the header, or a controller cannot have such areas.
-        """
+        """Take the next record."""
         if self._begin_us is None:
             self._begin_us = record.t_us
         self._end_us = max(self._end_us, record.t_us)

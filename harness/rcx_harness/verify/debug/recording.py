@@ -69,9 +69,6 @@ def write_recording(
 
     The cell may be closed. `settings` are the arguments of the `Cell.build` that built it. Files
     below `folder` are named relative to it. `failed` says in one line what went wrong.
-
-    Raises:
-        InputError: The file cannot be written, or a source is missing.
     """
     given = settings["program"]
     named = [given] if isinstance(given, (str, Path)) else given

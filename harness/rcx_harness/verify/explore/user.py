@@ -76,7 +76,6 @@ class Settings:
         always: Expressions that hold after every scan, in the names of the program.
         properties: Further demands, which name variables by paths. Python is not supported.
         faults: Names from `controller.FAULTS`.
-        scan_us: The time from one scan to the next [us].
         size: Bytes of the areas.
         m: Where the area from the controller begins.
         n: Where the area to the controller begins.
@@ -124,10 +123,6 @@ def explore(sources: SourceFiles, settings: Settings, farm: Farm | None = None) 
 
     Without a `farm` of worker processes, this process does all the work. The result does not depend
     on it.
-
-    Raises:
-        InputError: The sources or settings are wrong, or the program has infinitely many states
-            of its own.
     """
     own, library = sources.users
     with TemporaryDirectory() as folder:
@@ -187,11 +182,7 @@ class _Program(World[Choice]):
         self._by_move = {move: [c for c in self.every if c.move == move] for move in self.moves}
 
     def _surround(self, project: Project) -> None:
-        """Find the areas of the program.
-
-        Raises:
-            InputError: The program has no areas.
-        """
+        """Find the areas of the program."""
         self._image = find_image(
             self.program,
             size=self._settings.size,
@@ -245,9 +236,6 @@ class _Program(World[Choice]):
 
         The same scan runs at another time, with other tickets and scan numbers. It must lead to the
         same state. If it does not, the abstraction has dropped a variable that has an effect.
-
-        Raises:
-            InputError: The step leads to another state.
         """
         now_us = self._state.disturb(state, 1, random)
         there, broken = self._scan(state, choice, now_us)

@@ -61,9 +61,6 @@ def replay(
     """Write the stimulus file of a run, and run it in a cell on the built-in engine.
 
     `about` is the comment at the beginning of the stimulus file.
-
-    Raises:
-        InputError: A file cannot be written, or exists and was not written by a search.
     """
     differences: list[str] = []
     error = None

@@ -35,11 +35,7 @@ class Area:
 
 
 class CellSurroundings(Surroundings):
-    """The program of a project in a cell with its controllers.
-
-    Raises:
-        InputError: The program has no process image.
-    """
+    """The program of a project in a cell with its controllers."""
 
     def __init__(self, project: Project) -> None:
         program, located = BuiltinProgram.build(project), reads_located(project)

@@ -45,23 +45,14 @@ class Settings(user.Settings):
 
 
 def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str]]:
-    """Prove a program's properties; return the results and the names of the program's inputs.
-
-    Raises:
-        InputError: The sources have an error, or the program cannot run in a cell.
-    """
+    """Prove a program's properties; return the results and the names of the program's inputs."""
     sources = source_files(list(files), settings.lib, settings.replace)
     return user.prove(sources, settings, CellBench(files, settings.lib))
 
 
 @dataclass(frozen=True)
 class CellBench:
-    """The bench that replays counterexamples in a cell.
-
-    Attributes:
-        files: The program as the user named it.
-        lib: The folder of the library, if the user named it.
-    """
+    """The bench that replays counterexamples in a cell."""
 
     files: Sequence[Path]
     lib: Path | None
@@ -69,11 +60,7 @@ class CellBench:
     library: Library = LIBRARY
 
     def surroundings(self, project: Project) -> CellSurroundings:
-        """Return the controllers of a program.
-
-        Raises:
-            InputError: The program has no process image.
-        """
+        """Return the controllers of a program."""
         return CellSurroundings(project)
 
     def blame(self, error: InputError) -> InputError:

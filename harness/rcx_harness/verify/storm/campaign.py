@@ -44,8 +44,8 @@ class Explained(NamedTuple):
     """A class of failures.
 
     Attributes:
-        replay: The shortest run. None: the failure did not occur again.
-        causes: The events and inputs that the failure needs.
+        causes: The events and inputs that the failure needs in the shortest run. Without a shortest
+            run the failure did not occur again.
         rest: Seeds that fail without these causes as well.
         seeds: All other seeds.
     """

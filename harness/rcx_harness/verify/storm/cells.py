@@ -53,9 +53,6 @@ class CellsOf:
         """Read all files.
 
         `demands` and `stimulus` are the files for `Demands.load`.
-
-        Raises:
-            InputError: A file cannot be read.
         """
         lib = options.get("lib")
         lib_files = st_files(library_folder(lib)) if lib is not None else []
@@ -82,11 +79,7 @@ class CellsOf:
         return cls(parcel, tuple(map(len, groups)), kept, tuple(replaced), depth)
 
     def make(self) -> Cells:
-        """Compile the program in this process.
-
-        Raises:
-            InputError: The sources or options are wrong.
-        """
+        """Compile the program in this process."""
         with self.parcel.unpacked() as here:
             files = iter(here)
             program, lib, replaced, robots, demands, stimulus = (

@@ -18,11 +18,7 @@ _AFTER_US = 1_000_000
 
 
 class Course(Run):
-    """Storms on a user's cell, checked by the user's demands.
-
-    Raises:
-        InputError: The demands name a variable that does not exist.
-    """
+    """Storms on a user's cell, checked by the user's demands."""
 
     def __init__(self, cell: Cell, demands: Demands) -> None:
         super().__init__(cell)

@@ -70,9 +70,6 @@ class Demands:
 
         Each table may occur in one file only. `stimulus` is a good run: if no file names inputs,
         the BOOL inputs that it sets are the operator's switches.
-
-        Raises:
-            InputError: A file cannot be read, or has a wrong value.
         """
         tables: dict[str, tuple[Any, Path]] = {}
         properties: list[Declared] = []
@@ -129,11 +126,7 @@ class Demands:
         )
 
     def check(self, cell: Cell) -> None:
-        """Check that the cell has everything that the demands name.
-
-        Raises:
-            InputError: A variable is unknown (the hint has similar names), or cannot have a value.
-        """
+        """Check that the cell has everything that the demands name."""
         Stimulus(Path(self.start_file), list(self.start)).check(cell)
         before = cell.program.snapshot()
         for path in (*self.buttons, *self.switches, *self.values):

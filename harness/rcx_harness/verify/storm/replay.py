@@ -26,10 +26,6 @@ class Replay:
     """A failing run that can be replayed.
 
     Attributes:
-        text: The stimulus file.
-        duration_us: The duration of the run [us].
-        seed: The seed of the cell.
-        kind: The kind of the failure.
         told: The failure as a sentence.
     """
 

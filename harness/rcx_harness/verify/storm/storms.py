@@ -79,11 +79,7 @@ class Run(ABC):
         """Do something after a storm when the cell works again; default: nothing."""
 
     def of(self, storms: Sequence[Storm]) -> None:
-        """Run storms one after the other.
-
-        Raises:
-            Failure: The first failure.
-        """
+        """Run storms one after the other."""
         self.begin()
         for storm in storms:
             self.weather(storm)

@@ -73,9 +73,6 @@ def injects(names: Sequence[str], controllers: int, hold_us: int) -> list[Inject
 
     A name is an event (`link_down`, at every controller; `link_down@2`), or an input with a value
     (`Main.CellSafe=false`). A lasting injection is held for `hold_us`.
-
-    Raises:
-        InputError: The event, controller or value does not exist.
     """
     found: list[Inject] = []
     for name in names:
@@ -208,11 +205,7 @@ class _Worker:
 
 
 def _go_to(course: Course, scan: int) -> None:
-    """Run the course until shortly after a scan of the good run.
-
-    Raises:
-        InputError: The good run fails.
-    """
+    """Run the course until shortly after a scan of the good run."""
     cell = course.cell
     if cell.scans <= scan:
         cell.scan(scan + 1 - cell.scans)
