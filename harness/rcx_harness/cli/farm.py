@@ -19,6 +19,15 @@ __all__ = ["MOST", "FarmOptions"]
 MOST = 4096
 
 
+#: The option `--workers` of commands that can also work in their own process.
+WorkersOrNone = Annotated[
+    int | None,
+    typer.Option(
+        help="Processes. Default: one for each processor; 0: in this one.", min=0, max=MOST
+    ),
+]
+
+
 @dataclass(frozen=True, kw_only=True)
 class FarmOptions:
     """The options for workers; a command takes `with_options` of a dataclass built on this."""

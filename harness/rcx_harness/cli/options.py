@@ -16,24 +16,20 @@ from structured_text.errors import InputError
 from structured_text.output.reading import check_file
 from structured_text.output.units import parse_us
 
-__all__ = ["Lib", "Replace", "Sources", "check_ipv4", "check_port", "config_data"]
-__all__ += ["config_instance", "counted", "duration_us", "host_port", "identity_revision"]
-__all__ += ["interval_us", "replacements", "with_options"]
-
-#: Of a number in a port or an instance.
+#: Most digits of a port or of the number of an instance.
 _DIGITS = 5
 
-#: What a command reads.
+#: The sources of a program.
 Sources = Annotated[
     list[Path],
     typer.Argument(help="ST files, projects (PLCopen XML, TwinCAT, L5X, SCL), or folders."),
 ]
-#: Bodies of the user's.
+#: Files with bodies for POUs of a project.
 Replace = Annotated[
     list[str] | None,
     typer.Option(help="Take this ST file for a POU of a project: POU=file.st. May be repeated."),
 ]
-#: The library it takes.
+#: The library to use.
 Lib = Annotated[
     Path | None, typer.Option(help="Folder of the library. Default: that of this package.")
 ]
@@ -78,18 +74,18 @@ def replacements(given: list[str] | None) -> dict[str, Path]:
 
 
 def counted(number: int, what: str) -> str:
-    """`no scans`, `1 scan`, `2 scans`."""
+    """Return a number with its noun: `no scans`, `1 scan`, `2 scans`."""
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
 def check_port(option: str, number: int) -> None:
-    """Refuse what is no TCP or UDP port (InputError)."""
+    """Raise InputError if the number is not a TCP or UDP port."""
     if not 1 <= number <= 0xFFFF:
         raise InputError(f"{option} {number} is no port", hint="ports are 1 to 65535")
 
 
 def check_ipv4(option: str, text: str) -> None:
-    """Refuse what is no IPv4 address (InputError)."""
+    """Raise InputError if the text is not an IPv4 address."""
     try:
         ipaddress.IPv4Address(text)
     except ValueError:
@@ -114,7 +110,7 @@ def interval_us(option: str, text: str) -> int:
 
 
 def host_port(option: str, text: str, port: int) -> tuple[str, int]:
-    """`HOST` or `HOST:PORT`; what is none is refused (InputError)."""
+    """Return host and port of `HOST` or `HOST:PORT` (InputError: another form)."""
     host, colon, number = text.partition(":")
     if colon:
         right = number.isascii() and number.isdecimal() and len(number) <= _DIGITS
@@ -147,7 +143,7 @@ def config_data(text: str) -> bytes:
 
 
 def identity_revision(text: str) -> tuple[int, int]:
-    """Major and minor revision of an identity, `1.1` (InputError: not of this form)."""
+    """Return major and minor revision of an identity, `1.1` (InputError: another form)."""
     major, _, minor = text.partition(".")
     if not (major.isdecimal() and minor.isdecimal()):
         raise InputError(f"{text!r} is no revision", hint="write it as 1.1")
