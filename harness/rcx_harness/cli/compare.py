@@ -30,8 +30,6 @@ from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError, legible
 from structured_text.output.files import NewFiles, replace_files
 
-__all__ = ["compare"]
-
 #: How every JSON of this command begins.
 _BEGINNING = '{\n  "begin_us": '
 

@@ -16,8 +16,6 @@ from structured_text.output.units import format_us
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 
-__all__ = ["Teller", "confirm", "no_connection"]
-
 _QUESTION = """\
 The program will drive the controller at {name}. If that is a real one, its robot moves.
 These blocks are no safety function: try the program on the virtual controller first, keep the speed

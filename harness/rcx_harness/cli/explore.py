@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from rcx_harness.verify.explore.user import Explored, Settings
     from rcx_harness.verify.storm.demands import Demands
 
-__all__ = ["explore"]
-
 #: Between two lines of progress where there is no terminal [s].
 _PATIENCE_S = 30.0
 

@@ -13,8 +13,6 @@ from rcx_harness.verify.fingerprint import fingerprint
 from structured_text.errors import InputError
 from structured_text.farm import Cluster, Farm
 
-__all__ = ["MOST", "FarmOptions"]
-
 #: So many processes are more than any computer has processors.
 MOST = 4096
 

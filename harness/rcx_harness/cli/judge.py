@@ -25,8 +25,6 @@ from structured_text.bench.outputs import check_outputs
 from structured_text.errors import legible
 from structured_text.output.files import replace_files
 
-__all__ = ["judge"]
-
 #: How every JSON of this command begins.
 _BEGINNING = '{\n  "file": '
 

@@ -9,8 +9,6 @@ import tempfile
 import traceback
 from importlib.metadata import PackageNotFoundError, version
 
-__all__ = ["report"]
-
 _SHOWN = 200
 
 

@@ -20,8 +20,6 @@ from structured_text.errors import InputError
 if TYPE_CHECKING:
     from structured_text.prove.user import Result
 
-__all__ = ["prove"]
-
 #: Columns where it is no terminal that is printed to.
 _WIDE = 200
 #: What is no reason for the exit code 1.

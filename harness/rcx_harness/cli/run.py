@@ -61,8 +61,6 @@ if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
     from structured_text.coverage.output import Outcome
 
-__all__ = ["EPILOG", "RunOptions", "run"]
-
 EPILOG = "Events of a stimulus:\n\n" + "\n".join(f"- {one}: {EVENTS[one]}" for one in EVENTS)
 
 #: Reports on the way come this often [s of real time].

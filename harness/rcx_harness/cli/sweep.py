@@ -20,8 +20,6 @@ from rcx_harness.verify.storm.sweep import Inject, Shown, Sweep, injects, pieces
 from rcx_harness.verify.storm.written import check_folder, file_name
 from structured_text.errors import InputError
 
-__all__ = ["sweep"]
-
 #: How every JSON of this command begins.
 _BEGINNING = '{"inject": '
 _AFTER_US = 1_000_000
