@@ -12,8 +12,8 @@ from typing import Any
 
 from rcx_harness.cell.clock import Timing
 from rcx_harness.enip.originator.client import PORT
-from rcx_harness.enip.originator.kept import KeptConnection
 from rcx_harness.enip.originator.opening import multiplier_of
+from rcx_harness.enip.originator.persistent_connection import PersistentConnection
 from rcx_harness.enip.originator.scanner import Assemblies, Scanner
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from structured_text.bench.agenda import Agenda
@@ -92,7 +92,7 @@ class FarLink:
                 port=where.port,
             )
 
-        self.kept = KeptConnection(where.name, size, connect, _OPTIONS)
+        self.connection = PersistentConnection(where.name, size, connect, _OPTIONS)
         self._valid_us = max(timing.timeout_us, _WATCHDOG_SCANS * timing.scan_us)
 
     def open(self) -> None:
@@ -101,8 +101,8 @@ class FarLink:
         Raises:
             InputError: the controller does not answer, or it refuses.
         """
-        self.kept.opener.open()
-        self.kept.opener.start(_LOOK_S, _REOPEN_S)
+        self.connection.opener.open()
+        self.connection.opener.start(_LOOK_S, _REOPEN_S)
 
     def network(self, agenda: Agenda, *, matched: bool) -> FarNetwork:
         """Return the network of this link; its packets do not use the agenda."""
@@ -111,11 +111,11 @@ class FarLink:
 
     def scanner_write(self, image: bytes) -> None:
         """Set the content of the next packets."""
-        self.kept.write(image, self._valid_us)
+        self.connection.write(image, self._valid_us)
 
     def scanner_read(self) -> bytes:
         """Return the content of the last packet; zeros without a connection."""
-        received = self.kept.received()
+        received = self.connection.received()
         return bytes(self.size) if isinstance(received, str) else received.image
 
     def robot_read(self) -> bytes:
@@ -132,13 +132,13 @@ class FarLink:
         (manual chapter 1, 5.2). The robot has therefore stopped when the connection ends, whatever
         outputs the program had set.
         """
-        self.kept.opener.end()
-        if not isinstance(self.kept.received(), str):
+        self.connection.opener.end()
+        if not isinstance(self.connection.received(), str):
             self._send_zeros()
-        self.kept.close()
+        self.connection.close()
 
     def _send_zeros(self) -> None:
-        self.kept.write(bytes(self.size), None)
+        self.connection.write(bytes(self.size), None)
         before, patience_s = self._sent(), _LAST_INTERVALS * self.timing.rpi_us / 1e6
         until_s = time.monotonic() + max(patience_s, _LAST_S)
         # Wait for two packets: the first may have been sent before the zeros were written.
@@ -146,7 +146,7 @@ class FarLink:
             time.sleep(self.timing.rpi_us / 4e6)
 
     def _sent(self) -> int:
-        look = self.kept.look()
+        look = self.connection.look()
         return 0 if look is None else look[0].sent
 
 
@@ -176,13 +176,15 @@ class FarNetwork:
 
     def plc_connected(self, now_us: int) -> bool:
         """Return whether packets arrive: the status that a PLC's scanner shows."""
-        received = self._link.kept.received()
+        received = self._link.connection.received()
         if isinstance(received, str):
             self._tell(now_us, received)
             return False
         self.input = received.image
         size, rpi = self._link.size, format_us(self._link.timing.rpi_us)
-        self._tell(now_us, f"{self._link.kept.name}: connected, {size} bytes, packets every {rpi}")
+        self._tell(
+            now_us, f"{self._link.connection.name}: connected, {size} bytes, packets every {rpi}"
+        )
         return True
 
     def scanned(self, image: bytes) -> None:

@@ -20,8 +20,8 @@ from rcx_harness.verify.fingerprint import fingerprint
 from rcx_harness.verify.storm.campaign import Explained, Seed, Storms, classes, storms
 from rcx_harness.verify.storm.cells import Cells, CellsOf
 from rcx_harness.verify.storm.course import Course
-from rcx_harness.verify.storm.kept import keep
 from rcx_harness.verify.storm.replay import Replay, replay
+from rcx_harness.verify.storm.saved_results import saved_results
 from rcx_harness.verify.storm.written import check_folder, command, file_name, forget, write
 from structured_text.errors import InputError
 from structured_text.farm import Kept
@@ -45,7 +45,7 @@ class VerifyOptions(FarmOptions, CellOptions):
 
     def results(self, cells: CellsOf, out: Path, further: str = "") -> Kept[Any, Any]:
         """Return the results of earlier calls that are still valid, and print what is not."""
-        kept, notice = keep(out / "results.jsonl", self._about(cells, further))
+        kept, notice = saved_results(out / "results.jsonl", self._about(cells, further))
         if kept.notice:
             print(kept.notice, file=sys.stderr)
         if notice:

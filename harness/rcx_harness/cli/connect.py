@@ -55,7 +55,7 @@ def no_connection(reason: str) -> InputError:
 
     `reason` is the last failure that the connection has reported.
     """
-    from rcx_harness.enip.originator.kept import WAITS
+    from rcx_harness.enip.originator.persistent_connection import WAITS
 
     hint = "does a firewall stop UDP port 2222" if reason.endswith(WAITS) else ""
     return InputError(f"no connection in the whole run: {reason}", hint=hint)

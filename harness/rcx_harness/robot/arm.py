@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.config import RobotConfig
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.geometry import Frame
 from rcx_harness.robot.kinematics import CARTESIAN, Scara
-from rcx_harness.robot.memory import Memory
 from rcx_harness.robot.stored import AXES, ROBOTS
 from rcx_harness.spec.robots import law
 

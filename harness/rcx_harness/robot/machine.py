@@ -12,8 +12,8 @@ from collections.abc import Hashable, Iterable
 from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, AlarmList, CommandError
 from rcx_harness.robot.arm import Arm, Servos, Settings
 from rcx_harness.robot.config import RobotConfig
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.data import Data
-from rcx_harness.robot.memory import Memory
 from rcx_harness.robot.motion import Motion, Movement, OriginRun, Origins
 from rcx_harness.robot.paths import Path
 from rcx_harness.robot.ports import Ports

@@ -22,7 +22,7 @@ _BACK_US = 20_000_000
 
 
 @dataclass(frozen=True)
-class Step:
+class RecoveryStep:
     """One step of the operator.
 
     Attributes:
@@ -54,7 +54,7 @@ class Recovery:
         file: The file that contains the table.
     """
 
-    steps: tuple[Step, ...] = ()
+    steps: tuple[RecoveryStep, ...] = ()
     when: str = ""
     within_us: int = 0
     file: str | None = None
@@ -167,7 +167,7 @@ def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
     check_keys(table, keys, "[recover]", file, every="keys are")
     steps = []
     if "set" in table:
-        steps.append(Step(values=_table(table["set"], "[recover]: set", file)))
+        steps.append(RecoveryStep(values=_table(table["set"], "[recover]: set", file)))
     given = table.get("steps", [])
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
         hint = 'write steps = [ { press = "Main.Reset", wait = "2s" } ]'
@@ -181,7 +181,7 @@ def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
     return Recovery(tuple(steps), when, within_us, str(file))
 
 
-def _step(table: Mapping[str, Any], where: str, file: Path) -> Step:
+def _step(table: Mapping[str, Any], where: str, file: Path) -> RecoveryStep:
     keys = ("set", "press", "for", "until", "within", "wait")
     check_keys(table, keys, where, file, every="keys are")
     press = table.get("press", [])
@@ -200,7 +200,7 @@ def _step(table: Mapping[str, Any], where: str, file: Path) -> Step:
     def time(key: str, default_us: int) -> int:
         return _time(table[key], f"{where}: {key}", file) if key in table else default_us
 
-    return Step(
+    return RecoveryStep(
         _table(table.get("set", {}), f"{where}: set", file),
         tuple(names),
         time("for", _PRESSED_US),

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from datetime import datetime
 from typing import Any
 
-from rcx_harness.robot.script import Task, script
+from rcx_harness.robot.script import TaskStep, script
 from rcx_harness.robot.stored import (
     AXES,
     COUNTS,
@@ -184,7 +184,7 @@ def check_programs(programs: Any, size: int) -> None:
         texts = isinstance(steps, tuple) and all(isinstance(step, str) for step in steps)
         _expect(texts, "steps", steps, 'a list of texts, such as ["WAIT SI(20)=1"]')
         for step in script(steps, size):
-            number = step.number if isinstance(step, Task) else 1
+            number = step.number if isinstance(step, TaskStep) else 1
             allowed = f"START 1 to START {len(programs)}"
             _expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
         named = isinstance(program.name, str) and _NAME.fullmatch(program.name) is not None

@@ -21,8 +21,8 @@ from rcx_harness.cell.sources import blame_lib
 from rcx_harness.spec.wire import SIZE
 from rcx_harness.verify.explore.controller import FAULTS, MOVES, Small, Wire
 from rcx_harness.verify.explore.demanded import Demanded
-from rcx_harness.verify.explore.kept import TABLES
 from rcx_harness.verify.explore.monitors import Monitors
+from rcx_harness.verify.explore.state_tables import TABLES
 from rcx_harness.verify.properties import Declared
 from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.image_source import reads_located

@@ -45,7 +45,7 @@ def kind_of(violation: Violation) -> str:
     return f"rule {violation.rule}" + (f" of {name}" if of_block else "")
 
 
-class Run(ABC):
+class StormRun(ABC):
     """Storms on a cell, each followed by rest and recovery."""
 
     def __init__(self, cell: Cell) -> None:

@@ -32,7 +32,7 @@ OWN = ("model", "contract", "oracle", "search", "stages", "models")
 _SHARED = (
     "structured_text/explore/abstraction.py",
     "structured_text/explore/kept.py",
-    "rcx_harness/verify/explore/kept.py",
+    "rcx_harness/verify/explore/state_tables.py",
     "structured_text/explore/search.py",
 )
 

@@ -17,7 +17,7 @@ from structured_text.output.limits import MOST_LINE_BYTES, OTHER
 from structured_text.output.reading import open_file
 
 
-def keep(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
+def saved_results(file: Path, about: Mapping[str, str]) -> tuple[Kept[Any, Any], str]:
     """Return the saved results of a file, and a notice if they must be computed again.
 
     `about` has the files and options on which the results depend.

@@ -13,7 +13,7 @@ from structured_text.errors import InputError
 WAITS = "packets have not come yet"
 
 
-class KeptConnection:
+class PersistentConnection:
     """One exclusive-owner connection, as long as there is an adapter.
 
     Reading and writing never wait. Whatever does (a connection is opened) is the opener's. Each new
