@@ -66,9 +66,6 @@ class Running(Closing):
     Attributes:
         news: Changes of state: monotonic time in seconds, state, reason; `None` if one of the
             threads has ended unexpectedly.
-
-    Raises:
-        InputError: a side that is not there or refuses, unless `wait`; bad options.
     """
 
     def __init__(self, options: BridgeOptions) -> None:

@@ -36,9 +36,6 @@ def make_robot(
     """Return a controller made from its properties or from a robot file.
 
     If the robot does not specify a size, the size of the PLC's areas is used.
-
-    Raises:
-        InputError: the file cannot be read or is wrong, or areas cannot have this size.
     """
     if size is not None:
         check_size(size)
@@ -71,12 +68,7 @@ def make_members(
     seed: int,
     connect: Elsewhere | None = None,
 ) -> list[Member]:
-    """Return the controllers of a cell, each with its link and its areas.
-
-    Raises:
-        InputError: as `make_robot` and `make_link`; areas overlap; more areas than robots;
-            properties are given for an external controller.
-    """
+    """Return the controllers of a cell, each with its link and its areas."""
     if connect is not None:
         from rcx_harness.cell.elsewhere import FarLink
 

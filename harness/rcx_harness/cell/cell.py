@@ -294,11 +294,7 @@ class Cell(Bench):
         return self._node(controller).network
 
     def stop_plc(self, *, power: bool = False) -> None:
-        """Put the PLC into STOP, or switch its power off: no scan runs, and its connections end.
-
-        Raises:
-            InputError: the network is a real one.
-        """
+        """Put the PLC into STOP, or switch its power off: no scan runs, and its connections end."""
         for network in self._networks():
             network.set_plc(False)
         super().stop_plc(power=power)
@@ -341,9 +337,6 @@ class Cell(Bench):
             area: The first bytes of its input area, the others are 0; None: the answer again.
             connected: The connection status that its scanner shows meanwhile.
             controller: The number of the controller, from 1.
-
-        Raises:
-            InputError: the controller does not exist, or the area has fewer bytes.
         """
         self._node(controller).give_area(area, connected)
 

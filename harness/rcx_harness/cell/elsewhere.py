@@ -62,11 +62,7 @@ class Elsewhere:
 
 
 class FarLink:
-    """The PLC's end of a connection to an external controller.
-
-    Raises:
-        InputError: the parameters cannot be requested.
-    """
+    """The PLC's end of a connection to an external controller."""
 
     name = NAME
 

@@ -58,9 +58,6 @@ def find_image(program: Program, *, size: int, m: int, n: int, located: bool = F
 
     The areas begin at byte `m` (from the robot) and `n` (to the robot). With `located` the program
     reads located variables, even if it has an `InputArea`.
-
-    Raises:
-        InputError: there is no image, its size is wrong, or an offset leaves or overlaps it.
     """
     check_size(size)
     for name, offset in (("m", m), ("n", n)):

@@ -73,11 +73,7 @@ class RealTimeAgenda(Agenda):
 
 
 class RealTimeLink(Class1Link):
-    """A cyclic connection that a thread opens, and reopens after a loss.
-
-    Raises:
-        InputError: the time-out cannot be requested, or a process did not start.
-    """
+    """A cyclic connection that a thread opens, and reopens after a loss."""
 
     name = "enip-realtime"
 

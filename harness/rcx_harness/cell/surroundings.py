@@ -124,9 +124,5 @@ def check(event: str, args: Mapping[str, Any]) -> Callable[[Surrounded, int], No
 
 
 def befall(cell: Surrounded, event: str, controller: int, args: Mapping[str, Any]) -> None:
-    """Apply an event of network or PLC now.
-
-    Raises:
-        InputError: as `check`, or the event is not possible in this cell.
-    """
+    """Apply an event of network or PLC now."""
     check(event, args)(cell, controller)

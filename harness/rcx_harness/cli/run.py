@@ -11,7 +11,6 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Timer
-from types import TracebackType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -520,12 +519,7 @@ class _Progress:
             self._task = self._bar.add_task("run", total=total_us / 1e6)
         self._bar.update(self._task, completed=done_us / 1e6)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *of: object) -> None:
         self._compiling.cancel()
         if self._task is not None:
             self._bar.stop()

@@ -97,9 +97,6 @@ class Class1Link(_Link):
 
     Attributes:
         shared: Both areas at the robot's end, and the state of the connection.
-
-    Raises:
-        InputError: another size, interval or multiplier, or a process did not start.
     """
 
     def __init__(

@@ -21,7 +21,6 @@ from rcx_harness.robot.stored import (
     fits_integer,
     nearest,
     single,
-    toward_zero,
     variable_number,
 )
 
@@ -77,11 +76,7 @@ class Memory:
         return self.points[number]
 
     def comment(self, number: int) -> str:
-        """Return the comment of a point, whether the point is defined or not.
-
-        Raises:
-            CommandError: there is no comment, and the configuration has an alarm for it.
-        """
+        """Return the comment of a point, whether the point is defined or not."""
         if number not in self.comments:
             self._undefined_data()
         return self.comments.get(number, "")
@@ -93,12 +88,7 @@ class Memory:
         return self.pallets[number]
 
     def work_point(self, pallet: int, work: int) -> Point:
-        """Return a work position of a pallet, with unit, hand and arm rotation of its first point.
-
-        Raises:
-            CommandError: the pallet, the work position or a required point is not defined, or these
-                points do not have the same unit.
-        """
+        """Return a work position of a pallet, with the unit, hand and arm of its first point."""
         found = self.pallet(pallet)
         if not 1 <= work <= found.count:
             raise CommandError(self.config.work_position_alarm)
@@ -202,11 +192,7 @@ class Variables:
         return self.reals[number - FIRST_REAL] if is_real(number) else self.integers[number]
 
     def assign(self, number: int, value: float) -> None:
-        """Assign a value that is finite in single precision, converted to the variable's type.
-
-        Raises:
-            CommandError: the value is too large for an integer.
-        """
+        """Assign a value that is finite in single precision, converted to the variable's type."""
         if is_real(number):
             self.reals[number - FIRST_REAL] = single(value)
             return
@@ -217,9 +203,6 @@ class Variables:
 
         Two integers are calculated exactly, all other values in single precision. The result is
         then converted to the variable's type.
-
-        Raises:
-            CommandError: division by 0, or the result is too large; the variable does not change.
         """
         own = self.value(number)
         if operator == "/" and value == 0:
@@ -234,7 +217,7 @@ class Variables:
 
     def _integer(self, value: Fraction) -> int:
         rounds = self._config.real_to_integer == "round"
-        whole = nearest(value) if rounds else toward_zero(value)
+        whole = nearest(value) if rounds else math.trunc(value)
         if not fits_integer(whole):
             raise CommandError(self._config.overflow_alarm)
         return whole

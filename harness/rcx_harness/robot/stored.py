@@ -137,11 +137,6 @@ def nearest(value: Fraction) -> int:
     return size if value >= 0 else -size
 
 
-def toward_zero(value: Fraction) -> int:
-    """Return the integer part."""
-    return math.trunc(value)
-
-
 def single(value: float) -> float:
     """Return the nearest single-precision number; infinity if the value is too large."""
     try:

@@ -130,11 +130,7 @@ class Host:
         return Path(self._folder) / "recording.jsonl"
 
     def recording(self) -> Path:
-        """Return the file with the recording.
-
-        Raises:
-            InputError: there is none, or it is not finished yet.
-        """
+        """Return the file with the recording."""
         if not self._folder or not self._file.exists():
             raise InputError("nothing has been recorded", hint="start a recording first")
         if self.status.recording:

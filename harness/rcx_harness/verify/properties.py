@@ -312,9 +312,6 @@ class Judge:
 
     Args:
         found: Called for each finding with its kind and a sentence.
-
-    Raises:
-        InputError: A property names a variable that does not exist, or cannot be evaluated.
     """
 
     def __init__(

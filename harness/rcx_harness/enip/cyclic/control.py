@@ -26,9 +26,6 @@ class CyclicControl(Closing):
         port: UDP port, 0 for any free one.
         on_ended: Called in a thread of its own with the number of each connection that ends by
             itself, and the reason.
-
-    Raises:
-        EnipError: it could not listen there, or did not start.
     """
 
     def __init__(

@@ -126,11 +126,7 @@ class Opener:
             self._thread.join()
 
     def open(self) -> None:
-        """Open the connection, and replace any connection before.
-
-        Raises:
-            InputError: The adapter is not there, or refuses.
-        """
+        """Open the connection, and replace any connection before."""
         self.reason = ""
         self.scanner = self._opened()
         self._until_s = time.monotonic() + self._first_s
@@ -155,11 +151,7 @@ class Opener:
 
 
 def multiplier_of(timeout_us: int, rpi_us: int) -> int:
-    """Return the smallest coded time-out multiplier that gives at least this time-out.
-
-    Raises:
-        InputError: Even the greatest multiplier, 512 intervals, is too short.
-    """
+    """Return the smallest coded time-out multiplier that gives at least this time-out."""
     for coded in range(_MOST + 1):
         if rpi_us * (4 << coded) >= timeout_us:
             return coded

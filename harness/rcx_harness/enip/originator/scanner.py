@@ -50,10 +50,6 @@ class Assemblies:
             output; None for the usual one.
         configuration: Configuration instance to name, None for none.
         configuration_data: Data for it, an even number of bytes.
-
-    Raises:
-        InputError: a size that no datagram holds, a number that is no instance, or data without
-            their instance.
     """
 
     input_size: int = SIZE

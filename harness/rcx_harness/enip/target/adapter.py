@@ -32,10 +32,6 @@ class Adapter(Closing):
 
     Attributes:
         shared: Both assemblies, and the state of the cyclic connections.
-
-    Raises:
-        InputError: a size that the controller does not have.
-        EnipError: it could not listen there, or did not start.
     """
 
     def __init__(

@@ -117,9 +117,6 @@ def of_cycles(
     `cycles` has for each cycle the time, the area that the controller took (None without a
     connection) and the area that it gave. `every` is False if only changed cycles are recorded;
     `from_power_on` means that the first cycle is the first one after power-on.
-
-    Raises:
-        InputError: there are no cycles, or cycles of different sizes.
     """
     if not cycles:
         raise InputError("there is no cycle of a controller in it")

@@ -20,9 +20,6 @@ def robot_file(fit: Fit, base: Path | None, of: str) -> str:
 
     `base` is the robot file with which the search began; its tables are copied. `of` names the
     recording.
-
-    Raises:
-        InputError: the lines with the keys in `base` cannot be replaced.
     """
     old = toml_text(base) if base is not None else ""
     before = RobotConfig.load(base) if base is not None else RobotConfig()

@@ -208,11 +208,7 @@ def host_text(address: bytes) -> str:
 
 
 def _library() -> Any:
-    """Return the package cypcap.
-
-    Raises:
-        InputError: it is not installed, or libpcap (on Windows Npcap) is not.
-    """
+    """Return the package cypcap."""
     try:
         import cypcap
     except ModuleNotFoundError:

@@ -89,9 +89,6 @@ class NetworkLine:
     Args:
         rpi_us: Packet interval.
         address: IPv4 address of this machine to send from; empty: the system chooses.
-
-    Raises:
-        EnipError: the controller does not answer.
     """
 
     def __init__(

@@ -214,11 +214,7 @@ def _movable_places(machine: Machine, call: Call) -> tuple[int, ...]:
 
 
 def _pace(call: Call) -> Pace:
-    """Return speed, acceleration and deceleration of a command, or their defaults.
-
-    Raises:
-        CommandError: the speed in mm/s is too high for this robot.
-    """
+    """Return speed, acceleration and deceleration of a command, or their defaults."""
     values, settings = call.values, call.arm.settings
     mode, speed = values.get("speed_mode", 0), values.get("speed", 0)
     up = values["acceleration"] / 100 if values.get("acceleration_flag") else None
@@ -254,11 +250,7 @@ def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:
 
 
 def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
-    """Return the place of the axis and its target [pulses]: a point, or a position in the command.
-
-    Raises:
-        CommandError: no such axis or point, or the axis cannot move now.
-    """
+    """Return the axis and its target [pulses]: a point, or a position in the command."""
     places = _movable_places(machine, call)
     if call.code in _DRIVE_TO_POINT:
         return _target(call, machine.memory.point(call.values["point"]), places)
@@ -267,11 +259,7 @@ def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
 
 
 def _arch(call: Call) -> Arch:
-    """Return the arch axis, its position and its distances [pulses].
-
-    Raises:
-        CommandError: the robot has no such axis, or a distance is negative.
-    """
+    """Return the arch axis, its position and its distances [pulses]."""
     arm, values, mm = call.arm, call.values, bool(call.values["arch_unit"])
     place = int(values["arch_axis"]).bit_length() - 1
     if place >= len(arm.axes):

@@ -350,9 +350,6 @@ class RobotConfig(  # fields of the last one come first
 
         Axes are `[[axes]]` tables, programs `[[programs]]` tables. For the form of points and other
         stored data see config/file.py.
-
-        Raises:
-            InputError: unreadable file, unknown key (the error suggests names) or impossible value.
         """
         file = Path(path)
         return _loaded(file, toml_text(file))

@@ -6,7 +6,6 @@ import asyncio
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from threading import Thread
-from types import TracebackType
 
 from aiohttp import web
 
@@ -88,12 +87,7 @@ class PanelServer:
         self._started.result()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *of: object) -> None:
         _, loop, stop = self._started.result()
         loop.call_soon_threadsafe(stop.set)
         self._thread.join()

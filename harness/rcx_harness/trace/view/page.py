@@ -46,11 +46,7 @@ _MODULE = re.compile(r"^import .*\n|^export ", re.MULTILINE)
 
 
 class View:
-    """A page made from the records of a recording: `take` each record, then call `page`.
-
-    Raises:
-        InputError: the header does not describe variables, times or robots as in a trace.
-    """
+    """A page made from the records of a recording: `take` each record, then call `page`."""
 
     def __init__(self, header: Mapping[str, Any]) -> None:
         self._header = header

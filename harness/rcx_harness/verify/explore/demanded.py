@@ -11,11 +11,7 @@ from structured_text.errors import InputError
 
 
 class Demanded:
-    """The properties of a program that the exploration puts into one state after another.
-
-    Raises:
-        InputError: A property is written in Python, or names a variable that does not exist.
-    """
+    """The properties of a program that the exploration puts into one state after another."""
 
     def __init__(self, program: Program, declared: Sequence[Declared], scan_us: int) -> None:
         for one in declared:
