@@ -203,7 +203,7 @@ class Later(TyperCommand):
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
-        """Everything from here on, its help and completion too, is the command's own."""
+        """Load the command and let it parse its own arguments, also for help and completion."""
         command = self.loaded()
         _refuse_empty_paths(command, args)
         return command.make_context(info_name, args, parent, **extra)
@@ -242,7 +242,7 @@ def _options(
         typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
     ] = False,
 ) -> None:
-    """Nothing to do before the command."""
+    """Accept the options before the command; `--version` acts by its callback."""
     del show_version
 
 

@@ -24,12 +24,12 @@ Go on?"""
 
 
 def confirm(where: Elsewhere, *, yes: bool) -> None:
-    """Ask before anything but this computer is driven.
+    """Ask for confirmation before a controller outside this computer is driven.
 
     `yes` means that the user has agreed on the command line already.
 
     Raises:
-        InputError: nobody is there to answer, or the answer is no.
+        InputError: there is no terminal for the question, or the answer is no.
     """
     if yes or _is_here(where.host):
         return
@@ -43,7 +43,7 @@ def confirm(where: Elsewhere, *, yes: bool) -> None:
 
 
 def _is_here(host: str) -> bool:
-    """Is this an address of this computer that nobody else has?"""
+    """Return whether the host is a loopback address."""
     try:
         return ipaddress.ip_address(socket.gethostbyname(host)).is_loopback
     except (OSError, ValueError, UnicodeError):  # no such host: the connection will say so
@@ -62,14 +62,14 @@ def no_connection(reason: str) -> InputError:
 
 
 class Teller:
-    """Tells on stderr when the connection comes and goes; of a flood only some."""
+    """Prints on stderr when the connection opens or ends, at a limited rate."""
 
     def __init__(self) -> None:
         self._throttle = Throttle()
         self.last = ""
 
     def __call__(self, now_us: int, text: str) -> None:
-        """Tell a line with the time of the run."""
+        """Print a line with the time of the run."""
         self.last = text
         for line in self._throttle.let_pass("connection", [text], now_us):
             print(f"{format_us(now_us)}: {line}", file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""Options of the commands whose work is shared out: `--workers`, `--cluster` and what it needs."""
+"""Options of the commands that distribute their work: `--workers`, `--cluster` and its details."""
 
 from __future__ import annotations
 

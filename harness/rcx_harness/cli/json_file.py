@@ -58,7 +58,7 @@ class JsonOutput:
 
     @contextmanager
     def apart(self) -> Iterator[None]:
-        """Let all else that is printed go to standard error where the JSON is printed."""
+        """Redirect all other output to standard error if the JSON is printed."""
         if not self.printed:
             yield
             return
@@ -66,7 +66,7 @@ class JsonOutput:
             yield
 
     def write(self, text: str) -> None:
-        """Write or print it, if it is asked for (InputError: the file cannot be written)."""
+        """Write or print the JSON, if the option is given."""
         if self._file is None:
             return
         if self.printed:

@@ -46,7 +46,7 @@ class Action(str, Enum):
     compare = "compare"
 
 
-#: What has become of it when it ends before its end.
+#: The state that an interrupted command leaves behind.
 _LEFT = {
     Action.backup: "no file was written",
     Action.compare: "nothing was compared",
@@ -231,7 +231,7 @@ def _range(text: str) -> range:
 
 
 def _keys(kinds: Sequence[str], numbers: range, robots: Sequence[int]) -> list[Key]:
-    """All that a backup asks for."""
+    """Return the keys that a backup reads."""
     keys: list[Key] = []
     for kind in kinds:
         which = numbers if kind in ("points", "comments") else range(COUNTS[kind])

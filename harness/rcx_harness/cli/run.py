@@ -1,4 +1,4 @@
-"""`rcx run`: build the cell, let time pass, write what was asked for, tell what came of it."""
+"""`rcx run`: build the cell, run it, write the requested files, and report the result."""
 
 from __future__ import annotations
 
@@ -62,17 +62,17 @@ if TYPE_CHECKING:
 
 EPILOG = "Events of a stimulus:\n\n" + "\n".join(f"- {one}: {EVENTS[one]}" for one in EVENTS)
 
-#: Reports on the way come this often [s of real time].
+#: Interval between progress reports [s of real time].
 _REPORT_S = 0.25
 _SLICES = 400
 #: Default time-out in real time: the longer of so many intervals and of this time.
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
-#: Nothing is said of what takes less than this [s of real time].
+#: Shorter work is not reported [s of real time].
 _PATIENCE_S = 2.0
 _MOST_SHOWN = 20
 #: Byte of SI(00) in the area to the robot (manual chapter 5, 2).
 _SI_00 = 32
-#: Where the report of the coverage goes.
+#: Default folder of the coverage report.
 _COVERAGE = Path("out/coverage")
 _SHORTEST_LINE_US = 1_000
 
@@ -238,7 +238,7 @@ class RunOptions(CellOptions):
         return "enip-realtime"  # of --connect the link is another, whatever is said here
 
     def _timeout(self) -> str | int | None:
-        """In real time this computer may be late without the link being lost."""
+        """Return the time-out; in real time it tolerates delays of this computer."""
         if self.timeout is None and self.live:
             return max(_PATIENT_INTERVALS * parse_us(self.rpi), _PATIENT_US)
         return self.timeout
@@ -435,11 +435,7 @@ def _beside(files: SourceFiles) -> Iterator[Path]:
 
 
 def _check_panel(options: RunOptions) -> None:
-    """Can there be a page for the program's panels?
-
-    Raises:
-        InputError: no; with what to do.
-    """
+    """Raise InputError if the options do not allow a page for the program's panels."""
     if options.panel is None:
         return
     check_port("--panel", options.panel or 1)
@@ -507,7 +503,7 @@ class _Progress:
         return self
 
     def __call__(self, done_us: int, total_us: int) -> None:
-        """Tell how far it is, in virtual microseconds."""
+        """Show the progress, in virtual microseconds."""
         self._compiling.cancel()
         if not sys.stderr.isatty():
             if time.monotonic() - self._told >= _PATIENCE_S:

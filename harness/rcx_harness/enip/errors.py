@@ -11,7 +11,7 @@ class EnipError(InputError):
 
 
 class ProcessDiedError(EnipError):
-    """A process of ours has ended by itself: nobody's input is wrong."""
+    """A process of the harness has ended by itself; the user's input is not the cause."""
 
     exit_code = 1
 

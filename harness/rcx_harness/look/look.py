@@ -1,4 +1,4 @@
-"""One look at a controller through a cyclic connection, as a PLC has it (`rcx scan`)."""
+"""Observe a controller through a cyclic connection, as a PLC has it (`rcx scan`)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _WORDS_HINT = (
 )
 _FIRST_S = 10.0
 _DIGITS = 5
-#: Those of `rcx scan` that a refusal's remedy may name.
+#: Options of `rcx scan` that the remedy for a refusal may name.
 _OPTIONS = (
     *("--write", "--listen-only", "--heartbeat", "--input-instance"),
     *("--config-data", "--config-instance"),
@@ -73,7 +73,7 @@ class ScanOptions:
 
 
 def output_image(writes: Sequence[str], size: int) -> bytes:
-    """Assembly 150 with what is to be written, everything else 0.
+    """Return assembly 150 with the given values; everything else is 0.
 
     A write is `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
     purpose bit, or `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command. Areas of
@@ -166,7 +166,7 @@ def _first(scanner: Scanner) -> Received:
 
 
 def _written(scanner: Scanner, asked: Assemblies) -> bytes | None:
-    """Return what the master writes; None where it cannot be read, or nothing is in it."""
+    """Return the data of the master; None if they cannot be read or are empty."""
     try:
         return scanner.client.get_assembly(asked.output_instance) or None
     except CipError:
@@ -207,7 +207,7 @@ def _content(area: bytes, letter: str) -> Iterator[str]:
 
 
 class _Seen:
-    """The trace of a look: the areas whenever one is another than before."""
+    """The trace of `rcx scan`: the areas at each change."""
 
     def __init__(self, options: ScanOptions, written: bytes) -> None:
         self._written, self._looks = written, 0
@@ -245,7 +245,7 @@ def _watch(
     tell: Callable[[str], None],
     seen: _Seen,
 ) -> bool:
-    """Tell changes until the time is over (true) or the connection is lost (false)."""
+    """Print changes until the time is over (True) or the connection is lost (False)."""
     start = time.monotonic()
     seen.take(0, image)
     if duration_us:
@@ -281,7 +281,7 @@ def _tell_packets(scanner: Scanner, tell: Callable[[str], None]) -> None:
 
 
 def _place(name: str, size: int) -> tuple[int, int | None, int]:
-    """Byte, bit and width in bytes of an input."""
+    """Return byte, bit and width in bytes of an input."""
     if size not in AREA_SIZES:
         if not name.isdecimal() or len(name) > _DIGITS or int(name) >= size:
             raise InputError(f"{name:.40} is none of the {size} bytes", hint=_WRITE_BYTES)

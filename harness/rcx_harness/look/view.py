@@ -35,7 +35,7 @@ def view_file(
     hosts: Collection[bytes] = (),
     progress: Callable[[float], None] = lambda share: None,
 ) -> Seen:
-    """Make the page of a recording: a trace, or a capture (pcapng, pcap).
+    """Return the page of a recording: a trace, or a capture (pcapng, pcap).
 
     What nobody has judged yet, a capture or a trace of `rcx serve` or `rcx scan`, is judged first,
     so that the broken rules of both sides are in the page. What has positions keeps them: its own

@@ -319,7 +319,7 @@ class SharedImages(Closing):
         return list(self._gaps[: min(self._words[Word.GAPS], GAPS)])
 
     def set_owner(self, state: OwnerState, connection: ConnectionParameters | None) -> None:
-        """Publish what became of the owner, and who it is; for the process of the cyclic part."""
+        """Publish state and address of the owner; only the cyclic process calls this."""
         words = self._words
         words[Word.PEER] = int(ipaddress.IPv4Address(connection.peer)) if connection else 0
         words[Word.O_TO_T_API] = connection.o_to_t_api_us if connection else 0
@@ -361,7 +361,7 @@ class SharedImages(Closing):
             words[Word.GAPS] = kept + 1
 
     def unlink(self) -> None:
-        """Remove the name: nobody else attaches, nothing is left behind when all have ended."""
+        """Remove the name: no other process can attach, and the last user frees the memory."""
         self._memory.unlink()
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
 """A scanner: opens a class 1 connection as a PLC does, sends and receives at its packet interval.
 
-The packets are the matter of a process of its own (`cyclic.process`), so that what the caller
-does meanwhile disturbs no interval.
+A separate process (`cyclic.process`) sends and receives the packets, so that work of the caller
+does not disturb their intervals.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ LARGEST = 1400
 
 @dataclass(frozen=True)
 class Assemblies:
-    """The assemblies of one connection; as they stand, those of the controller with 48 bytes.
+    """The assemblies of one connection; by default those of a controller with 48 bytes.
 
     Args:
         input_instance: Instance of the adapter (connection point) to receive from.
@@ -81,7 +81,7 @@ class _Dropping(Protocol):
 
 
 def no_packet(scanner: _Dropping, within_s: float) -> EnipError:
-    """Return the error for a connection that is open, but on which nothing was taken."""
+    """Return the error for an open connection on which no packet was accepted."""
     if drops := scanner.drops():
         return EnipError(
             f"connected, but none of the packets within {within_s:g} s can be used: they are "

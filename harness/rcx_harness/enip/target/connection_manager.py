@@ -138,7 +138,7 @@ _ID_BITS = 32
 
 
 def random_id() -> int:
-    """Return 32 bits that nobody can guess."""
+    """Return 32 random bits that cannot be guessed."""
     return secrets.randbits(_ID_BITS)
 
 

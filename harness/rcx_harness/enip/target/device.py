@@ -201,7 +201,7 @@ _FAULTED, _NONE, _RUN, _IDLE = 0x0020, 0x0030, 0x0060, 0x0070
 
 
 class Device:
-    """One adapter: what it is, what is connected, and who speaks to it.
+    """One adapter with its objects, its connections and its sessions.
 
     Args:
         cyclic: The cyclic exchange; None for explicit messages only.

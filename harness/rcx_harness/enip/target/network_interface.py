@@ -1,7 +1,7 @@
 """The properties of the network interface with a given address.
 
-Linux tells all; elsewhere the netmask is guessed and the rest is unknown (zero), which costs only
-the answers about it.
+Linux reports all properties. On other systems the netmask is guessed and the rest is unknown
+(zero), which affects only the attributes that show it.
 """
 
 from __future__ import annotations

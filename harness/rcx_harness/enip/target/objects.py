@@ -206,7 +206,7 @@ class ObjectModel:
         return value
 
     def set(self, path: Path, data: bytes) -> None:
-        """Set an attribute of an existing object, whole.
+        """Set the complete value of an attribute of an existing object.
 
         Raises:
             Refusal: 0x14 no such attribute, 0x0E read only, 0x13 too short, 0x15 too long,

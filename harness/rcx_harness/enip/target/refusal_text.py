@@ -1,7 +1,7 @@
 """Explains a refused connection: who asked, why it was refused, and what to set where.
 
-A PLC's tool often shows no more than the code of a refusal. The controller knows both what was
-asked for and what it has.
+The tool of a PLC often shows only the code of a refusal. The controller knows both the request and
+its own properties.
 """
 
 from __future__ import annotations

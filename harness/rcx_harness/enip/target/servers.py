@@ -120,7 +120,7 @@ class _Connection(asyncio.BufferedProtocol):
         return self._received
 
     def buffer_updated(self, nbytes: int) -> None:
-        """Answer what is complete."""
+        """Answer all complete messages in the buffer."""
         if not self._admitted:
             return
         if answers := self.session.receive(self._received[:nbytes]):

@@ -142,7 +142,7 @@ class Guide:
         return us
 
     def _least_us(self, key: str, now_us: int) -> int:
-        """How long it was at least: a command that was changed had not begun, or not ended."""
+        """Return the lower limit of a delay: a changed command had not begun, or not ended."""
         status = self._recorded[STATUS]
         if key == "command_accept_delay":
             changed_us = self._asked["words"].next_change(now_us + 1, None)
@@ -157,7 +157,7 @@ class Guide:
         return 0
 
     def _hidden(self, key: str) -> bool:
-        """Is it the acceptance of commands in a recording that does not show them run?"""
+        """Return whether the recording hides this delay (acceptance of commands without 0x0100)."""
         return key == "command_accept_delay" and not self._shows_run
 
     def _accepted(self, at_us: int) -> bool:
@@ -173,7 +173,7 @@ class Guide:
         return refused or (kind is Kind.LASTING and status == RUN)
 
     def _seen_us(self, key: str, now_us: int) -> int | None:
-        """How long the recording shows that it took; None where it does not show it."""
+        """Return the length of a delay in the recording; None if it is not visible."""
         found = []
         for channel, values in _ANSWERS[key]:
             line = self._recorded[channel]

@@ -298,7 +298,7 @@ def _from_to(key: str, lengths: Sequence[float]) -> dict[str, Any]:
 
 
 def _reach(result: Replayed) -> tuple[int, int]:
-    """Until when both agree, and in how much they differ then, the less the more."""
+    """Return how long both sides agree, and how little they differ then; larger is better."""
     first_us = result.first_us
     if first_us is None:
         return _NEVER, 0
@@ -306,7 +306,7 @@ def _reach(result: Replayed) -> tuple[int, int]:
 
 
 def _words(one: Difference) -> int:
-    """In how many words both sides differ."""
+    """Return the number of words in which both sides differ."""
     apart = one.recorded ^ one.virtual
     return sum(apart >> 16 * k & 0xFFFF > 0 for k in range(-(-apart.bit_length() // 16)))
 

@@ -15,12 +15,12 @@ from rcx_harness.robot.config.checks import CHOICES, STORED
 from rcx_harness.spec import commands
 from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT
 
-#: Keys that say what a robot is and has, not what the manual leaves open: the user's to give.
+#: Keys that describe a robot, which the user must give; the manual does not leave them open.
 DESCRIBED = (*STORED, "robot", "axes", "programs", "work_areas", "real_time_items", "size")
-#: An alarm and a number that nothing else is.
+#: A number of an alarm that no key has otherwise.
 _SOME_ALARM = "98.765"
 _KINDS = {entry.name: str(entry.type) for entry in fields(RobotConfig)}
-#: The keys that can be found: all but delays, which are measured, and what is described.
+#: The keys that can be fitted: all but delays, which are measured, and descriptions.
 KNOBS = tuple(name for name in _KINDS if name not in (*DESCRIBED, *DELAYS))
 _NUMBERS: dict[str, tuple[float, ...]] = {
     "auto_speed": (100, 50, 10, 1),
@@ -137,7 +137,7 @@ def values(
 
 
 def has_few_values(key: str) -> bool:
-    """Is it true or false, or one of few words?"""
+    """Return whether the key is a truth value or a choice of a few words."""
     return key in CHOICES or _KINDS[key] == "bool"
 
 
@@ -179,7 +179,7 @@ def _values(
 
 
 def _intervals(asked: Mapping[str, Timeline]) -> Iterator[float]:
-    """Every time between two changes that decides something: the interval is longer, or is not."""
+    """Yield intervals that decide whether two changes of inputs were both recognised."""
     times = sorted({t_us for name in INPUTS for t_us in asked[name].times})
     gaps = {
         -(-(later - earlier) // CYCLE_US) * CYCLE_US

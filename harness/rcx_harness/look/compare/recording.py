@@ -48,7 +48,7 @@ class Recording:
 
     @property
     def begin_us(self) -> int:
-        """Where the comparison begins: with the recording, or where no command is under way."""
+        """Return the time at which the comparison begins; no command is under way then."""
         if self.from_power_on:
             return min(self.inputs[0][0], self.outputs[0][0])
         si: bytes | None = None
@@ -65,7 +65,7 @@ class Recording:
         )
 
     def cycles(self) -> Sequence[int]:
-        """When the controller's cycles are, from `begin_us` to the end: as known, or every 5 ms."""
+        """Return the times of the cycles from `begin_us` on: as recorded, or every 5 ms."""
         begin_us = self.begin_us
         if self.times:
             return [t_us for t_us in self.times if t_us >= begin_us]

@@ -59,7 +59,7 @@ class Replayed:
 
     @property
     def first_us(self) -> int | None:
-        """When the first difference is; None if there is none."""
+        """Return the time of the first difference; None if there is none."""
         return self.differences[0].begin_us if self.differences else None
 
 

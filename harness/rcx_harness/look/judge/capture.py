@@ -102,7 +102,7 @@ class Capture:
         self.damage = ""
 
     def __iter__(self) -> Iterator[Packet]:
-        """All UDP datagrams and TCP segments; the file is closed at its end."""
+        """Yield all UDP datagrams and TCP segments; close the file at its end."""
         with self._file:
             try:
                 for header, data in self._file:

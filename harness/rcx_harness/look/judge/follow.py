@@ -1,4 +1,4 @@
-"""One controller in a recording: its signals and commands in words, how fast it answers, rules."""
+"""One controller in a recording: signals and commands in words, response times, broken rules."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Follower:
         return self.times.setdefault(what, Times())
 
     def _forget(self) -> None:
-        """Nothing is known of what happened meanwhile."""
+        """Discard all pending measurements, because the recording has a gap."""
         self._fresh = True
         self._asked.clear()
         self._code_us = self._run_us = self._reset_us = None

@@ -81,7 +81,7 @@ class Judgement:
 
 
 class _Judge:
-    """Takes all samples of a recording, and gives each to the one who follows its controller."""
+    """Distributes the samples of a recording to the followers of the controllers."""
 
     def __init__(
         self,
@@ -125,7 +125,7 @@ class _Judge:
         self.tell(note.t_us, note.controller, note.text)
 
     def tell(self, t_us: int, controller: int, text: str) -> None:
-        """One line of what happened."""
+        """Report one event as a line."""
         if self._wanted(t_us):
             who = f"{controller}: " if controller > 1 else ""
             self._tell(f"{t_us / 1e6:12.6f} s  {who}{text}")
@@ -197,7 +197,7 @@ def judge(
 
 
 def is_capture(file: Path) -> bool:
-    """Is it a capture, or a trace?"""
+    """Return whether the file is a capture; otherwise it is a trace."""
     begin = _beginning(file)
     if begin in _CAPTURES or (not begin and file.suffix.lower() in ENDINGS):
         return True
@@ -209,7 +209,7 @@ def is_capture(file: Path) -> bool:
 
 
 def is_judged(file: Path) -> bool:
-    """Is it a trace that has the findings of both sides in it, as a run writes them?"""
+    """Return whether a trace already contains the findings of both sides, as a run writes them."""
     begin = _beginning(file)
     if not begin:
         raise InputError("is empty", file=file, hint="nothing was recorded in it")

@@ -77,7 +77,7 @@ class _Stream:
         return gap
 
     def frames(self) -> Iterator[Frame]:
-        """Take the whole frames out; what is none is dropped, up to the latest segment."""
+        """Remove and yield the complete frames; other data are dropped up to the latest segment."""
         while (head := decode_header(self._buffer)) is not None:
             frame, length = head
             if frame.command not in _COMMANDS or frame.options or length > _LONGEST:

@@ -29,7 +29,7 @@ _COUNTS = {
 
 
 def summary(result: Judgement) -> Iterator[str]:
-    """All that is told at the end, line by line."""
+    """Yield the lines of the summary at the end."""
     yield from _file_lines(result)
     robots = {one.number: one for one in result.network.robots.values()} if result.network else {}
     for number, follower in sorted(result.followers.items()):

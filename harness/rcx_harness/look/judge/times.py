@@ -32,7 +32,7 @@ class Times:
 
     @property
     def exact(self) -> bool:
-        """Are the percentiles exact? Of more than 1,000 times they are right to half a per cent."""
+        """Return whether percentiles are exact; beyond 1,000 times they are right to 0.5 %."""
         return self.count <= _EXACT
 
     def percentile_us(self, share: float) -> int:

@@ -89,7 +89,7 @@ class Way:
         return Arrival(data, run, missing > 0 or self.silent_us > 0)
 
     def _order(self, number: int) -> int | None:
-        """How many numbers are missing before this one; None if it is not newer than the last."""
+        """Return how many numbers are missing before this one; None if it is not a newer one."""
         newest, self._newest = self._newest, number
         if newest is None:
             self._seen = 1

@@ -36,7 +36,7 @@ class RefusedError(Exception):
 
 
 class Carrier:
-    """One connection to a controller, whose master this is while it is open.
+    """A connection to a controller; while it is open, this program is the master.
 
     All dedicated inputs stay OFF, SI(00) among them: the controller is in emergency stop.
 

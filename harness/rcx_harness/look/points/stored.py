@@ -79,7 +79,7 @@ def as_toml(stored: Stored, head: Iterable[str]) -> str:
 
 
 def as_csv(stored: Stored) -> str:
-    """One line for each point or comment, in the controller's units."""
+    """Return CSV text with a line for each point or comment, in the controller's units."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(_COLUMNS)

@@ -19,12 +19,12 @@ from structured_text.output.units import format_word
 _INTERVAL_US = 130_000
 _PATIENCE_US = 3_000_000
 _SETTLED_US = 300_000
-#: What is written has gone out with the second packet from now on: the first may be made already.
+#: Written data are sent with the second packet at the latest: the first may be prepared already.
 _PACKETS = 2
 _DEFAULTS = RobotConfig()
 _BITS = {one.short: (one.byte, 1 << one.bit) for one in (*signals().input, *signals().output)}
 _MOST_MESSAGES = 500
-#: So many messages at each end are looked at.
+#: Number of messages that are compared at each end of the history.
 _END = 6
 
 
@@ -61,7 +61,7 @@ class History:
     tail: tuple[str, ...]
 
     def new_since(self, before: History) -> set[str]:
-        """Which alarms came since then, at whichever end new ones are put."""
+        """Return the alarms since then, whether new ones come first or last."""
         grown = min(self.count - before.count, _END)
         if self.head[: len(before.head)] == before.head and grown > 0:
             return set(self.tail[-grown:])
@@ -70,7 +70,7 @@ class History:
         return (set(self.head) - set(before.head)) | (set(self.tail) - set(before.tail))
 
     def newest_first(self, before: History, latest: str) -> bool | None:
-        """Are new ones put before the others? None where that cannot be seen.
+        """Return whether new alarms come before the older ones.
 
         Return None if the order cannot be seen. `before` is the history before some alarms came,
         `latest` the last of these alarms.
@@ -84,11 +84,11 @@ class History:
 
 
 class NoAnswerError(SkipError):
-    """A remote command was not begun, has not ended, or its status was not reset; in words."""
+    """A remote command did not begin or end, or its status was not reset."""
 
 
 class Asker:
-    """One connection, and what was found over it.
+    """A connection to a controller, with the findings of all questions.
 
     Args:
         person: Asks the person to do something; returns False if the person declines.
@@ -115,7 +115,7 @@ class Asker:
     # What was found.
 
     def begin(self, decides: Mapping[str, tuple[str, ...]]) -> None:
-        """From now on what is found is about these rules and their knobs."""
+        """Assign all further findings to these rules and their keys."""
         self._decides = decides
 
     def knob(self, name: str, *values: Any, text: str) -> None:
@@ -155,16 +155,16 @@ class Asker:
 
     @property
     def words(self) -> tuple[int, ...]:
-        """Words m to m+30."""
+        """Return the words m to m+30."""
         return input_words(self._so)
 
     @property
     def status(self) -> int:
-        """The remote status."""
+        """Return the remote status."""
         return self.words[0]
 
     def byte(self, at: int) -> int:
-        """Byte m+`at`."""
+        """Return byte m+`at`."""
         return self._so[at]
 
     def turn(self, name: str, on: bool, *, after_us: int = _INTERVAL_US) -> None:
@@ -178,20 +178,20 @@ class Asker:
         self._write()
 
     def pulse(self, name: str) -> None:
-        """ON, then OFF, and time for what it does."""
+        """Turn an input ON and OFF again, and wait for its effect."""
         self.turn(name, True)
         self.wait(_INTERVAL_US)
         self.turn(name, False)
         self.wait(_INTERVAL_US)
 
     def send(self, words: tuple[int, ...]) -> None:
-        """Words n to n+30, at once."""
+        """Send the words n to n+30 in one packet."""
         for k, word in enumerate(words):
             self._si[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
         self._write()
 
     def idle(self, on: bool) -> None:
-        """Send the idle header, as a PLC whose program stands still."""
+        """Send the idle header, as a PLC in STOP does."""
         self._run = not on
         self._write()
 
@@ -262,7 +262,7 @@ class Asker:
         self.line.wait(us)
 
     def rest(self) -> None:
-        """All inputs OFF, no command: as every question begins and ends."""
+        """Switch all inputs OFF and end the command, as every question begins and ends."""
         if self._si[0] or self._si[1]:
             self.send((0,) * 16)
         self._run = True
@@ -280,11 +280,11 @@ class Asker:
     # Commands.
 
     def command(self, name: str, robot: int = 0, **fields: FieldValue) -> Answer:
-        """One remote command by its name; see `telegram`."""
+        """Execute a remote command by its name; see `telegram`."""
         return self.telegram(telegram(name, robot, **fields))
 
     def telegram(self, words: tuple[int, ...]) -> Answer:
-        """One remote command by its words, from the ready status to the next one.
+        """Execute a remote command by its words, from one ready status to the next.
 
         The data are with the controller before the code goes out (guide 2, steps 1 and 2).
 
@@ -329,14 +329,14 @@ class Asker:
         return us
 
     def _deliver(self) -> None:
-        """Wait until the controller has what is written, at whatever interval packets go out."""
+        """Wait until packets with the written data have been sent."""
         last = self.line.sent + _PACKETS
         if self.until(lambda: self.line.sent >= last) is None:
             raise LostError("no packets go out any more")
         self.wait(2 * CYCLE_US)
 
     def needs(self, held: bool, text: str) -> None:
-        """Raise SkipError with the reason where something does not hold."""
+        """Raise SkipError with the text as its reason unless the condition holds."""
         if not held:
             raise SkipError(text)
 

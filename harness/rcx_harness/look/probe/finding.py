@@ -32,7 +32,7 @@ class Finding:
 
     @property
     def verdict(self) -> str:
-        """`confirmed`, `refuted`, or `open` where what is assumed is one of several."""
+        """Return `confirmed`, `refuted`, or `open` if several values are possible."""
         if self.between:
             low, high = self.values
             return "confirmed" if low < self.expected <= high else "refuted"

@@ -1,4 +1,4 @@
-"""The way to the controller: what a probe writes, what it reads, and how time passes."""
+"""The connection to the controller: writing, reading, and the passing of time."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _FIRST_US = 5_000_000
 
 
 class LostError(Exception):
-    """The connection is gone, and it was not the probe that ended it."""
+    """The connection has ended, and not because of the probe."""
 
 
 class NotConnectedError(LostError):
-    """There is no connection yet that could be gone.
+    """The connection could not be opened.
 
     `text` gives the reason, `hint` the remedy.
     """
@@ -35,7 +35,7 @@ class NotConnectedError(LostError):
 
 
 class Line(Protocol):
-    """A controller as a probe reaches it.
+    """The connection to a controller, as the probe uses it.
 
     Attributes:
         step_us: Shortest useful time between two reads.
@@ -50,11 +50,11 @@ class Line(Protocol):
 
     @property
     def now_us(self) -> int:
-        """The time, from the beginning."""
+        """Return the time since the beginning."""
 
     @property
     def sent(self) -> int:
-        """How many packets have gone out; each has what was written when it was made."""
+        """Return the number of sent packets; each has the data at the time it was prepared."""
 
     def open(self, first: bytes) -> None:
         """Connect, with these bytes in the first packet.
@@ -80,11 +80,11 @@ class Line(Protocol):
         """Let time pass."""
 
     def close(self) -> None:
-        """Zeros to the controller, then the connection is closed."""
+        """Send zeros to the controller, then close the connection."""
 
 
 class NetworkLine:
-    """A controller on the network, whose exclusive owner the probe is.
+    """A controller on the network; the probe is its exclusive owner.
 
     Args:
         rpi_us: Packet interval.
@@ -160,7 +160,7 @@ class NetworkLine:
             time.sleep(min(left_us, 100_000) / 1e6)
 
     def close(self) -> None:
-        """Zeros for some packets, then a Forward Close; whatever state it is in."""
+        """Send some packets with zeros, then a Forward Close, in any state of the connection."""
         if self._open:
             self._scanner.write(bytes(self.size), True, _LEASE_US)
             self._open = False

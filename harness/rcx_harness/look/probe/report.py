@@ -55,7 +55,7 @@ def unasked() -> Mapping[str, str]:
 
 
 def verdicts(outcome: Outcome) -> list[Verdict]:
-    """One for each rule that is assumed, in the order of the table."""
+    """Return a verdict for each assumed rule, in the order of the table."""
     return [_verdict(rule, outcome) for rule in rules() if rule.basis == "assumed"]
 
 
