@@ -105,7 +105,7 @@ def test_an_unknown_output_is_refused_with_near_names() -> None:
         (
             "alarm",
             {"group": 12, "category": 70000},
-            "category = 70000 of event 'alarm' is no number from 0 to 65535",
+            "category = 70000 of event 'alarm' is not a number from 0 to 65535",
         ),
         ("warning", {"group": 1}, "takes no arguments"),
     ],

@@ -278,7 +278,8 @@ class Cell(Bench):
         """Inject one of `EVENTS` now into a controller or its link."""
         node = self._node(controller)
         if not isinstance(event, str):
-            raise InputError(f"{event!r:.40} is no event", hint='write inject("emergency_stop")')
+            hint = 'write inject("emergency_stop")'
+            raise InputError(f"{event!r:.40} is not an event", hint=hint)
         self.check_near()
         if event in SURROUNDINGS:
             befall(self, event, controller, args)

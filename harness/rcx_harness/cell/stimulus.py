@@ -164,7 +164,7 @@ def _area(table: Mapping[str, Any]) -> bytes | str | None:
         return bytes.fromhex(given)
     except (TypeError, ValueError):
         raise InputError(
-            f"area is {given!r}, which is no bytes in hexadecimal",
+            f"area is {given!r}, which is not hexadecimal",
             hint=f'write area = "0002 0000", two digits each, or area = "{ROBOT}"',
         ) from None
 

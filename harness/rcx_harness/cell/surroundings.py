@@ -34,9 +34,9 @@ def _cable(up: bool) -> Callable[..., Callable[[Surrounded, int], None]]:
 def _packets(kind: str) -> Callable[..., Callable[[Surrounded, int], None]]:
     def made(share: float = 1.0, by: str = "50ms", to: str = "both") -> Any:
         if not isinstance(share, (int, float)) or isinstance(share, bool) or not 0 <= share <= 1:
-            raise InputError(f"share = {share!r} is no part of the packets", hint="it is 0 to 1")
+            raise InputError(f"share = {share!r} is not a share of packets", hint="it is 0 to 1")
         if not isinstance(to, str) or to not in _WAYS:
-            raise InputError(f"to = {to!r} is no direction", hint=f"use {', '.join(_WAYS)}")
+            raise InputError(f"to = {to!r} is not a direction", hint=f"use {', '.join(_WAYS)}")
         by_us = time_us("by", by, 0, _LONGEST_US)
 
         def disturb(cell: Surrounded, controller: int) -> None:

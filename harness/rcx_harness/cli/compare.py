@@ -139,12 +139,12 @@ def _happenings(path: Path) -> list[Happening]:
     for entry in Stimulus.load(path).entries:
         if entry.values or entry.hold or entry.release or entry.area is not None:
             hint = "only time and robot = ... count: the PLC is in the recording"
-            raise InputError("sets what is no event", file=path, line=entry.line, hint=hint)
+            raise InputError("sets more than events", file=path, line=entry.line, hint=hint)
         for event, args in entry.events:
             if event not in EVENTS:
                 hint = "a cable that is pulled is in the recording"
                 raise InputError(
-                    f"{event!r} is no event of a robot", file=path, line=entry.line, hint=hint
+                    f"{event!r} is not an event of a robot", file=path, line=entry.line, hint=hint
                 )
             found.append(Happening(entry.t_us, event, args))
     return found

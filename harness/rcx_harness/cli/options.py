@@ -81,7 +81,7 @@ def counted(number: int, what: str) -> str:
 def check_port(option: str, number: int) -> None:
     """Raise InputError if the number is not a TCP or UDP port."""
     if not 1 <= number <= 0xFFFF:
-        raise InputError(f"{option} {number} is no port", hint="ports are 1 to 65535")
+        raise InputError(f"{option} {number} is not a port", hint="ports are 1 to 65535")
 
 
 def check_ipv4(option: str, text: str) -> None:
@@ -90,7 +90,7 @@ def check_ipv4(option: str, text: str) -> None:
         ipaddress.IPv4Address(text)
     except ValueError:
         hint = "write it as 192.168.0.10"
-        raise InputError(f"{option} {text!r} is no IPv4 address", hint=hint) from None
+        raise InputError(f"{option} {text!r} is not an IPv4 address", hint=hint) from None
 
 
 def duration_us(option: str, text: str) -> int:
@@ -105,7 +105,8 @@ def interval_us(option: str, text: str) -> int:
     """Return a packet interval in microseconds."""
     given_us = duration_us(option, text)
     if not SHORTEST_RPI_US <= given_us <= LONGEST_RPI_US:
-        raise InputError(f"{option} {text} is no packet interval", hint="it can be 1ms to 3200ms")
+        hint = "it can be 1ms to 3200ms"
+        raise InputError(f"{option} {text} is not a packet interval", hint=hint)
     return given_us
 
 
@@ -129,7 +130,7 @@ def config_instance(text: str) -> int | None:
         return None
     if not (text.isascii() and text.isdecimal()) or len(text) > _DIGITS:
         hint = "write it as 151, or none"
-        raise InputError(f"--config-instance {text:.40} is no instance", hint=hint)
+        raise InputError(f"--config-instance {text:.40} is not an instance", hint=hint)
     return int(text)
 
 
@@ -139,12 +140,12 @@ def config_data(text: str) -> bytes:
         return bytes.fromhex(text)
     except ValueError:
         hint = "write it in hexadecimal, as 01000A00"
-        raise InputError(f"--config-data {text!r:.40} are no bytes", hint=hint) from None
+        raise InputError(f"--config-data {text!r:.40} is not hexadecimal", hint=hint) from None
 
 
 def identity_revision(text: str) -> tuple[int, int]:
     """Return major and minor revision of an identity, `1.1` (InputError: another form)."""
     major, _, minor = text.partition(".")
     if not (major.isdecimal() and minor.isdecimal()):
-        raise InputError(f"{text!r} is no revision", hint="write it as 1.1")
+        raise InputError(f"{text!r} is not a revision", hint="write it as 1.1")
     return int(major), int(minor)

@@ -203,7 +203,7 @@ def _kinds(names: Sequence[str]) -> list[str]:
 def _alarms(given: Sequence[str]) -> Sequence[str]:
     for alarm in given:
         if not re.fullmatch(r"\d{1,5}\.\d{1,5}", alarm):
-            raise InputError(f"--undefined {alarm!r:.40} is no alarm", hint="write 6.204")
+            raise InputError(f"--undefined {alarm!r:.40} is not an alarm", hint="write 6.204")
     return given or UNDEFINED
 
 
@@ -226,7 +226,7 @@ def _range(text: str) -> range:
     first, last = (int(found[1]), int(found[2] or found[1])) if found else (1, 0)
     if not first <= last < COUNTS["points"]:
         hint = f"write 0-99 or 5; the last one is {COUNTS['points'] - 1}"
-        raise InputError(f"--numbers {text!r:.40} is no range of points", hint=hint)
+        raise InputError(f"--numbers {text!r:.40} is not a range of points", hint=hint)
     return range(first, last + 1)
 
 

@@ -298,7 +298,7 @@ def _place(name: str, size: int) -> tuple[int, int | None, int]:
         place = None
     if place is None or place.output or place.bank:
         hint = _WORDS_HINT if name.upper().startswith(("SIW", "SID")) else _WRITE
-        raise InputError(f"{name} is no input of the robot that can be written", hint=hint)
+        raise InputError(f"{name} is not an input of the robot that can be written", hint=hint)
     if place.at + place.size > size:
         raise InputError(f"{name} needs the extended area", hint="add --size 256")
     return place.at, place.bit, place.size

@@ -51,7 +51,7 @@ def new_project(
     title = real(folder).name if name is None else name
     if not _NAME.fullmatch(title):
         raise InputError(
-            f"{title!r} is no name for a cell",
+            f"{title!r} is not a name for a cell",
             hint="give --name with letters, digits, spaces, '.', '-' and '_', at most 60",
         )
     _check_empty(folder)

@@ -104,7 +104,7 @@ class Overlay:
         if name == "Status":
             return [(at, 0xFF) for at in range(DEDICATED_AT)]
         if not isinstance(name, str):
-            raise InputError(f"{name!r:.40} is no output", hint='write "SO02" or "SOW(2)"')
+            raise InputError(f"{name!r:.40} is not an output", hint='write "SO02" or "SOW(2)"')
         word = re.fullmatch(r"SOW\(?(\d{1,4})\)?", name)
         if word and 2 * int(word[1]) + 1 < self._size:
             return [(2 * int(word[1]), 0xFF), (2 * int(word[1]) + 1, 0xFF)]

@@ -57,14 +57,14 @@ def port(name: str) -> Port:
         return _other(text, other[1], number, int(other[4]) if other[4] else None)
     match = _NAME.fullmatch(text)
     if not match:
-        raise InputError(f"{name} is no port", hint="write SO(20), SO2(), SOW(2) or SOD(2)")
+        raise InputError(f"{name} is not a port", hint="write SO(20), SO2(), SOW(2) or SOD(2)")
     output = match[1] == "O"
     if match[2]:
         return _word(text, output, double=match[2] == "D", number=int(match[3]))
     number = int(match[4] or match[5], 8)  # SO7() is followed by SO10()
     if number > _LAST_PORT or (output and number < _FIRST_FREE):
         hint = "SO2() to SO7() and SO10() to SO15() can be written, SI0() to SI15() be read"
-        raise InputError(f"{name} is no port of this board", hint=hint)
+        raise InputError(f"{name} is not a port of this board", hint=hint)
     return Port(text, output, DEDICATED_AT + number, 1, int(match[6]) if match[6] else None)
 
 
@@ -83,7 +83,7 @@ def _other(text: str, kind: str, number: int, bit: int | None) -> Port:
     first = _FIRST_FREE if kind in ("DO", "MO") else 0
     if not first <= number < _BANKS[kind]:
         hint = "DO and MO have the ports 2 to 27, LO 0 and 1, TO 0, DI 0 to 27"
-        raise InputError(f"{text} is no port", hint=hint)
+        raise InputError(f"{text} is not a port", hint=hint)
     return port_of(kind, number, bit)
 
 

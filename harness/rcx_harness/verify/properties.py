@@ -406,7 +406,8 @@ def declared_in(table: Mapping[str, Any], file: Path) -> list[Declared]:
         knows = needs | ({"name"} if kind == "always" else {"name", "after"})
         tables = table.get(kind, [])
         if not isinstance(tables, list) or not all(isinstance(one, dict) for one in tables):
-            raise InputError(f"{kind!r} is no list of tables", file=file, hint=f"write [[{kind}]]")
+            hint = f"write [[{kind}]]"
+            raise InputError(f"{kind!r} is not a list of tables", file=file, hint=hint)
         for number, one in enumerate(tables, 1):
             where, line = f"[[{kind}]] {number}", line_of(file, kind, number)
             check_keys(one, sorted(knows), where, file, every="keys are")

@@ -171,7 +171,7 @@ def recovery_of(table: Mapping[str, Any], file: Path) -> Recovery:
     given = table.get("steps", [])
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
         hint = 'write steps = [ { press = "Main.Reset", wait = "2s" } ]'
-        raise InputError("[recover]: steps is no list of tables", file=file, hint=hint)
+        raise InputError("[recover]: steps is not a list of tables", file=file, hint=hint)
     steps += [_step(one, f"[recover]: step {number}", file) for number, one in enumerate(given, 1)]
     when = _text(table.get("when", ""), "[recover]: when", file)
     if bool(when) != ("within" in table):
@@ -188,7 +188,7 @@ def _step(table: Mapping[str, Any], where: str, file: Path) -> RecoveryStep:
     names = press if isinstance(press, list) else [press]
     if not all(isinstance(one, str) for one in names):
         hint = 'write press = "Main.Reset"'
-        raise InputError(f"{where}: press is no input", file=file, hint=hint)
+        raise InputError(f"{where}: press is not an input", file=file, hint=hint)
     if ("until" in table) != ("within" in table):
         missing = "within" if "until" in table else "until"
         raise InputError(f"{where}: {missing} is missing", file=file)

@@ -69,7 +69,7 @@ class Assemblies:
         numbers = (self.input_instance, self.output_instance, self.heartbeat, self.configuration)
         for number in numbers:
             if number is not None and not 1 <= number <= 0xFFFF:
-                raise InputError(f"{number} is no instance of an assembly; they are 1 to 65535")
+                raise InputError(f"{number} is not an instance of an assembly; they are 1 to 65535")
         if self.configuration_data and self.configuration is None:
             raise InputError("configuration data need the instance that they are for")
         if len(self.configuration_data) % 2 or len(self.configuration_data) > 2 * 0xFF:

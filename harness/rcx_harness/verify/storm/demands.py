@@ -81,7 +81,7 @@ class Demands:
                 properties += from_python(file)
                 continue
             if file.suffix != ".toml":
-                raise InputError("is no .toml and no .py file", file=file)
+                raise InputError("is neither a .toml nor a .py file", file=file)
             table = load_toml(file)
             properties += declared_in(table, file)
             check_keys(table, _KEYS, file=file, every="keys are")
@@ -104,7 +104,7 @@ class Demands:
         if "recover" in tables:
             value, file = tables["recover"]
             if not isinstance(value, dict):
-                raise InputError("recover is no table", file=file, hint="write [recover]")
+                raise InputError("recover is not a table", file=file, hint="write [recover]")
             made["recovery"] = recovery_of(value, file)
         return cls(**made)
 
@@ -168,14 +168,14 @@ def _operator(table: Any, file: Path) -> dict[str, Any]:
     for key in ("buttons", "switches"):
         names = table.get(key, [])
         if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
-            raise InputError(f"[operator]: {key} is no list of inputs", file=file)
+            raise InputError(f"[operator]: {key} is not a list of inputs", file=file)
         made[key] = tuple(names)
     values = table.get("values", {})
     if not isinstance(values, dict) or not all(
         isinstance(one, list) and one for one in values.values()
     ):
         hint = 'write values = { "Main.Speed" = [5.0, 50.0] }'
-        raise InputError("[operator]: values is no table of lists", file=file, hint=hint)
+        raise InputError("[operator]: values is not a table of lists", file=file, hint=hint)
     made["values"] = {path: tuple(several) for path, several in values.items()}
     paths = (*made["buttons"], *made["switches"], *values)
     made["places"] = {path: (str(file), _line(file, path)) for path in paths}
@@ -199,7 +199,7 @@ def _faults(table: Any, file: Path) -> dict[str, Any]:
     key = "only" if "only" in table else "leave_out"
     names = table.get(key, [])
     if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
-        raise InputError(f"[faults]: {key} is no list of faults", file=file)
+        raise InputError(f"[faults]: {key} is not a list of faults", file=file)
     for name in names:
         if name not in FAULTS:
             hint, line = near(name, FAULTS, "faults are"), line_of(file, f"faults.{key}")
@@ -213,7 +213,7 @@ def _faults(table: Any, file: Path) -> dict[str, Any]:
 
 def _check_keys(table: Any, keys: Sequence[str], name: str, file: Path) -> None:
     if not isinstance(table, dict):
-        raise InputError(f"{name} is no table", file=file, hint=f"write [{name}]")
+        raise InputError(f"{name} is not a table", file=file, hint=f"write [{name}]")
     check_keys(table, keys, f"[{name}]", file, every="keys are")
 
 
