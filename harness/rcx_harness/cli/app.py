@@ -130,8 +130,8 @@ PANELS = {
 }
 COMMANDS = {name: entry for commands in PANELS.values() for name, entry in commands.items()}
 
-#: Where a command has more options than this, its help shows the rare ones in these panels, by the
-#: names of their parameters. All others are the common ones, which come first.
+#: If a command has more options than this, its help shows the rare ones in these panels, by the
+#: names of their parameters. The common options come first.
 _MOST_OPTIONS = 15
 OPTION_PANELS = {
     "Network and clocks": "link size m n rpi jitter timeout phases on_loss",

@@ -30,7 +30,7 @@ from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError, legible
 from structured_text.output.files import NewFiles, replace_files
 
-#: How every JSON of this command begins.
+#: First bytes of every JSON file of this command.
 _BEGINNING = '{\n  "begin_us": '
 
 

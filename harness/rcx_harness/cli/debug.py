@@ -53,7 +53,7 @@ _OPTIONS = (
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
 #: A client of the port has launched with the token within this time, or makes room for others [s].
 _PATIENCE_S = 10.0
-#: What clients say about themselves.
+#: Arguments that clients send for their own use.
 _OF_CLIENTS = (
     *("type", "request", "name", "noDebug", "cwd", "stopOnEntry", "recording", "debugServer"),
     *("token",),

@@ -13,7 +13,7 @@ from rcx_harness.verify.fingerprint import fingerprint
 from structured_text.errors import InputError
 from structured_text.farm import Cluster, Farm
 
-#: So many processes are more than any computer has processors.
+#: Upper limit of `--workers`, beyond the processors of any computer.
 MOST = 4096
 
 

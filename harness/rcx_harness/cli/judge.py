@@ -25,7 +25,7 @@ from structured_text.bench.outputs import check_outputs
 from structured_text.errors import legible
 from structured_text.output.files import replace_files
 
-#: How every JSON of this command begins.
+#: First bytes of every JSON file of this command.
 _BEGINNING = '{\n  "file": '
 
 

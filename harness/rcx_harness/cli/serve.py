@@ -21,7 +21,7 @@ from rcx_harness.spec.wire import check_size
 from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError
 
-#: Where the web page is (serve/guard.py).
+#: Address of the web page (serve/guard.py).
 _WEB_HOST = "127.0.0.1"
 
 

@@ -15,9 +15,9 @@ class Watchdog:
         """The result of a look."""
 
         SILENT = "silent"
-        """It has just been silent for too long."""
+        """The process has just been silent for too long."""
         BACK = "back"
-        """It is heard again."""
+        """The process has given a sign of life again."""
 
     def __init__(self, limit_us: int = LIMIT_US) -> None:
         self._limit_us = limit_us

@@ -68,7 +68,7 @@ class _Instance:
         self.before: tuple[Any, ...] = (0,) * len(there)
         self.told: tuple[str, ...] = ()
         self._verdicts: dict[tuple[tuple[Any, ...], tuple[Any, ...]], tuple[str, ...]] = {}
-        """What is broken by a change; the same few changes come again and again."""
+        """The rules that a change breaks, cached because the same few changes recur."""
         self.at_rest = False
         """Pins that stay as they are break nothing."""
 

@@ -17,8 +17,8 @@ INTERVAL_US = 100_000
 
 
 _SAFETY = ("SI(00)", "SI(06)")
-#: What must be ON when one of these starts something: with SI(00) OFF nothing moves, SI(06) OFF
-#: stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
+#: Inputs that must be ON when one of these starts something: with SI(00) OFF nothing moves, and
+#: SI(06) OFF stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
 _STARTS = {
     "SI(01)": ("SI(00)",),
     "SI(12)": ("SI(00)", "SI(06)"),

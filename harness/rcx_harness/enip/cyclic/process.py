@@ -27,7 +27,7 @@ _LOOK_US = 50_000
 BEAT_US = 250_000
 """Without connections it shows that it is alive at least so often."""
 _AT_ONCE = 128
-"""So many packets are read at most before what is due goes out: a flood delays nothing."""
+"""Most packets that are read before due packets are sent, so that a flood delays nothing."""
 _TTL = 1
 
 

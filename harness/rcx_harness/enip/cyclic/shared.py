@@ -22,7 +22,7 @@ from rcx_harness.enip.cyclic.journal import Journal
 from structured_text.output.system import SharedMemory
 
 GAPS = 8192
-"""So many gaps between packets are kept, the latest."""
+"""Number of saved gaps between packets, the latest ones."""
 
 _SLOTS = 8
 _WORD = 8

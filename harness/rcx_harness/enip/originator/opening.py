@@ -23,7 +23,7 @@ _SIZES = (
     ExtendedStatus.T_TO_O_SIZE,
 )
 _INTERVALS = (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE)
-#: What to do, and the option that it needs: not every command has each.
+#: The option that a remedy needs, if any, and the remedy: not every command has every option.
 _REMEDIES: dict[int, tuple[str, str]] = {
     ExtendedStatus.CONNECTION_NOT_FOUND: ("", "it has lost the connection, too"),
     ExtendedStatus.ONLY_LISTENERS: (
@@ -47,7 +47,7 @@ _REMEDIES: dict[int, tuple[str, str]] = {
         "its assembly to the master is another; name it with --input-instance",
     ),
 }
-#: How the interval in a refusal is meant.
+#: Meaning of the interval in a refusal.
 _TOLD = {
     2: "the shortest that it takes",
     3: "the longest that it takes",

@@ -13,7 +13,7 @@ from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.spec.wire import SIZE, check_size
 
-#: What its process runs.
+#: Module that the process runs.
 MODULE = "rcx_harness.enip.target.adapter_process"
 
 

@@ -1,7 +1,7 @@
-"""May it come in? Electronic keys, places for one more, and what a Forward Open must be like.
+"""Checks of requests to open a connection: electronic keys, free places, parameters.
 
-All that can be told without looking at the connections there are. The order of the checks is ours;
-each refusal carries general status 0x01 and the extended status of CIP volume 1, chapter 3, 5.6.
+These checks do not depend on the open connections. The order of the checks is our own choice; each
+refusal carries general status 0x01 and the extended status of CIP volume 1, chapter 3, 5.6.
 """
 
 from __future__ import annotations

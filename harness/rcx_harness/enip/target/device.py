@@ -47,7 +47,7 @@ IDLE_S = 10.0
 """A session that has been silent for so long gives way to a newcomer, if there is no room."""
 
 
-#: Where a header says how much data follow.
+#: Bytes of a header with the length of its data.
 _LENGTH = slice(2, 4)
 
 

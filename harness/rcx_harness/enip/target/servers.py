@@ -20,8 +20,8 @@ from rcx_harness.enip.target.network_interface import ANY, address_toward
 MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
 _NEWCOMERS = 1
 
-#: So many bytes of one connection are answered before the others have their turn. They are
-#: received into memory that stays: asyncio's `Protocol` takes and gives back 256 KiB each time.
+#: Number of bytes of one connection that are answered before it is the turn of the others. They are
+#: received into permanent memory: asyncio's `Protocol` allocates and frees 256 KiB each time.
 _TURN = 1024
 
 

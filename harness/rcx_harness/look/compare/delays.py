@@ -16,7 +16,7 @@ from rcx_harness.robot.handshake import Kind
 from rcx_harness.spec import commands, signals
 from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT, ENDS, READY, RUN, SIZE
 
-#: Which change answers what takes that long: channels and the values that they come to.
+#: The change that ends each delay: channels with the values that they reach.
 _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "boot_time": (("SO01", (1,)),),
     "link_error_delay": (("SO03", (1,)),),
@@ -35,7 +35,7 @@ _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "status_reset_delay": ((STATUS, (READY,)),),
 }
 DELAYS = tuple(_ANSWERS)
-#: Which input asks for it, and the level that it goes to; asked for again, it is the later answer.
+#: The input that starts each delay, with its level. A repeated request restarts the delay.
 _ASKED = {
     "emergency_stop_delay": (("SI00", 0),),
     "emergency_release_delay": (("SI00", 1),),

@@ -22,7 +22,7 @@ from rcx_harness.watch.wire import word
 from structured_text.errors import InputError
 
 _FREE = frozenset(DELAYS)
-#: So many differences are left over at most; with more the recording is of another machine.
+#: Most unexplained differences; with more, the recording is of another machine.
 _MOST_LEFT = 100
 _NEVER = 1 << 62
 #: A mode that is shown at once has no delay to draw; it begins with one that is none to see [ms].

@@ -21,9 +21,9 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.alarms import EMERGENCY_STOP
 from rcx_harness.spec.wire import CYCLE_US, DEDICATED_AT, RESERVED_AT, SIZE
 
-#: What raises SO(03) where a recording begins with an alarm that has no name in it.
+#: Alarm that raises SO(03) if a recording begins with an alarm whose number it does not show.
 _UNKNOWN_ALARM = "99.999"
-#: So long the virtual controller runs with the first image before a recording that begins later.
+#: Cycles of the virtual controller with the first image before a recording that begins later.
 _SETTLE_CYCLES = 200
 _READ = "read by the controller"
 _KEYS = frozenset(entry.name for entry in fields(RobotConfig))

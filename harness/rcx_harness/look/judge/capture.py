@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from structured_text.errors import InputError
 from structured_text.output.reading import check_file
 
-#: How the names of captures end.
+#: Endings of the names of captures.
 ENDINGS = (".pcapng", ".pcap", ".cap", ".ntar")
 
 _IP, _IPV6 = 0x0800, 0x86DD

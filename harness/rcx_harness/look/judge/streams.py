@@ -12,7 +12,7 @@ _FIN, _SYN, _RST = 0x01, 0x02, 0x04
 _COMMANDS = set(Command)
 _NUMBERS = 0xFFFFFFFF
 _HALF = 0x80000000
-#: What is kept at most: directions of connections, segments that came before their turn.
+#: Most stored directions of connections, and most segments that arrived before their turn.
 _MOST_STREAMS, _MOST_WAITING = 512, 32
 _LONGEST = 0xFFFF
 

@@ -16,7 +16,7 @@ from structured_text.output.units import format_us
 
 _MOST_CONNECTIONS, _MOST_FINDINGS, _MOST_STRANGERS = 10, 20, 10
 _SHARES = {"median": 0.5, "p99": 0.99}
-#: What a way counts besides its packets, and how it is called.
+#: Counters of a `Way` besides its packets, with their names in the text.
 _COUNTS = {
     "lost": "lost",
     "doubled": "doubled",

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-#: So many times are kept as they are. Of more, only how many fell into each step, whose neighbours
-#: differ by this factor, so that memory does not grow.
+#: Number of times that are stored exactly. Further times are only counted in steps that differ by
+#: this factor, so that the memory is bounded.
 _EXACT, _STEP = 1_000, math.log(1.01)
 
 

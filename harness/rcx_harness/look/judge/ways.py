@@ -10,10 +10,10 @@ from rcx_harness.enip.cyclic.exchange import Packet
 
 _COUNT = struct.Struct("<H")
 _NUMBERS, _HALF = 0xFFFFFFFF, 0x80000000
-#: So many of the latest sequence numbers are known one by one; of an older one it cannot be said
-#: whether it is late or doubled.
+#: Number of the latest sequence numbers that are stored. An older number cannot be classified as
+#: late or doubled.
 _KNOWN = 64
-#: A jump ahead further than this, or so many old numbers one after the other, is a new beginning.
+#: A larger jump ahead, or this many old numbers in succession, count as a new beginning.
 _FARTHEST, _MOST_OLD = 1_000_000, 8
 
 
@@ -54,7 +54,7 @@ class Way:
         self.first_us: int | None = None
         self.last_us = 0
         self.silent_us = 0
-        """How long nothing came before this packet, if longer than the time-out; else 0."""
+        """Length of the silence before this packet, if longer than the time-out; else 0."""
         self._newest: int | None = None
         self._seen = self._old = 0
         self._count = -1

@@ -20,7 +20,7 @@ from structured_text.prove.search import Run
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.user import Replayed, Result
 
-#: What the proofs know about the library that the programs call.
+#: Knowledge of the proofs about the library that the programs call.
 LIBRARY = Library(
     areas=AREAS,
     reference="RCX_REF",
