@@ -75,7 +75,7 @@ def run(main: Callable[[str], None]) -> None:
 
 
 def _started(module: str, argument: str) -> subprocess.Popen[str] | system.PipedCopy:
-    # What is not ours may have threads, which a copy would not have, and locks that they hold.
+    # Other modules may have started threads. A copy has their locks, but not the threads.
     if system.COPIES and _is_child and threading.active_count() == 1:
         return system.PipedCopy(lambda: import_module(module).main(argument), module)
     return subprocess.Popen(

@@ -30,7 +30,7 @@ class Identity:
     product_name: str = "RCX3 virtual controller"
 
     def __post_init__(self) -> None:
-        """Refuse what the attributes cannot carry."""
+        """Raise InputError for values that do not fit into the attributes."""
         limits = {
             "vendor": 0xFFFF,
             "device_type": 0xFFFF,
@@ -49,7 +49,7 @@ class Identity:
 
 @dataclass(frozen=True)
 class AdapterOptions:
-    """Settings of the adapter. What the manual does not tell is assumed, and can be set here.
+    """Settings of the adapter; values that the manual does not give are assumed.
 
     Args:
         rpi_min_us: Smallest accepted packet interval in microseconds, at least 1 ms. Assumed: 2 ms,
@@ -76,7 +76,7 @@ class AdapterOptions:
     first_packet_us: int = FIRST_PACKET_US
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be served."""
+        """Raise InputError for settings that the adapter cannot serve."""
         if not 1_000 <= self.rpi_min_us <= self.rpi_max_us <= 0xFFFFFFFF:
             least, greatest = format_us(self.rpi_min_us), format_us(self.rpi_max_us)
             raise InputError(

@@ -17,7 +17,7 @@ from typing import NamedTuple
 class ExtendedStatus(IntEnum):
     """The extended status codes that belong to general status 0x01, connection failure.
 
-    Each has its meaning and, where a device of an earlier edition knew only a coarser code, that.
+    Each has its meaning and, if earlier editions had only a coarser code, that code.
     """
 
     meaning: str

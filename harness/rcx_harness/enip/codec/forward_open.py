@@ -307,7 +307,7 @@ _SHORTEST_API_US, _LONGEST_API_US = 500, 10_000_000
 
 @dataclass(frozen=True)
 class OpenRequest:
-    """A class 1 connection as a scanner asks for it.
+    """The class 1 connection that a scanner requests.
 
     Attributes:
         triad: Serial number, vendor and originator, which together name the connection.
@@ -368,10 +368,9 @@ class OpenRequest:
         return encode_request(ConnectionService.FORWARD_CLOSE, _CONNECTION_MANAGER, data)
 
     def problem(self, agreed: OpenReply) -> str:
-        """Return what cannot be true in a reply that says success; empty if nothing is.
+        """Return the impossible value of a successful reply; empty if there is none.
 
-        A device may set another interval than the one that was asked for, but one of 0 us, or of
-        an hour, is a mistake.
+        A device may set another interval than the requested one, but not 0 us or an hour.
         """
         if agreed.triad != self.triad:
             return "names another connection than the one that was asked for"

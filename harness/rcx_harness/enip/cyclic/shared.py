@@ -1,9 +1,9 @@
 """The two assemblies and the state of their connection, in memory that several processes share.
 
-Nobody ever waits for anybody: an image is written into the next of a few slots and then
-published by its number, so that a reader always gets a whole image, also while the next one is
-written, and also if the writer dies in the middle of it. State and counters are single words of
-64 bits, which are stored and loaded whole.
+No process waits for another. A writer writes an image into the next of a few slots and then
+publishes the number of the slot. A reader therefore always gets a complete image, even while the
+next one is being written, and even if the writer dies in the middle of it. State and counters are
+single words of 64 bits, which are stored and loaded as a whole.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _WORD = 8
 
 
 class LinkState(IntEnum):
-    """The adapter's place in the world, as its parent decides."""
+    """The state of the adapter's link and power, set by its parent."""
 
     UP = 0
     CUT = 1
@@ -39,7 +39,7 @@ class LinkState(IntEnum):
 
 
 class Word(IntEnum):
-    """Words of the status block; written by the process of the cyclic part, but for some."""
+    """Words of the status block; most are written by the process of the cyclic exchange."""
 
     SIZE = 0  # once, by the creator
     LINK = 1  # by the parent
@@ -67,7 +67,7 @@ class Word(IntEnum):
 
 
 class Drop(IntEnum):
-    """Why a packet is not taken."""
+    """Reasons why a packet is dropped."""
 
     text: str
 
@@ -86,7 +86,7 @@ class Drop(IntEnum):
 
 
 _WORDS = len(Word) - 1 + len(Drop)
-# In their order, which is their number: found once per packet.
+# Indexed by number; looked up once per packet.
 _LINK_STATES, _OWNER_STATES = tuple(LinkState), tuple(OwnerState)
 
 
@@ -151,7 +151,7 @@ def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: b
 
 
 class Image(Protocol):
-    """The data of an Assembly; always as long."""
+    """The data of an Assembly, of constant length."""
 
     def read(self) -> bytes:
         """Return the complete image."""
@@ -163,7 +163,7 @@ class Image(Protocol):
 
 
 class SharedImage:
-    """One assembly; a writer at a time, any number of readers."""
+    """One assembly with one writer at a time and any number of readers."""
 
     def __init__(self, memory: memoryview, size: int) -> None:
         self.size = size
@@ -193,7 +193,7 @@ class SharedImage:
         while True:
             version = self._version[0]
             image = bytes(self._slots[version % _SLOTS])
-            # Its slot comes round again with the last of the others: until then it is untouched.
+            # This slot is reused only after all others, so it stays unchanged until then.
             if self._version[0] - version < _SLOTS - 1:
                 return image
 
@@ -335,7 +335,7 @@ class SharedImages(Closing):
         self._words[Word.DROPPED + reason] += 1
 
     def note_length(self, wrong: int, right: int) -> None:
-        """Save the length of a packet that is dropped for it; for the cyclic process.
+        """Save the length of a packet that was dropped because of it.
 
         Only the cyclic process calls it. `wrong` is the length of the packet's data, `right` the
         length that the connection expects.

@@ -29,7 +29,8 @@ _CHUNK = 65536 + HEADER_SIZE
 class Client(Closing):
     """A registered session with an adapter.
 
-    Any failure but a refusal closes the connection: after it nobody knows which answer is next.
+    Any failure other than a refusal closes the connection, because answers could no longer be
+    assigned to requests.
 
     Args:
         timeout_s: Longest wait for the connection and for each answer, in seconds.
@@ -136,7 +137,7 @@ class Client(Closing):
             self.socket.settimeout(self._timeout_s)
             self.socket.sendall(question.encode())
             while (answer := next_frame(self._received)) is None:
-                # The whole answer has to come in time, not each of its bytes.
+                # The time limit is for the complete answer, not for each part of it.
                 if (left := deadline - self._clock()) <= 0:
                     raise TimeoutError
                 self.socket.settimeout(left)

@@ -14,10 +14,10 @@ WAITS = "packets have not come yet"
 
 
 class PersistentConnection:
-    """One exclusive-owner connection, as long as there is an adapter.
+    """An exclusive-owner connection that is opened again after every loss.
 
-    Reading and writing never wait. Whatever does (a connection is opened) is the opener's. Each new
-    connection begins with zeros: its first packet must ask for nothing.
+    Reading and writing never wait; the thread of the opener does all waiting. Each new connection
+    begins with zeros, because its first packet must not request anything.
 
     Args:
         connect: Returns a new scanner; raises EnipError if the adapter does not answer.

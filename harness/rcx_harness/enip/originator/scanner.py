@@ -138,7 +138,7 @@ class ScannerStatistics:
 
 
 class Scanner(Closing):
-    """One connection to one adapter, and the session it is opened through.
+    """A connection to an adapter, with the session that opens it.
 
     Args:
         size: Bytes of each of the controller's areas, 48 or 256; or any other `Assemblies`.
@@ -188,7 +188,7 @@ class Scanner(Closing):
         self._heartbeat = usual if asked.heartbeat is None else asked.heartbeat
         self._adapter = (host, port, timeout_s, address)
         self._originator = random.getrandbits(32)
-        # Each opening has a number of its own: the adapter may not have noticed the last one's end.
+        # Each opening has its own number: the adapter may still hold the previous connection.
         self._serials = itertools.count(random.getrandbits(16))
         self._request: OpenRequest | None = None
         self._number = 0
@@ -204,7 +204,7 @@ class Scanner(Closing):
             self.client.close()
             raise
         finally:
-            # The process has it open now. Without a name nothing is left behind.
+            # The process has opened the memory. Without a name, nothing remains after the end.
             self.shared.unlink()
 
     def open(self) -> None:
@@ -221,7 +221,7 @@ class Scanner(Closing):
         local_port = self._control.port
         items = []
         if local_port != IO_PORT and not self._multicast:
-            # Anything but the usual port must be told.
+            # The adapter must learn any port other than the usual one.
             items.append((Item.T_TO_O_ADDRESS, socket_address("0.0.0.0", local_port)))
         reply, answered = self._ask(request.forward_open(), *items)
         self._request = request
@@ -285,7 +285,7 @@ class Scanner(Closing):
         return self._control.failure
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
-        """Set what is sent from the next packet on.
+        """Set the data and run state from the next packet on.
 
         `image` is the complete assembly 150. Without `run` the packets carry the idle state, which
         makes the data void. If `write` is not called again within `valid_us` microseconds, the
@@ -297,8 +297,8 @@ class Scanner(Closing):
 
     def read(self) -> Received:
         """Return what has been received so far, and whether packets still arrive."""
-        # In the reverse order of what the cyclic process writes. The state is read first: after
-        # it, the time and the image of a packet are there. The image is read last: it is not
+        # The cyclic process writes in the reverse order. The state is read first: when it is RUN,
+        # time and image of a packet are already written. The image is read last, so it is not
         # older than its time.
         connected = self._control.alive and self.shared.owner is OwnerState.RUN
         arrived_us = self.shared.arrived_us
@@ -386,7 +386,7 @@ class Scanner(Closing):
             return start(0)
 
     def _note_end(self, number: int, reason: EndReason) -> None:
-        # Called from a thread: an earlier connection's end may still be on its way.
+        # This runs in a thread: the end of an earlier connection may be reported late.
         if number == self._number:
             self.ended = reason
 

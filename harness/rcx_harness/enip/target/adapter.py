@@ -21,9 +21,9 @@ class Adapter(Closing):
     """A virtual controller's EtherNet/IP interface, in a process of its own.
 
     It serves explicit messages to the Assemblies 100 (robot to master) and 150 (master to robot;
-    manual chapter 1, section 4) and to the objects around them, answers who asks for devices, and
-    opens cyclic connections if it is given a port for them. The process ends with `close`, or
-    with its parent.
+    manual chapter 1, section 4) and to the objects around them. It answers device searches, and
+    opens cyclic connections if it has a port for them. The process ends with `close`, or with its
+    parent.
 
     Args:
         port: TCP and UDP port of explicit messages, 0 for any free one.
@@ -64,7 +64,7 @@ class Adapter(Closing):
             self.close()
             raise
         finally:
-            # All sides have it open now. Without a name nothing is left behind, however we end.
+            # All sides have opened the memory. Without a name, nothing remains after the end.
             self.shared.unlink()
         self.address: tuple[str, int] = (host, started["port"])
         self.io_port: int | None = started["io_port"]

@@ -1,7 +1,7 @@
-"""The Connection Manager: opens and closes connections, and knows those that are open.
+"""The Connection Manager, which opens and closes connections (CIP volume 1, chapter 3, 5).
 
-What a Forward Open must be like is `admission`'s; the packets of class 1 are the cyclic part's,
-which is told here; the messages of class 3 are answered here. CIP volume 1, chapter 3, 5.
+`admission` checks a Forward Open. The cyclic exchange handles the packets of class 1; this module
+adds and removes its connections. Messages of class 3 are answered here.
 """
 
 from __future__ import annotations

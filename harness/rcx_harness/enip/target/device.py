@@ -1,4 +1,4 @@
-"""All that makes up one device, put together: objects, connections, sessions. No sockets.
+"""One device, composed of objects, connections and sessions, without sockets.
 
 A session is one TCP connection of a scanner: encapsulation commands in, answers out. Which command
 is answered how is chapter 2 of the EtherNet/IP adaptation of CIP (volume 2). A command that cannot

@@ -1,7 +1,7 @@
 """Discovery: the commands that need no session, over TCP and UDP, without sockets.
 
-A broadcast ListIdentity is answered after a random delay, because everybody on the network
-answers it (volume 2, chapter 2-4.2); the longest delay is the request's, in milliseconds, in the
+A broadcast ListIdentity is answered after a random delay, because all devices on the network
+answer it (volume 2, chapter 2-4.2). The request gives the longest delay in milliseconds in the
 first two bytes of its sender context: 0 stands for 2 s, and less than 500 for 500.
 """
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from structured_text.output.system import addresses
 
 _NO_HARDWARE_ADDRESS = bytes(6)
-# Of the addresses for documentation (RFC 5737): somewhere beyond the own network.
+# An address for documentation (RFC 5737), which is outside of any local network.
 _ELSEWHERE = "192.0.2.1"
 
 ANY = "0.0.0.0"
@@ -53,7 +53,7 @@ def find_interface(address: str) -> NetworkInterface:
     """Return the interface of an IPv4 address of this machine."""
     wanted = ipaddress.IPv4Address(address)
     for own, netmask, hardware in addresses():
-        # Only the first address is told; further ones are of the same network, as a rule.
+        # Only the first address is shown; further ones usually belong to the same network.
         if wanted in ipaddress.IPv4Network((own, netmask), strict=False):
             return NetworkInterface(address, netmask, hardware)
     return NetworkInterface(address, "255.0.0.0" if wanted.is_loopback else "255.255.255.0")

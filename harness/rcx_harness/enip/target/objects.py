@@ -3,8 +3,8 @@
 cpppo keeps its object directory for the whole process: one device per process, and a new
 `ObjectModel` replaces the one before it. The objects that describe the network are those of CIP
 volume 2, chapter 5: TCP/IP Interface (0xF5, revision 4), Ethernet Link (0xF6, revision 4) and QoS
-(0x48, revision 1). A virtual controller has nothing to configure: the addresses are its host's,
-and only what touches nobody else can be set.
+(0x48, revision 1). A virtual controller uses the addresses of its host, so only attributes that
+affect nothing else can be set.
 """
 
 from __future__ import annotations

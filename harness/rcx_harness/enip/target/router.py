@@ -111,8 +111,8 @@ class Router:
     def _reset_device(self, request: Request) -> bytes:
         """Reset the network side for type 0 (the default), and refuse all other types.
 
-        While a master owns the outputs it is refused: a robot must not lose its master by a
-        stray message.
+        While a master owns the outputs, the reset is refused: a stray message must not separate a
+        robot from its master.
         """
         if len(request.data) > 1:
             raise Refusal(Status.TOO_MUCH_DATA)

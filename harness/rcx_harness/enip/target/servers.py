@@ -1,8 +1,8 @@
-"""The TCP and UDP ports: who may connect, and each one's bytes to and from the device.
+"""The TCP and UDP ports of a device, with the limits for connections.
 
-On UDP there is one socket for our address and one for each broadcast address: the socket that a
-datagram comes to tells whether it was a broadcast. Several adapters on one machine must all hear a
-broadcast, so those sockets share their address; our own is ours alone.
+On UDP there is one socket for our address and one for each broadcast address. The socket that
+receives a datagram shows whether it was a broadcast. Several adapters on one machine must all
+receive a broadcast, so these sockets share their address; the socket of our address is not shared.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class TcpServer:
         self.connections.discard(connection)
 
     def close_overdue(self) -> None:
-        """Close what has been silent, or slow, for too long."""
+        """Close connections that have been silent or slow for too long."""
         for connection in list(self.connections):
             if connection.session.is_overdue():
                 connection.transport.abort()
@@ -227,7 +227,7 @@ class _Endpoint(asyncio.DatagramProtocol):
             return
         room = has_room(server.delayed, addr[0], MAX_DELAYED, MAX_DELAYED_OF_PEER)
         if answer.delay_s == 0 or not room:
-            # Whoever has asked too often waits no more; nobody's question is dropped for it.
+            # If all delayed answers are in use, the answer is sent without a delay, not dropped.
             self._send(answer.data, addr)
         else:
             server.delayed.append(addr[0])
