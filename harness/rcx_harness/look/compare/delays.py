@@ -1,8 +1,8 @@
-"""The delays of a controller, as a recording shows them: each drawn so that the answer fits.
+"""The delays of a controller in a replay, chosen so that the answers match the recording.
 
-Where a robot file gives a delay as a range, each answer has one of its own in it. A replay that
-drew them by chance would differ from every recording; this takes the one that the recording shows,
-as far as the range allows it.
+If a robot file gives a delay as a range, each answer has its own delay within the range. A replay
+with random delays would differ from every recording. Therefore each delay is taken from the
+recording, as far as the range allows.
 """
 
 from __future__ import annotations

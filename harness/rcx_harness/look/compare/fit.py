@@ -1,9 +1,9 @@
-"""Finds the robot file with which the virtual controller answers as a recorded one.
+"""The search for the robot file with which the virtual controller answers like a recorded one.
 
-Delays are measured. Every other key is tried where it can have had an influence: a key that the
-controller has not read up to a difference has no part in it. The one with which both agree longest
-is taken, until they agree, or until no key carries them further; what differs then is left over,
-and the search goes on behind it. At the end each key is tried once more, with all that was found.
+Delays are measured. Every other key is tried where it can have an influence: a key that the
+controller has not read before a difference cannot explain it. The search takes the key with which
+both sides agree longest, until they agree or no key helps any more. The remaining difference is
+then noted as unexplained, and the search goes on behind it. At the end each key is tried once more.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Fit:
 def fit(
     replay: Replay, base: RobotConfig, progress: Callable[[float], None] = lambda share: None
 ) -> Fit:
-    """Look for the robot file that a recording is of.
+    """Return the robot file that reproduces a recording best.
 
     `base` is the configuration to begin with; its axes, programs and points are kept. `progress` is
     called with the share of the recording that the virtual controller reproduces.
@@ -121,8 +121,8 @@ class _Search:
     def _better(self, here: Replayed) -> RobotConfig | None:
         """Return the configuration, with one key changed, of the longest agreement.
 
-        Of those that are equally good it is the one whose key has few values: any alarm can be
-        given a name, a key that is true or false explains it with less.
+        Among equally good configurations, a key with few values wins: a truth value is a simpler
+        explanation than the number of an alarm.
         """
         config, seen = self._result.config, self._seen(here)
         least = _reach(here)
@@ -180,9 +180,9 @@ class _Search:
         return replace(at_first, alarms=frozenset(alarms))
 
     def _take_acceptance(self) -> None:
-        """Commands that do not show that they run are accepted as fast as those that are refused.
+        """Take the acceptance delay of refused commands for all commands without status 0x0100.
 
-        How long they take themselves is measured from there on.
+        The delays of their execution are then measured from their acceptance on.
         """
         config = self._result.config
         if config.skip_run_status != "always":
@@ -237,7 +237,7 @@ class _Search:
         return None
 
     def _as_well(self, key: str, spread_us: int) -> Iterator[tuple[str, Any]]:
-        """Other keys that explain what a key was found by."""
+        """Return other keys that explain the same difference as a key."""
         was, others = self._instead.get(key, (None, []))
         for other, value in others:
             changed = replace(self._result.config, **{key: was, other: value})
@@ -246,10 +246,10 @@ class _Search:
                 yield other, value
 
     def _take_delays(self) -> None:
-        """Each delay as it was at the beginning where that is as good, else as it is measured.
+        """Keep each initial delay that is as good as the measured one; else take the measured one.
 
-        One after the other, each with those that were taken before: two that follow each other
-        show only how long they are together.
+        Delays are taken one after the other, each with those taken before, because the recording
+        shows only the sum of two consecutive delays.
         """
         result = self._result
         free = _FREE
@@ -274,9 +274,9 @@ class _Search:
                 result.config = kept
 
     def _narrowest(self, key: str, measured: Sequence[float], free: frozenset[str]) -> RobotConfig:
-        """With the measured delay, without the longest ones if they had no effect.
+        """Return the configuration with the measured delay, without outliers that have no effect.
 
-        An input that has none may seem to be answered by what has another cause, much later.
+        Without an answer, a later change with another cause may look like the answer to an input.
         """
         lengths = sorted(set(measured))
         config = self._result.config
@@ -324,7 +324,7 @@ def _answer(here: Replayed, first: Difference, recorded: bytes) -> bytes:
 
 
 def _spread_us(drawn: Sequence[Drawn]) -> int:
-    """By how much the delays of one kind differ, all kinds together."""
+    """Return the sum of the differences between delays of one kind, over all kinds."""
     kinds: dict[str, list[int]] = {}
     for one in drawn:
         if one.seen:

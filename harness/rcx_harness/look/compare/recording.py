@@ -136,7 +136,7 @@ def of_cycles(
 
 
 def _changes(values: Sequence[tuple[int, bytes | None]]) -> list[tuple[int, bytes]]:
-    """Those that are not what was before."""
+    """Return the entries that differ from the one before."""
     kept: list[tuple[int, bytes | None]] = []
     for t_us, value in values:
         if not kept or value != kept[-1][1]:
@@ -145,7 +145,7 @@ def _changes(values: Sequence[tuple[int, bytes | None]]) -> list[tuple[int, byte
 
 
 def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Recording:
-    """Of packets or looks: the controller's cycles are not known."""
+    """Return a recording of packets or looks, without the times of the controller's cycles."""
     driven = [one for one in samples if one.so and one.si]
     if not driven:
         text = "nothing in it says what the PLC sent and what the controller answered"

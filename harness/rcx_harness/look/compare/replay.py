@@ -1,4 +1,4 @@
-"""The virtual controller with what the PLC sent: what it answers, beside the recording."""
+"""The replay of a recording: the virtual controller with the recorded input of the PLC."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ class Replay:
         return sorted(every, key=lambda one: (one.begin_us, order.index(one.channel)))
 
     def _begin(self, controller: Controller) -> None:
-        """Bring it to the state that the recording begins with, as far as that shows it."""
+        """Bring the controller to the initial state of the recording, as far as it is visible."""
         begin_us = self.span[0]
         si = next((one for t_us, one in reversed(self.recording.inputs) if t_us <= begin_us), None)
         so = bytearray(self.recording.size)
@@ -205,7 +205,7 @@ class Replay:
 
 
 class _Watch:
-    """Sees the first cycle that differs from an exact recording."""
+    """Watches for the first cycle that differs from an exact recording."""
 
     def __init__(self, replay: Replay, known: set[tuple[str, int]]) -> None:
         self._outputs = replay.recording.outputs

@@ -1,4 +1,4 @@
-"""A robot file with what a fit has found, on top of the one that it began with."""
+"""A robot file with the results of a fit, based on the file with which the fit began."""
 
 from __future__ import annotations
 

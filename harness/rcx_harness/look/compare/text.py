@@ -21,7 +21,7 @@ from rcx_harness.watch.wire import word
 from structured_text.output.units import format_us, format_word
 
 _MOST = 20
-#: Rules that bear on each signal; on status and response also those of the command's section.
+#: Rules about each signal; for status and response also those of the command's section.
 _OF_SIGNAL = {
     "SO00": ("emergency-stop", "emergency-release", "emergency-terminal", "link-lost", "answers"),
     "SO01": ("cpu-ok", "boot"),

@@ -1,6 +1,6 @@
-"""Capture files as UDP datagrams and TCP segments, read as they go by libpcap (package cypcap).
+"""Capture files as UDP datagrams and TCP segments, read step by step by libpcap (package cypcap).
 
-Under the IP header stand Ethernet with VLAN tags, Linux's cooked headers, the loopback's, or
+Before the IP header come Ethernet with VLAN tags, Linux's cooked headers, that of the loopback, or
 nothing; the names of the link types are those of the registry at tcpdump.org.
 """
 
@@ -83,7 +83,7 @@ class Capture:
         if not os.path.lexists(self._path):
             raise InputError("there is no such file", file=path)
         check_file(path)
-        # Microseconds: the package reads the nanoseconds of the other precision as these.
+        # Request microseconds: with nanosecond precision the package returns them as microseconds.
         precision = self._library.TstampPrecision.MICRO
         try:
             self._file: Any = self._library.open_offline(self._path, precision)
@@ -123,7 +123,7 @@ class Capture:
                 self.damage = str(error.args[-1])
 
     def _damage(self, t_us: int, length: int, kept: int) -> str:
-        """Return what shows that a packet is none, though libpcap can read it; else nothing."""
+        """Return the reason why a packet that libpcap can read is damaged; else empty."""
         if not length:
             return "a packet of 0 bytes follows"
         if length < kept:

@@ -18,7 +18,7 @@ from structured_text.output.units import format_us, format_word
 _DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
 _DATA = slice(2, DEDICATED_AT)
 _WORDS = 16
-#: Dedicated inputs and the outputs that answer them (manual chapter 5, 2 and 3): which, to where.
+#: Dedicated inputs and the outputs that answer them, with their levels (manual chapter 5, 2 and 3).
 ANSWERS = (
     ("SI00", 0, "SO00", 1),
     ("SI00", 0, "SO02", 0),
@@ -212,7 +212,7 @@ class Follower:
 
 
 def ordered(times: dict[str, Times]) -> Iterator[tuple[str, Times]]:
-    """Dedicated answers by signal, all commands, then command by command."""
+    """Yield the times: dedicated answers by signal, all commands, then each command."""
     names = [_answer_name(number) for number in range(len(ANSWERS))]
     rank = {name: number for number, name in enumerate(names)}
     every = len(rank)
@@ -225,7 +225,7 @@ def ordered(times: dict[str, Times]) -> Iterator[tuple[str, Times]]:
 
 
 def _with_data(before: bytes, si: bytes) -> bool:
-    """Has a code come together with new data?"""
+    """Return whether a code arrived together with new data."""
     return not word(before, 0) and bool(word(si, 0)) and si[_DATA] != before[_DATA]
 
 

@@ -1,4 +1,4 @@
-"""A recording, from its file to the verdict (`rcx judge`)."""
+"""The judgement of a recording (`rcx judge`)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MOST_KEPT = 1_000
 REPORT_EVERY = 20_000
 _CAPTURES = ("0a0d0d0a", "a1b2c3d4", "d4c3b2a1", "a1b23c4d", "4d3cb2a1")  # how files begin
 _TRACE, _PACKED = "7b", "1f8b"
-#: Traces of these have not the findings of both sides in them.
+#: Commands whose traces do not contain the findings of both sides.
 _UNJUDGED = ("rcx scan", "rcx serve")
 
 
@@ -121,7 +121,7 @@ class _Judge:
         self._draw(sample)
 
     def note(self, note: Note) -> None:
-        """Something about a connection."""
+        """Report a note about a connection."""
         self.tell(note.t_us, note.controller, note.text)
 
     def tell(self, t_us: int, controller: int, text: str) -> None:
@@ -140,7 +140,7 @@ class _Judge:
         self.tell(one.t_us, 1, f"** {one.text}")
 
     def add(self, one: Violation) -> None:
-        """Count a broken rule, keep it while there is room, and draw it."""
+        """Count a broken rule, store it if there is room, and draw it."""
         self.result.count += 1
         if len(self.result.findings) < _MOST_KEPT:
             self.result.findings.append(one)
@@ -165,7 +165,7 @@ class _Judge:
         return self._options.from_us <= t_us and (end_us is None or t_us <= end_us)
 
     def _draw(self, sample: Sample) -> None:
-        """Put it into the chart, as long as that has room."""
+        """Add a record to the chart while the chart has room."""
         if not self._wanted(sample.t_us) or self.result.chart_end_us is not None:
             return
         si = sample.si or bytes(len(sample.so))  # nobody sends: nothing is ON

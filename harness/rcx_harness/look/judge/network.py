@@ -47,7 +47,7 @@ _TO_ROBOT = {
 
 
 class Sample(NamedTuple):
-    """The state of a controller and its PLC from a time on.
+    """The state of a controller and its PLC from one time on.
 
     Attributes:
         t_us: Time of the capture.
@@ -216,7 +216,7 @@ class Network:
             changed = robot.so != arrival.data
             robot.so = arrival.data
         if changed or run != robot.run or line.way.silent_us:
-            # Where nothing is another behind a gap, nothing has happened in it, as far as one sees.
+            # If the area is unchanged after a gap, no visible change happened during the gap.
             yield self._sample(packet, robot, not arrival.gap)
 
     def _sample(self, packet: Packet, robot: Robot, whole: bool = True) -> Sample:

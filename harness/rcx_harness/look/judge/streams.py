@@ -1,4 +1,4 @@
-"""Encapsulation frames out of TCP segments as a capture has them: twice, late, or not at all."""
+"""Encapsulation frames from captured TCP segments, which may be repeated, late or missing."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class _Stream:
         self._waiting: dict[int, bytes] = {}
 
     def take(self, sequence: int, payload: bytes) -> bool:
-        """Take a segment; true where some before it are given up."""
+        """Take a segment; return True if missing segments before it are given up."""
         gap = False
         ahead = (sequence - self._next) & _NUMBERS
         if 0 < ahead < _HALF:

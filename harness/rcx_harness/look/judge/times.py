@@ -23,7 +23,7 @@ class Times:
         self._steps: Counter[int] = Counter()
 
     def add(self, time_us: int) -> None:
-        """Take one more."""
+        """Add a time."""
         self.count += 1
         self.longest_us = max(self.longest_us, time_us)
         if self.count <= _EXACT:

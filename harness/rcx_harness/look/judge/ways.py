@@ -18,7 +18,7 @@ _FARTHEST, _MOST_OLD = 1_000_000, 8
 
 
 class Arrival(NamedTuple):
-    """A packet that counts: its data, the originator's program runs, packets before it are lost."""
+    """An accepted packet: its data, the run state, and the number of lost packets before it."""
 
     data: bytes
     run: bool

@@ -27,12 +27,12 @@ _COMMANDS = {
 }
 _TURNS = {1: 1, 15: -1}  # four bits to arm rotation; all other patterns mean 0
 
-#: Takes the share that is done, 0 to 1.
+#: A function that is called with the finished share, 0 to 1.
 Progress = Callable[[float], None]
 
 
 class RefusedError(Exception):
-    """The controller did not do what it was asked to; why, in words."""
+    """The controller did not execute a request; the text gives the reason."""
 
 
 class Carrier:

@@ -25,7 +25,7 @@ Key = tuple[str, int, int]
 
 @dataclass
 class Stored:
-    """The data that a controller stores, or that a file has of it.
+    """The stored data of a controller, or a part of them.
 
     Attributes:
         values: Values by kind, robot and number: a Point, a text, a Shift, a Hand or a Pallet.

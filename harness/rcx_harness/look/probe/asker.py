@@ -168,7 +168,7 @@ class Asker:
         return self._so[at]
 
     def turn(self, name: str, on: bool, *, after_us: int = _INTERVAL_US) -> None:
-        """Change a dedicated input, so long after the last change at least."""
+        """Change a dedicated input, at least `after_us` after the last change."""
         at, mask = _BITS[name]
         if bool(self._si[at] & mask) == on:
             return
@@ -196,14 +196,14 @@ class Asker:
         self._write()
 
     def wait(self, us: int) -> None:
-        """Let time pass, and note what changes."""
+        """Let time pass, and record all changes."""
         end_us = self.line.now_us + us
         while self.line.now_us < end_us:
             self.line.wait(min(self.line.step_us, end_us - self.line.now_us))
             self._look()
 
     def until(self, seen: Callable[[], bool], within_us: int = _PATIENCE_US) -> int | None:
-        """Wait until something is seen; how long that took [us], None if it did not come."""
+        """Wait for a condition; return the elapsed time [us], or None if it did not come true."""
         begin_us = self.line.now_us
         while not seen():
             if self.line.now_us - begin_us >= within_us:
@@ -286,7 +286,7 @@ class Asker:
     def telegram(self, words: tuple[int, ...]) -> Answer:
         """Execute a remote command by its words, from one ready status to the next.
 
-        The data are with the controller before the code goes out (guide 2, steps 1 and 2).
+        The data reach the controller before the code is sent (guide 2, steps 1 and 2).
 
         Raises:
             NoAnswerError: it does not show the ready status before, or no end, or not the ready

@@ -1,4 +1,4 @@
-"""All questions, from the one that risks least to the one that risks most."""
+"""All questions, in the order of their risk."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ class NetworkLine:
 
     @property
     def now_us(self) -> int:
-        """Microseconds since the probe began."""
+        """Return the microseconds since the probe began."""
         return round((time.monotonic() - self._begin) * 1e6)
 
     @property

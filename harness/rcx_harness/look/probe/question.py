@@ -55,7 +55,7 @@ def asked(
     does: str = "",
     person: str = "",
 ) -> Callable[[Callable[[Asker], None]], Question]:
-    """Make a question of the function that asks it: with its name, and its docstring as title."""
+    """Register a function as a question; its docstring is the title."""
 
     def made(ask: Callable[[Asker], None]) -> Question:
         name = ask.__name__.replace("_", "-")

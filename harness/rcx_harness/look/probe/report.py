@@ -49,7 +49,7 @@ class Verdict:
 
 @lru_cache(maxsize=1)
 def unasked() -> Mapping[str, str]:
-    """Assumed rules that no question decides, each with the reason."""
+    """Return the assumed rules that no question decides, each with the reason."""
     table: list[dict[str, Any]] = load_toml(folder() / "unasked.toml")["unasked"]
     return {rule: entry["reason"] for entry in table for rule in entry["rules"]}
 

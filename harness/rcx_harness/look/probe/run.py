@@ -1,4 +1,4 @@
-"""A probe from its first question to the last, whatever happens on the way."""
+"""The course of a probe, with all of its possible ends."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ def probe(
 ) -> Outcome:
     """Ask one question after the other; all inputs are OFF between them and at the end.
 
-    Ctrl-C, and a connection that is lost, end it: the inputs go OFF, the connection is closed,
-    and what was found so far is the outcome.
+    Ctrl-C or a lost connection ends the probe: the inputs go OFF, the connection is closed, and the
+    outcome contains all findings so far.
 
     `person` confirms each question; `trace` is the file for the evidence.
     """
