@@ -301,7 +301,10 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
             ["--config-instance", "1", "--config-data", "00" * 512],
             "configuration data are an even number of bytes, at most 510",
         ),
-        (["--config-instance", "1", "--config-data", "xy"], "'xy' is not hexadecimal"),
+        (
+            ["--config-instance", "1", "--config-data", "xy"],
+            "--config-data 'xy' is not hexadecimal; write it in hexadecimal, as 01000A00",
+        ),
         (["--from", "here"], "--from 'here' is not an IPv4 address; write it as 192.168.0.10"),
         (["--for", "nan"], "--for: not a duration: 'nan'; write it as 10ms, 1.5s or 1m30s"),
         (["--for", "400d"], "--for: '400d' is too long for a duration; it can be 0s to 365d"),
