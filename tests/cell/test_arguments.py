@@ -57,9 +57,9 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.inject("parallel_input", port=20, on=True), "on = True"),
     (lambda c: c.inject("parallel_input", port=99999, on=1), "port = 99999"),
     (lambda c: c.inject("alarm", group=-1, category=0), "group = -1"),
-    (lambda c: c.inject("packets_lost", share=_NAN), "share = nan is no part"),
-    (lambda c: c.inject("packets_lost", share=True), "share = True is no part"),
-    (lambda c: c.inject("packets_lost", to=["robot"]), r"to = \['robot'\] is no direction"),
+    (lambda c: c.inject("packets_lost", share=_NAN), "share = nan is not a share"),
+    (lambda c: c.inject("packets_lost", share=True), "share = True is not a share"),
+    (lambda c: c.inject("packets_lost", to=["robot"]), r"to = \['robot'\] is not a direction"),
     (lambda c: c.inject("packets_late", by=50), "by is not a text"),
     (lambda c: c.overrun(-1), "late_us cannot be -1"),
     (lambda c: c.overrun(_NAN), "late_us cannot be nan"),  # type: ignore[arg-type]

@@ -240,7 +240,7 @@ def test_a_wrong_entry_is_told_with_file_and_line(tmp_path: Path, text: str, mes
         ("area = '00'\ncontroller = 2", "no controller 2; the cell has 1"),
         ("robot = { event = 'parallel_input', port = 20, on = 7 }", "on = 7"),
         ("robot = { event = 'packets_lost', to = ['robot'] }", "to = ['robot'] is not a direction"),
-        ("robot = { event = 'packets_lost', share = nan }", "share = nan is no part"),
+        ("robot = { event = 'packets_lost', share = nan }", "share = nan is not a share"),
         (f"hold = 'SOW({'9' * 5000})'", "no signal is called"),
     ],
 )

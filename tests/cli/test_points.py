@@ -286,7 +286,7 @@ def test_hands_of_other_robots_are_backed_up_if_they_are_asked_for(
         (["backup", "--kind", "axes"], "--kind 'axes' is none; give points, comments"),
         (["backup", "--numbers", "9-3"], "--numbers '9-3' is not a range of points; write 0-99"),
         (["backup", "--numbers", "0-30000"], "the last one is 29999"),
-        (["backup", "--numbers", "a"], "--numbers 'a' is no range"),
+        (["backup", "--numbers", "a"], "--numbers 'a' is not a range"),
         (["backup", "--robot", "5"], "--robot 5 is none; they are 1 to 4"),
         (["backup", "--undefined", "alarm"], "--undefined 'alarm' is not an alarm; write 6.204"),
         (["backup", "--timeout", "soon"], "--timeout: not a duration: 'soon'; write it as 10ms"),
