@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from rcx_harness.cell.clock import Action, Agenda, Kind
+from rcx_harness.cell.clock import Kind
+from structured_text.bench.agenda import Action, Agenda
 
 #: Times of events with their names.
 Seen = list[tuple[int, str]]

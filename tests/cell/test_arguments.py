@@ -48,18 +48,18 @@ def test_a_duration_is_a_text_a_timedelta_or_whole_microseconds(cell: Cell, dura
 
 _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.run_until(False, within="1s"), "run_until needs a function, not False"),  # type: ignore[arg-type]
-    (lambda c: c.inject(5), "5 is no event"),  # type: ignore[arg-type]
-    (lambda c: c.inject(["alarm"]), r"\['alarm'\] is no event"),  # type: ignore[arg-type]
+    (lambda c: c.inject(5), "5 is not an event"),  # type: ignore[arg-type]
+    (lambda c: c.inject(["alarm"]), r"\['alarm'\] is not an event"),  # type: ignore[arg-type]
     (lambda c: c.inject("power_off", controller=True), "no controller True; the cell has 1"),
     (lambda c: c.inject("power_off", controller=1.0), "no controller 1.0"),  # type: ignore[arg-type]
     (lambda c: c.inject("power_off", controller=0), "no controller 0"),
-    (lambda c: c.inject("parallel_input", port=20, on=7), "on = 7 .* is no level; it is 0 or 1"),
+    (lambda c: c.inject("parallel_input", port=20, on=7), "on = 7 .* is not a level; it is 0 or 1"),
     (lambda c: c.inject("parallel_input", port=20, on=True), "on = True"),
     (lambda c: c.inject("parallel_input", port=99999, on=1), "port = 99999"),
     (lambda c: c.inject("alarm", group=-1, category=0), "group = -1"),
-    (lambda c: c.inject("packets_lost", share=_NAN), "share = nan is no part"),
-    (lambda c: c.inject("packets_lost", share=True), "share = True is no part"),
-    (lambda c: c.inject("packets_lost", to=["robot"]), r"to = \['robot'\] is no direction"),
+    (lambda c: c.inject("packets_lost", share=_NAN), "share = nan is not a share"),
+    (lambda c: c.inject("packets_lost", share=True), "share = True is not a share"),
+    (lambda c: c.inject("packets_lost", to=["robot"]), r"to = \['robot'\] is not a direction"),
     (lambda c: c.inject("packets_late", by=50), "by is not a text"),
     (lambda c: c.overrun(-1), "late_us cannot be -1"),
     (lambda c: c.overrun(_NAN), "late_us cannot be nan"),  # type: ignore[arg-type]
@@ -73,7 +73,7 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.robot.force("SO02", 1.0), "SO02 is a bit and cannot be 1.0"),  # type: ignore[arg-type]
     (lambda c: c.robot.force("SOW(2)", _NAN), r"SOW\(2\) is a word and cannot be nan"),  # type: ignore[arg-type]
     (lambda c: c.robot.force("SOW(2)", 0x10000), "is a word and cannot be 65536"),
-    (lambda c: c.robot.hold(2), "2 is no output"),  # type: ignore[arg-type]
+    (lambda c: c.robot.hold(2), "2 is not an output"),  # type: ignore[arg-type]
     (lambda c: c.robot.hold(f"SOW({'9' * 9})"), "no signal is called"),
     (lambda c: c.robot.place_workpiece(1.5, 0), "there is no axis 1.5"),  # type: ignore[arg-type]
     (lambda c: c.robot.place_workpiece(True, 0), "there is no axis True"),

@@ -1,7 +1,8 @@
 from __future__ import annotations
 
-from rcx_harness.cell.clock import Agenda, Timing
+from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink, PacketNetwork
+from structured_text.bench.agenda import Agenda
 
 OLD, LATE, NEW = (bytes([number]) * 48 for number in (1, 2, 3))
 

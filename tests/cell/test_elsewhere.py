@@ -229,7 +229,7 @@ def test_a_program_that_stops_is_not_sent_for_ever(monkeypatch: pytest.MonkeyPat
     for scan, valid_us in (("10ms", 300_000), ("100ms", 400_000)):
         link = FarLink(48, Timing.make(scan=scan, timeout="300ms"), Elsewhere("127.0.0.1"))
         written: list[tuple[bytes, int | None]] = []
-        monkeypatch.setattr(link.kept, "write", lambda *one, to=written: to.append(one))
+        monkeypatch.setattr(link.connection, "write", lambda *one, to=written: to.append(one))
         link.scanner_write(bytes(48))
         assert written == [(bytes(48), valid_us)]
         link.close()

@@ -116,8 +116,8 @@ def test_a_snapshot_has_plc_and_disturbances(cell: Cell) -> None:
 @pytest.mark.parametrize(
     ("event", "args", "message"),
     [
-        ("packets_lost", {"share": 2}, "share = 2 is no part of the packets"),
-        ("packets_late", {"to": "nobody"}, "to = 'nobody' is no direction"),
+        ("packets_lost", {"share": 2}, "share = 2 is not a share of packets"),
+        ("packets_late", {"to": "nobody"}, "to = 'nobody' is not a direction"),
         ("plc_run", {"start": "hot"}, "start = 'hot' is not a start"),
         ("plc_overrun", {"by": 5}, "by is not a text"),
         ("packet_interval", {}, "needs rpi"),

@@ -150,8 +150,8 @@ def test_events_explain_a_persons_actions(tmp_path: Path, capsys: Captured) -> N
     events.write_text('[[at]]\ntime = "200ms"\nrobot = "manual_mode"\n', encoding="utf-8")
     assert main(["compare", str(path), "--events", str(events)]) == 0
     for wrong, message in (
-        ('set = { "Main.Go" = true }', "sets what is no event; only time and robot"),
-        ('robot = "link_down"', "'link_down' is no event of a robot"),
+        ('set = { "Main.Go" = true }', "sets more than events; only time and robot"),
+        ('robot = "link_down"', "'link_down' is not an event of a robot"),
     ):
         events.write_text(f'[[at]]\ntime = "200ms"\n{wrong}\n', encoding="utf-8")
         assert main(["compare", str(path), "--events", str(events)]) == 2
@@ -167,7 +167,7 @@ def test_bad_input_is_one_line(trace: Path, tmp_path: Path, capsys: Captured) ->
         ([str(tmp_path / "none.pcap")], "cannot be read"),
         ([str(empty)], "nothing in it says what the PLC sent"),
         ([str(trace), "--robot", str(robot)], "the recording has areas of 48 bytes, not 256"),
-        ([str(trace), "--controller", "here"], "--controller 'here' is no IPv4 address"),
+        ([str(trace), "--controller", "here"], "--controller 'here' is not an IPv4 address"),
         ([str(trace), "--tolerance", "-1ms"], "--tolerance: not a duration"),
         ([str(trace), "--size", "50"], "an area of 50 bytes does not exist"),
     ):

@@ -258,8 +258,8 @@ def test_an_empty_repository_is_taken(tmp_path: Path) -> None:
         ),
         (["--robot", "YK4"], "there is no robot 'YK4'; use YK400XE, YK400XEC, YK510XEC"),
         (["--size", "47"], "an area of 47 bytes does not exist"),
-        (["--name", "<b>"], "'<b>' is no name for a cell; give --name"),
-        (["--name", ""], "'' is no name for a cell; give --name"),
+        (["--name", "<b>"], "'<b>' is not a name for a cell; give --name"),
+        (["--name", ""], "'' is not a name for a cell; give --name"),
     ],
 )
 def test_a_wrong_option_is_one_message_and_nothing_is_written(

@@ -16,7 +16,7 @@ from rcx_harness import Cell
 from rcx_harness.cell.clock import Timing
 from rcx_harness.cell.link import DirectLink
 from rcx_harness.robot import Controller, RobotConfig
-from rcx_harness.robot.memory import Memory
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.stored import Hand, Pallet, Point
 from structured_text.engines import build
 from structured_text.projects.needed import needed

@@ -99,11 +99,15 @@ def test_an_unknown_output_is_refused_with_near_names() -> None:
         ("emergencystop", {}, "did you mean emergency_stop"),
         ("alarm", {"group": 12}, "needs category; write"),
         ("parallel_input", {}, "needs port and on; write"),
-        ("alarm", {"group": 12, "category": "x"}, "category = 'x' of event 'alarm' is no number"),
+        (
+            "alarm",
+            {"group": 12, "category": "x"},
+            "category = 'x' of event 'alarm' is not a number",
+        ),
         (
             "alarm",
             {"group": 12, "category": 70000},
-            "category = 70000 of event 'alarm' is no number from 0 to 65535",
+            "category = 70000 of event 'alarm' is not a number from 0 to 65535",
         ),
         ("warning", {"group": 1}, "takes no arguments"),
     ],

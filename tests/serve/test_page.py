@@ -336,7 +336,7 @@ def test_a_wrong_alarm_number_is_refused_in_words(page: Page) -> None:
     field.send_keys("99999")
     page.find("#alarm button").click()
     page.until(lambda: page.text("#refused"), "nothing is said of the refusal")
-    assert page.text("#refused") == "group = 99999 of event 'alarm' is no number from 0 to 65535"
+    assert page.text("#refused") == "group = 99999 of event 'alarm' is not a number from 0 to 65535"
 
 
 def test_the_page_asks_no_other_server_and_has_no_error(page: Page) -> None:

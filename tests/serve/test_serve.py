@@ -237,7 +237,7 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--address", "here"], "'here' is no IPv4 address; write it as 127.0.0.1"),
+        (["--address", "here"], "'here' is not an IPv4 address; write it as 127.0.0.1"),
         (
             ["--address", "127.0.0.1", "--address", "127.0.0.1"],
             "each controller needs its own address, not 127.0.0.1 twice; "
@@ -247,15 +247,15 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
             ["--size", "64"],
             "an area of 64 bytes does not exist; use 48, or 256 with SIOW extension valid",
         ),
-        (["--web", "70000"], "--web 70000 is no port; ports are 1 to 65535"),
-        (["--port", "0"], "--port 0 is no port; ports are 1 to 65535"),
-        (["--revision", "1"], "'1' is no revision; write it as 1.1"),
+        (["--web", "70000"], "--web 70000 is not a port; ports are 1 to 65535"),
+        (["--port", "0"], "--port 0 is not a port; ports are 1 to 65535"),
+        (["--revision", "1"], "'1' is not a revision; write it as 1.1"),
         (
             ["--rpi-min", "fast"],
             "--rpi-min: not a duration: 'fast'; write it as 10ms, 1.5s or 1m30s",
         ),
-        (["--rpi-min", "0ms"], "--rpi-min 0ms is no packet interval; it can be 1ms to 3200ms"),
-        (["--rpi-min", "4s"], "--rpi-min 4s is no packet interval; it can be 1ms to 3200ms"),
+        (["--rpi-min", "0ms"], "--rpi-min 0ms is not a packet interval; it can be 1ms to 3200ms"),
+        (["--rpi-min", "4s"], "--rpi-min 4s is not a packet interval; it can be 1ms to 3200ms"),
         (
             ["--first-packet", "9s"],
             "the first packet cannot be waited for 9000 ms; it can be 10s to 610h",

@@ -20,15 +20,13 @@ from rcx_harness.bridge.figures import Figures
 from rcx_harness.bridge.plc import PlcError
 from rcx_harness.enip.cyclic.shared import now_us
 
-__all__ = ["Loop"]
-
 _RETRY_US = 500_000
 _VALID_GAPS = 2
 """The robot's packets end after so many of the longest gaps without anything new: the bridge's
 own process stands still, and nobody knows what the PLC wants."""
 
 
-class PlcPort(Protocol):
+class _PlcPort(Protocol):
     """The methods of `rcx_harness.bridge.plc.PlcLink` that the loop uses."""
 
     @property
@@ -41,7 +39,7 @@ class PlcPort(Protocol):
     def write(self, words: Sequence[int]) -> None: ...
 
 
-class RobotPort(Protocol):
+class _RobotPort(Protocol):
     """The methods of `rcx_harness.bridge.robot.RobotLink` that the loop uses."""
 
     def read(self) -> RobotSeen | Lost: ...
@@ -55,23 +53,13 @@ class Loop:
     A call blocks only until the PLC answers.
 
     Args:
-        plc: The PLC's registers.
-        robot: The robot's connection.
-        registers: Where the areas lie.
-        limits: Time limits of the bridge.
         on_state: Called at each change of state, with its reason.
-        clock_us: The clock, in microseconds.
-
-    Attributes:
-        state: State after the last exchange.
-        reason: Reason of this state.
-        figures: Statistics of the exchanges that succeeded.
     """
 
     def __init__(
         self,
-        plc: PlcPort,
-        robot: RobotPort,
+        plc: _PlcPort,
+        robot: _RobotPort,
         registers: Registers,
         limits: Limits,
         on_state: Callable[[State, str], None] = lambda state, reason: None,

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from rcx_harness.bridge.core import Lost, RobotSeen
-from rcx_harness.enip.originator.kept import KeptConnection
-
-__all__ = ["RobotLink"]
+from rcx_harness.enip.originator.persistent_connection import PersistentConnection
 
 
-class RobotLink(KeptConnection):
+class RobotLink(PersistentConnection):
     """The exclusive-owner connection to the robot."""
 
     def read(self) -> RobotSeen | Lost:

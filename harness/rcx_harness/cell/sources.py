@@ -11,8 +11,6 @@ from structured_text.language.library import Names
 from structured_text.projects import sources
 from structured_text.projects.sources import Files, SourceFiles
 
-__all__ = ["blame_lib", "default_lib", "library_folder", "library_names", "source_files"]
-
 #: The file beside the folder of a library.
 _NAMES = "library.toml"
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -30,20 +28,12 @@ def source_files(
         lib: Folder of the library, searched with its subfolders; None for the one of this
             package.
         replace: Files with Structured Text for POUs of a project, by name.
-
-    Raises:
-        InputError: a file or folder that is missing, a folder without sources, or a project that
-            cannot be read.
     """
     return sources.source_files(program, default_lib() if lib is None else Path(lib), replace)
 
 
 def library_folder(lib: str | Path | None) -> Path:
-    """Return the folder of the library.
-
-    Raises:
-        InputError: it is not a folder.
-    """
+    """Return the folder of the library."""
     folder = default_lib() if lib is None else Path(lib)
     sources.check_library(folder)
     return folder

@@ -11,8 +11,6 @@ from rcx_harness.enip.originator.client import PORT
 from rcx_harness.spec.wire import SIZE
 from structured_text.errors import InputError
 
-__all__ = ["bridge"]
-
 _SHORTEST_US, _LONGEST_US = 1_000, 1_000_000
 
 
@@ -69,7 +67,7 @@ def bridge(
         hint = "pip install pymodbus"
         raise InputError("rcx bridge needs the library pymodbus", hint=hint) from None
     if not 0 <= unit <= 0xFF:
-        raise InputError(f"--unit {unit} is no unit identifier", hint="they are 0 to 255")
+        raise InputError(f"--unit {unit} is not a unit identifier", hint="they are 0 to 255")
     if address:
         check_ipv4("--from", address)
     period_us, rpi_us = duration_us("--period", period), duration_us("--rpi", rpi)

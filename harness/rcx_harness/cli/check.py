@@ -1,4 +1,4 @@
-"""`rcx check`: are these sources right, and will they compile elsewhere too."""
+"""`rcx check`: check sources for mistakes, and for what other compilers refuse."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ from structured_text.language.checked import analysed, load
 from structured_text.language.portability import LintFinding, lint, unportable
 from structured_text.language.project import Project
 from structured_text.projects.sources import SourceFiles
-
-__all__ = ["check"]
 
 
 def check(

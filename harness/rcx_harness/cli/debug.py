@@ -33,8 +33,6 @@ from structured_text.debug.session import Launched, Session
 from structured_text.errors import InputError, did_you_mean
 from structured_text.output.files import replace_files
 
-__all__ = ["debug", "launched"]
-
 #: Told to a person who starts it in a terminal.
 _AT_A_TERMINAL = """\
 rcx debug waits for the requests of an editor (Debug Adapter Protocol) on standard input.
@@ -54,7 +52,7 @@ _OPTIONS = (
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
 #: A client of the port has launched with the token within this time, or makes room for others [s].
 _PATIENCE_S = 10.0
-#: What clients say about themselves.
+#: Arguments that clients send for their own use.
 _OF_CLIENTS = (
     *("type", "request", "name", "noDebug", "cwd", "stopOnEntry", "recording", "debugServer"),
     *("token",),
@@ -166,11 +164,7 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
 
 
 def _token() -> tuple[str, str]:
-    """Return the token of the port, and the line that says where a client finds it.
-
-    Raises:
-        InputError: The one that the environment gives can be guessed.
-    """
+    """Return the token of the port, and the line that says where a client finds it."""
     if not (token := os.environ.get(_TOKEN, "")):
         token = token_urlsafe()
         return token, f'its launch has to name this token: "token": "{token}"'
@@ -198,14 +192,9 @@ def _write_extension(folder: Path) -> None:
 def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = False) -> Launched:
     """Build what a client wants to debug.
 
-    Args:
-        arguments: Of its request: the options of `rcx run` by their names, `sources`,
-            `recording`, `cwd`.
-        given: Files of the command line, for a client that names none.
-        alone: Sources run without a robot, also where no launch says so.
-
-    Raises:
-        InputError: anything wrong with them.
+    `arguments` are those of the client's request: the options of `rcx run` by their names,
+    `sources`, `recording` and `cwd`. `given` are the files of the command line, for a client that
+    names none. With `alone`, sources run without a robot.
     """
     folder = arguments.get("cwd")
     if folder is not None:
@@ -307,11 +296,7 @@ def _options(arguments: Mapping[str, Any], given: list[Path], *, alone: bool) ->
 
 
 def _files(sources: Any) -> list[str]:
-    """Return the sources that a launch names.
-
-    Raises:
-        InputError: One of them is not a text, or is an option.
-    """
+    """Return the sources that a launch names."""
     found = [_text("sources", one) for one in _several(sources)]
     for one in found:
         if one.startswith("-"):

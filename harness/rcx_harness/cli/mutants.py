@@ -23,8 +23,6 @@ from structured_text.coverage.output import check_fail_under
 from structured_text.errors import InputError
 from structured_text.output.reading import check_file
 
-__all__ = ["mutants"]
-
 _BEGINNING = '{"mutants": '
 _SHOWN = 20
 _REASONS = Path("mutants.toml")
@@ -107,7 +105,7 @@ def mutants(given: Options) -> None:
 
 
 def _check_outputs(given: Options) -> None:
-    """Nothing of the user's is written over."""
+    """Check that no file of the user is overwritten."""
     if given.reasons != _REASONS or os.path.lexists(given.reasons):
         check_file(given.reasons)
     if os.path.exists(given.folder) and not os.path.isdir(given.folder):

@@ -20,13 +20,11 @@ from structured_text.errors import InputError
 if TYPE_CHECKING:
     from structured_text.prove.user import Result
 
-__all__ = ["prove"]
-
 #: Columns where it is no terminal that is printed to.
 _WIDE = 200
-#: What is no reason for the exit code 1.
+#: Results that do not cause exit code 1.
 _GOOD = ("proved", "noted")
-#: How every file that this command has written begins.
+#: First bytes of every file of this command.
 _BEGINNING = '{"inputs": '
 
 

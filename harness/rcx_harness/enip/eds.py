@@ -16,8 +16,6 @@ from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.connection_manager import MAX_CYCLIC, MAX_EXPLICIT
 from rcx_harness.spec.wire import EXTENDED_SIZE, SIZE, TO_MASTER, TO_ROBOT, check_size
 
-__all__ = ["eds_text"]
-
 _USUAL_RPI_US = 10_000
 
 #: Edition of the text below and its date: the sheet says the same whenever it is written.
@@ -62,16 +60,10 @@ def eds_text(
 ) -> str:
     """Return the complete sheet.
 
-    Args:
-        size: Bytes of each area that a tool proposes, 48 or 256; both can be chosen in it.
-        identity: The identity of the device; default: the adapter's.
-        options: Packet intervals and connection points; default: the adapter's.
+    `size` is the size of each area that a tool proposes first; both sizes can be chosen in it.
 
     Returns:
         ASCII text with LF line ends.
-
-    Raises:
-        InputError: No area has this size.
     """
     check_size(size)
     options = options or AdapterOptions()

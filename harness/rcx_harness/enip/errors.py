@@ -5,15 +5,13 @@ from __future__ import annotations
 from rcx_harness.enip.codec.cip import Status, extended_text, status_text
 from structured_text.errors import InputError
 
-__all__ = ["CipError", "EnipError", "ProcessDiedError"]
-
 
 class EnipError(InputError):
     """The EtherNet/IP exchange failed: no connection, no answer in time, or not an answer."""
 
 
 class ProcessDiedError(EnipError):
-    """A process of ours has ended by itself: nobody's input is wrong."""
+    """A process of the harness has ended by itself; the user's input is not the cause."""
 
     exit_code = 1
 
@@ -22,9 +20,7 @@ class CipError(EnipError):
     """The device answered, and refused.
 
     Args:
-        request: What was asked, in words.
-        status: General status of the reply, 1 to 255.
-        extended: Additional status words of the reply.
+        request: The request in words.
     """
 
     def __init__(self, request: str, status: int, extended: tuple[int, ...] = ()) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from structured_text.errors import Violation
 
-__all__ = ["Findings", "Violation"]
-
 
 class Findings:
     """All violations in order of time; `drain` returns each of them once."""

@@ -15,8 +15,6 @@ from typing import Protocol
 
 from rcx_harness.robot.kinematics import CARTESIAN, Kinematics
 
-__all__ = ["Arc", "Curve", "Frame", "Line"]
-
 _X, _Y, _R = 0, 1, 3
 _NONE = (0.0, 0.0, 0.0, 0.0)
 _XYZ = 3
@@ -65,11 +63,7 @@ class Frame:
         return tuple(mm[: len(own)])
 
     def to_pulses(self, mm: Sequence[float]) -> tuple[float, ...]:
-        """Return the positions of the axes for the tool at `mm`; not rounded.
-
-        Raises:
-            UnreachableError: the axes cannot bring the tool there.
-        """
+        """Return the positions of the axes for the tool at `mm`; not rounded."""
         own = list(mm)
         if not self._plain:
             own = _padded(own)

@@ -12,8 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-__all__ = ["CARTESIAN", "Kinematics", "Scara", "UnreachableError"]
-
 _X, _Y, _Z, _R = range(4)
 _UNIT = 1000.0  # of a degree
 _HALF_TURN, _TURN = 180 * _UNIT, 360 * _UNIT
@@ -43,11 +41,7 @@ class Kinematics(Protocol):
         """Return the place of the flange."""
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """Return the joints that bring the flange to a place.
-
-        Raises:
-            UnreachableError: there are none.
-        """
+        """Return the joints that bring the flange to a place."""
 
     def bend(self, joints: Sequence[float]) -> float | None:
         """Return the bend of the arm [degree], positive right-handed; None without an arm.

@@ -8,8 +8,6 @@ from rcx_harness.robot.controller import Controller
 from rcx_harness.robot.stored import ROBOTS
 from structured_text.errors import InputError
 
-__all__ = ["axes_of", "where"]
-
 _PULSES, _MM = "pulses", "mm"
 #: Coordinates of a robot (robot/geometry.py); rotations are in degrees.
 _COORDINATES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "axis 6 [mm, deg]")
@@ -19,9 +17,6 @@ def axes_of(controllers: Sequence[Controller], unit: str) -> list[list[str]]:
     """Return the titles of the values of `where` per controller: `Position X [mm]`.
 
     The titles are empty without a unit.
-
-    Raises:
-        InputError: the unit does not exist.
     """
     if unit not in ("", _PULSES, _MM):
         raise InputError(f"positions are in {unit!r}", hint=f"use {_PULSES} or {_MM}")

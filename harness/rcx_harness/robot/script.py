@@ -23,8 +23,6 @@ from typing import Protocol
 from rcx_harness.robot.ports import Port, Ports, port
 from structured_text.errors import InputError
 
-__all__ = ["Delay", "End", "Gosub", "Return", "Step", "Task", "Wait", "World", "script"]
-
 _LABEL = r"\*[A-Z][A-Z0-9_]*"
 _VARIABLE = r"[A-Z][A-Z0-9_]*[%!]?"
 _NUMBER = r"-?\d+|&H[0-9A-F]+"
@@ -61,7 +59,7 @@ class Delay:
 
 
 @dataclass(frozen=True)
-class Task:
+class TaskStep:
     """A step that starts program `number` (1 is the first) as a task, or acts on its task.
 
     `what` is `START`, `SUSPEND` or `RESTART`.
@@ -89,22 +87,18 @@ class End:
 
 
 #: A step that waits, acts on a task, jumps, or is executed at once.
-Step = Wait | Delay | Task | Gosub | Return | End | Callable[[World], None]
+ScriptStep = Wait | Delay | TaskStep | Gosub | Return | End | Callable[[World], None]
 
 
 @cache
-def script(lines: tuple[str, ...], size: int) -> tuple[Step, ...]:
-    """Return the steps of a program on a robot with areas of `size` bytes.
-
-    Raises:
-        InputError: a line cannot be parsed, or a port or label does not exist.
-    """
+def script(lines: tuple[str, ...], size: int) -> tuple[ScriptStep, ...]:
+    """Return the steps of a program on a robot with areas of `size` bytes."""
     texts = tuple(line.upper().strip() for line in lines)
     labels = {text.rstrip(": "): k for k, text in enumerate(texts) if text.startswith("*")}
     return tuple(_step(line, text, size, labels) for line, text in zip(lines, texts, strict=True))
 
 
-def _step(line: str, text: str, size: int, labels: Mapping[str, int]) -> Step:
+def _step(line: str, text: str, size: int, labels: Mapping[str, int]) -> ScriptStep:
     if match := re.fullmatch(rf"GOSUB\s+({_LABEL})", text):
         if match[1] not in labels:
             raise InputError(
@@ -120,19 +114,19 @@ def _step(line: str, text: str, size: int, labels: Mapping[str, int]) -> Step:
     raise InputError(f"'steps' cannot have {line!r}", hint=_HINT)
 
 
-def _wait(name: str, value: str) -> Step:
+def _wait(name: str, value: str) -> ScriptStep:
     place = port(name)
     if place.output:
         raise InputError(f"'steps' cannot wait for {name}", hint="inputs can be waited for")
     return Wait(place, _number(value))
 
 
-def _set(name: str, value: int) -> Step:
+def _set(name: str, value: int) -> ScriptStep:
     place = _output(name)
     return lambda world: world.ports.write(place, value)
 
 
-def _out(name: str, ms: str | None) -> Step:
+def _out(name: str, ms: str | None) -> ScriptStep:
     place = _output(name)
     if ms is None:
         return lambda world: world.ports.write(place, 1)
@@ -140,7 +134,7 @@ def _out(name: str, ms: str | None) -> Step:
     return lambda world: world.pulse(place, duration)
 
 
-def _assign(target: str, source: str) -> Step:
+def _assign(target: str, source: str) -> ScriptStep:
     value = _source(source)
     if re.fullmatch(_PORT, target):
         place = _output(target)
@@ -177,12 +171,12 @@ def _pass(world: World) -> None:
     """Do nothing: the step is a label."""
 
 
-_FORMS: tuple[tuple[re.Pattern[str], Callable[..., Step]], ...] = tuple(
+_FORMS: tuple[tuple[re.Pattern[str], Callable[..., ScriptStep]], ...] = tuple(
     (re.compile(pattern), make)
     for pattern, make in (
         (rf"WAIT\s+({_PORT})\s*=\s*({_NUMBER})", _wait),
         (r"DELAY\s+(\d+)", lambda ms: Delay(int(ms) * 1000)),
-        (r"(START|SUSPEND|RESTART)\s+(\d+)", lambda what, number: Task(what, int(number))),
+        (r"(START|SUSPEND|RESTART)\s+(\d+)", lambda what, number: TaskStep(what, int(number))),
         (r"HALT", lambda: _halt),
         (r"END", End),
         (r"RETURN", Return),

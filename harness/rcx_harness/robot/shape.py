@@ -12,10 +12,8 @@ from typing import Any
 from rcx_harness.robot.alarms import CommandError
 from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.controller import Controller
-from rcx_harness.robot.memory import Memory
+from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.stored import ROBOTS, Point
-
-__all__ = ["MOST_POINTS", "poses", "shapes"]
 
 #: Limit of drawn points per robot, and of drawn work positions of all pallets.
 MOST_POINTS = 300

@@ -12,33 +12,6 @@ from functools import lru_cache
 
 from rcx_harness.spec import command
 
-__all__ = [
-    "AXES",
-    "COUNTS",
-    "EXAMPLE_POINTS",
-    "FIRST_REAL",
-    "HIGH_WORD",
-    "PALLET_POINTS",
-    "QUANTITIES",
-    "QUANTITIES_OF_AXIS",
-    "ROBOTS",
-    "ROBOT_PARAMETERS",
-    "VARIABLES",
-    "Hand",
-    "Pallet",
-    "Point",
-    "Shift",
-    "fits_integer",
-    "from_bits",
-    "nearest",
-    "parameter_names",
-    "parameter_ranges",
-    "single",
-    "to_bits",
-    "toward_zero",
-    "variable_number",
-]
-
 AXES = 6
 ROBOTS = 4
 #: Number of each kind of data; they are numbered from 0 (guide, 4.3).
@@ -164,11 +137,6 @@ def nearest(value: Fraction) -> int:
     return size if value >= 0 else -size
 
 
-def toward_zero(value: Fraction) -> int:
-    """Return the integer part."""
-    return math.trunc(value)
-
-
 def single(value: float) -> float:
     """Return the nearest single-precision number; infinity if the value is too large."""
     try:
@@ -184,10 +152,6 @@ def from_bits(bits: int) -> float:
 
 
 def to_bits(value: float) -> int:
-    """Return the bits of a single-precision number as a signed integer.
-
-    Raises:
-        OverflowError: the value is too large for single precision.
-    """
+    """Return the bits of a single-precision number as a signed integer."""
     bits: int = struct.unpack("<i", struct.pack("<f", value))[0]
     return bits

@@ -1,8 +1,8 @@
 """The robot programs and their tasks: states, progress, and the sources of SO(13) and SO(14).
 
-Every program has one place in the list of programs, which is its number, and one `Task`. The task
-is in the table of tasks once the program is registered there: by a remote command, by START, or as
-the main program, which is in task 1 from power-on.
+Every program has one place in the list of programs, which is its number, and one `RobotTask`. The
+task is in the table of tasks once the program is registered there: by a remote command, by START,
+or as the main program, which is in task 1 from power-on.
 """
 
 from __future__ import annotations
@@ -11,10 +11,7 @@ from collections.abc import Collection, Mapping
 
 from rcx_harness.robot.config import RobotConfig, RobotProgram
 from rcx_harness.robot.ports import Port, Ports
-from rcx_harness.robot.script import Delay, End, Gosub, Return, Step, Wait, script
-from rcx_harness.robot.script import Task as TaskStep
-
-__all__ = ["NEXT", "RUN", "STEP", "TASKS", "Programs", "Task"]
+from rcx_harness.robot.script import Delay, End, Gosub, Return, ScriptStep, TaskStep, Wait, script
 
 #: Numbers of the tasks.
 TASKS = range(1, 17)
@@ -28,7 +25,7 @@ _STEPS = 100
 _PRIORITY = 32
 
 
-class Task:
+class RobotTask:
     """One program as a task. `elapsed_us` is its progress without the time of its stops.
 
     `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
@@ -49,9 +46,9 @@ class Task:
         self.rewind()
         self.since_us = 0
 
-    def __deepcopy__(self, memo: object) -> Task:
+    def __deepcopy__(self, memo: object) -> RobotTask:
         """Return a copy that shares the program, because programs never change."""
-        copied = Task.__new__(Task)
+        copied = RobotTask.__new__(RobotTask)
         copied.__dict__.update(self.__dict__)
         return copied
 
@@ -68,7 +65,7 @@ class Task:
         self.depth = 0
 
     @property
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> tuple[ScriptStep, ...]:
         """Return the steps of the program; a program without steps is a delay of `duration`."""
         if self.program.steps:
             return script(self.program.steps, self._size)
@@ -157,7 +154,7 @@ class Programs:
         self._config = config
         self.ports = ports
         self.variables: dict[str, int] = {}
-        self.tasks = [Task(program, config.size) for program in config.programs]
+        self.tasks = [RobotTask(program, config.size) for program in config.programs]
         self.tasks[0].number = TASKS[0]
         self.is_reset = config.program_is_reset
         self._now_us = 0
@@ -166,7 +163,7 @@ class Programs:
         self._to_reset: Collection[int] | None = None
 
     @property
-    def main(self) -> Task:
+    def main(self) -> RobotTask:
         """Return the main program: the program in task 1, else the first program."""
         return self.in_task(TASKS[0]) or self.tasks[0]
 
@@ -182,18 +179,17 @@ class Programs:
         """Return whether any task runs."""
         return any(task.state == "running" for task in self.tasks)
 
-    def in_task(self, number: int) -> Task | None:
+    def in_task(self, number: int) -> RobotTask | None:
         """Return the program that is registered in a task, or None."""
         return next((task for task in self.tasks if task.number == number), None)
 
-    def register(self, task: Task, number: int, priority: int, *, temporary: bool = False) -> bool:
+    def register(
+        self, task: RobotTask, number: int, priority: int, *, temporary: bool = False
+    ) -> bool:
         """Register a program in a task; the previous program leaves the table.
 
-        Args:
-            task: The program's task.
-            number: 1 to 16; 0: the lowest vacant task, where its own task counts as vacant.
-            priority: 1 to 64.
-            temporary: See Task.
+        `number` is 1 to 16, or 0 for the lowest vacant task, where the program's own task counts as
+        vacant.
 
         Returns:
             False if no task is vacant.
@@ -213,9 +209,8 @@ class Programs:
     def order_start(self, modes: Mapping[int, str] | None, *, beside: bool = False) -> None:
         """Define which tasks the next `start` starts.
 
-        Args:
-            modes: RUN, STEP or NEXT by place in `tasks`; None: run all tasks that can run.
-            beside: Earlier orders remain valid.
+        `modes` has RUN, STEP or NEXT by place in `tasks`; None: all tasks that can run. With
+        `beside`, earlier orders stay valid.
         """
         before = self._to_start if beside else {}
         self._to_start = None if before is None or modes is None else {**before, **modes}
@@ -223,9 +218,7 @@ class Programs:
     def order_reset(self, places: Collection[int] | None, *, beside: bool = False) -> None:
         """Define which tasks the next `reset` resets.
 
-        Args:
-            places: Places in `tasks`; None: all tasks.
-            beside: Earlier orders remain valid.
+        `places` are places in `tasks`; None: all tasks. With `beside`, earlier orders stay valid.
         """
         before = self._to_reset if beside else ()
         self._to_reset = None if before is None or places is None else (*before, *places)
@@ -313,7 +306,7 @@ class Programs:
             return waiting
         return [k for k in registered if self.tasks[k].state == "ended"]
 
-    def _work(self, task: Task, now_us: int) -> None:
+    def _work(self, task: RobotTask, now_us: int) -> None:
         steps = task.steps
         for _ in range(_STEPS):
             if task.at >= len(steps):
@@ -331,7 +324,7 @@ class Programs:
                 task.come_round()
                 return
 
-    def _done(self, task: Task, step: Step, now_us: int) -> bool:
+    def _done(self, task: RobotTask, step: ScriptStep, now_us: int) -> bool:
         """Execute a step; return False if the task has to wait in it."""
         if isinstance(step, Wait):
             task.waits = self.ports.read(step.place) != step.value
@@ -368,7 +361,7 @@ class Programs:
         ):
             other.go(now_us)
 
-    def _finish(self, task: Task, now_us: int) -> None:
+    def _finish(self, task: RobotTask, now_us: int) -> None:
         if task.program.loop:
             task.rewind()
             task.since_us = now_us

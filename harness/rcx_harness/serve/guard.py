@@ -15,8 +15,6 @@ from aiohttp.http_exceptions import HttpProcessingError
 
 from structured_text.errors import InputError
 
-__all__ = ["WEB_HOST", "TokenServer", "add_files", "guarded", "read_message"]
-
 WEB_HOST = "127.0.0.1"
 """A page is for this machine only."""
 
@@ -63,8 +61,6 @@ class TokenServer:
     """A server for a page on the loopback interface.
 
     Args:
-        application: Creates the application for a token.
-        port: TCP port, 0 for any free one.
         option: The option of the command line for the port, for messages.
         token: First part of the paths; default: a random one.
     """
@@ -89,11 +85,7 @@ class TokenServer:
         return f"http://{WEB_HOST}:{self.port}/{self._token}/"
 
     async def start(self) -> None:
-        """Start to listen.
-
-        Raises:
-            InputError: the port is taken.
-        """
+        """Start to listen."""
         await self._runner.setup()
         try:
             await web.TCPSite(self._runner, WEB_HOST, self.port).start()

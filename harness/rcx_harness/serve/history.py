@@ -10,8 +10,6 @@ from rcx_harness.spec import command_name, signals
 from rcx_harness.trace.chart import Lane
 from rcx_harness.trace.chart_svg import COLOURS, STYLE, Look, Scale, draw_lane, rule, text
 
-__all__ = ["History", "live_chart"]
-
 _SKIPPED = 30  # a change has bytes 0, 1, 32 and 33 of the area
 
 _ROW, _TOP = 22, 28
@@ -31,7 +29,6 @@ class History:
     """The changes within the last `kept_us`, and the state before them.
 
     Args:
-        kept_us: Length of the history [us].
         most: Maximum number of changes, so that memory stays bounded.
     """
 
@@ -72,10 +69,7 @@ class History:
 def live_chart(lanes: Sequence[Lane], now_us: int, seconds: float) -> str:
     """Return the chart as SVG; the same lanes and times give the same text.
 
-    Args:
-        lanes: Lanes from top to bottom.
-        now_us: Time at the right end.
-        seconds: Length of the axis.
+    The lanes are drawn from top to bottom; `now_us` is the time at the right end.
     """
     span_us = round(seconds * 1e6)
     axis = Scale(_NAMES, _NAMES + _PLOT, now_us - span_us, now_us)

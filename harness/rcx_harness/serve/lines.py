@@ -9,8 +9,6 @@ from rcx_harness.serve.host import Host
 from rcx_harness.serve.status import Event
 from structured_text.output.throttle import Throttle
 
-__all__ = ["Lines"]
-
 #: A master that is refused comes again every few seconds: the same sentence passes once, and then
 #: it is counted. This is the maximum number of different sentences.
 _REFUSALS = 50
@@ -27,11 +25,7 @@ class _Log:
 
 
 class Lines:
-    """The log of all controllers: a line for each event, limited by `Throttle`.
-
-    Args:
-        hosts: The controllers.
-    """
+    """The log of all controllers: a line for each event, limited by `Throttle`."""
 
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._logs = [(host, _Log()) for host in hosts]

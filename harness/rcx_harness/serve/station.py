@@ -23,8 +23,6 @@ from rcx_harness.spec.wire import DEDICATED_AT, ENDS
 from rcx_harness.trace import Cycle, Trace
 from structured_text.errors import InputError
 
-__all__ = ["LINK_EVENTS", "Images", "Station"]
-
 #: Events of the network, in addition to those of the controller.
 LINK_EVENTS = {
     "link_down": "pull the network cable",
@@ -57,13 +55,10 @@ class Station:
     """A controller on its network; the caller gives the time.
 
     Args:
-        controller: The controller.
         images: The areas that are exchanged with the network.
         trace: Takes each cycle in which the areas have changed, and each broken rule.
-        host: Its address, for recordings.
 
     Attributes:
-        now_us: Time of its last cycle [us].
         begin_us: Its time 0 on the clock of the adapter's processes [us].
     """
 
@@ -106,9 +101,7 @@ class Station:
     def step(self, now_us: int, *, skipped: int = 0) -> None:
         """Run one controller cycle.
 
-        Args:
-            now_us: Time of the cycle [us].
-            skipped: Number of cycles that were skipped right before it.
+        `skipped` is the number of cycles that were skipped right before it.
         """
         if skipped:
             self._skipped += skipped
@@ -124,15 +117,7 @@ class Station:
         self._watch()
 
     def happen(self, event: str, args: Mapping[str, int] | None = None) -> None:
-        """Trigger one of EVENTS or LINK_EVENTS before the next cycle.
-
-        Args:
-            event: Its name.
-            args: Its arguments by name.
-
-        Raises:
-            InputError: no such event, or other arguments than it takes.
-        """
+        """Trigger one of EVENTS or LINK_EVENTS before the next cycle."""
         given = args or {}
         if event in LINK_EVENTS:
             if given:
@@ -152,9 +137,6 @@ class Station:
         `event` and `args` are the arguments of `happen`. `output` is the name of an output, and
         `do` is `hold`, `force` (to `value`) or `release`. `workpiece` is the number of an axis,
         from 1, with its `pulses` or None. `record` is a file for a recording, or None to end it.
-
-        Raises:
-            InputError: it cannot be executed.
         """
         if "output" in message:
             name, controller = message["output"], self.controller

@@ -12,8 +12,6 @@ from rcx_harness.serve.status import Note, Status
 from rcx_harness.spec import Signal, signals
 from rcx_harness.spec.wire import DEDICATED_AT
 
-__all__ = ["LED_MEANINGS", "connection_text", "view"]
-
 #: The manual's words for the LEDs (chapter 1, 3): Module Status, then Network Status.
 LED_MEANINGS = {
     "module": {
@@ -52,12 +50,7 @@ _WORDS, _EXTENDED = range(16), range(24, 128)
 
 
 def view(number: int, host: Host) -> dict[str, Any]:
-    """Return the complete display of a controller, in words, ready for JSON.
-
-    Args:
-        number: Its place among the served ones, from 0.
-        host: The controller.
-    """
+    """Return the complete display of a controller, in words, ready for JSON."""
     status = host.status
     si, so = bytes.fromhex(status.si) or bytes(host.size), bytes.fromhex(status.so)
     so = so or bytes(host.size)

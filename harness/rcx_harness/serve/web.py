@@ -17,8 +17,6 @@ from rcx_harness.serve.host import Host
 from rcx_harness.serve.view import view
 from structured_text.errors import InputError
 
-__all__ = ["FILES", "WebServer", "application"]
-
 _OWN, _VIEW = "rcx_harness.serve", "rcx_harness.trace.view"
 _SCRIPT = "text/javascript"
 #: Static files: path, package and file of its folder `page`, its type.
@@ -64,13 +62,7 @@ def application(hosts: Sequence[Host], token: str) -> web.Application:
 
 
 class WebServer(TokenServer):
-    """The server of the page on the loopback interface.
-
-    Args:
-        hosts: The controllers.
-        port: TCP port, 0 for any free one.
-        token: First part of the paths; default: a random one.
-    """
+    """The server of the page on the loopback interface."""
 
     def __init__(self, hosts: Sequence[Host], port: int, token: str = "") -> None:
         super().__init__(lambda own: application(hosts, own), port, "--web", token)

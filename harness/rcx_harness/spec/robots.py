@@ -16,8 +16,6 @@ from rcx_harness.spec.tables import folder
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["Joint", "Law", "RobotModel", "law", "robot_models"]
-
 _X, _Y, _Z, _R = range(4)
 
 
@@ -86,11 +84,8 @@ class RobotModel:
     """One type of robot.
 
     Attributes:
-        name: Its name in a robot file.
-        source: The source of its figures.
         also: Further remarks.
         arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; empty for a Cartesian one.
-        joints: Its axes.
         payload: Its largest load [kg].
         cycles: Standard cycle times by load: [kg] to [s]; the catalogue's own one first.
     """
@@ -118,11 +113,7 @@ def law() -> Law:
 
 @lru_cache(maxsize=1)
 def robot_models() -> dict[str, RobotModel]:
-    """Return all models by name.
-
-    Raises:
-        InputError: the table is not written as its head says.
-    """
+    """Return all models by name."""
     table = _table()
     try:
         made = [_model(row, table) for row in table["robot"]]

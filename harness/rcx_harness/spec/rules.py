@@ -9,8 +9,6 @@ from rcx_harness.spec.tables import folder
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["BASES", "Rule", "rules"]
-
 #: The kinds of evidence for a rule, the most certain first.
 BASES = ("manual", "public", "measured", "assumed")
 
@@ -20,8 +18,6 @@ class Rule:
     """One rule.
 
     Attributes:
-        id: Its name.
-        text: Its text.
         section: Section of the manual that states it, if any.
         basis: One of BASES; a row of the table gives it only if it is neither the manual nor
             assumed.

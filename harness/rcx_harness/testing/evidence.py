@@ -20,8 +20,6 @@ from structured_text.output.files import replace_files
 from structured_text.output.toml_files import load_toml
 from structured_text.output.units import format_us
 
-__all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
-
 _SECOND_US = 1_000_000
 #: A chart covers more than the last second if it would show fewer changes than this.
 _FEWEST = 6
@@ -89,9 +87,6 @@ def write_files(cell: Cell, folder: Path, title: str, suffix: str = "") -> list[
     """Write chart, trace and page into a folder, over those of an earlier run.
 
     Trace and page contain the records in memory: the latest 40,000, about two minutes.
-
-    Raises:
-        InputError: a file cannot be written.
     """
     names = (f"chart{suffix}.svg", f"trace{suffix}.jsonl", f"view{suffix}.html")
     chart, trace, page = (folder / name for name in names)

@@ -31,8 +31,6 @@ from rcx_harness.verify.storm.replay import replay_of
 from rcx_harness.verify.storm.storms import Failure
 from rcx_harness.verify.storm.written import write
 
-__all__ = ["CellMachine", "bound"]
-
 #: Faults without a duration.
 _AT_ONCE = ("power_cycle", "alarm", "plc_overrun")
 _HELD_MS = st.sampled_from((10, 20, 50, 100, 200, 500, 1000, 3000))
@@ -48,9 +46,9 @@ class CellMachine(RuleBasedStateMachine):
     """
 
     cells: Cells
-    """What the cells are made of."""
+    """The arguments that build the cells."""
     replay_file: Path
-    """Where a failing run is written."""
+    """Folder for a failing run."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from rcx_harness.robot import Controller
     from rcx_harness.testing.cells import Build, Cells
 
-__all__ = ["cell", "rcx_build", "rcx_machine", "robot"]
-
 _CELLS: pytest.StashKey[Cells] = pytest.StashKey()
 
 _MARKERS = (

@@ -14,8 +14,6 @@ from structured_text.engines.base import Program
 from structured_text.language.types import BlockType, ElementaryType
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["named", "of_alarms", "of_errors", "shown_errors", "unanswered"]
-
 _SIGNAL = re.compile(r"\bS[IO]\(\d\d\)")
 _WORD = ElementaryType("WORD")
 
@@ -48,9 +46,6 @@ def unanswered(ever_on: Collection[str]) -> set[str]:
     """Return the answers that never came and the conditions that were missing for them.
 
     SI(00) is included if it has never released the emergency stop that SO(00) shows.
-
-    Args:
-        ever_on: The signals that have been ON.
     """
     found = {
         signal

@@ -14,8 +14,6 @@ from typing import Any
 from rcx_harness.trace.chart import NOTHING, Glyphs, Lane, Timeline, glyphs, name_width, time_labels
 from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, draw_lane, rule, text
 
-__all__ = ["scaled_svg", "scaled_text"]
-
 #: Number of lines of a chart without a chosen scale; limit of drawn lines.
 _LINES, _MOST_LINES = 6, 100
 _MS, _S, _MIN = 1_000, 1_000_000, 60_000_000
@@ -78,10 +76,7 @@ def _left_out(timeline: Timeline, line_us: int) -> str:
 def scaled_svg(timeline: Timeline, title: str = "", line_us: int = 0) -> str:
     """Return the chart of a run, true to scale; the same run gives the same bytes.
 
-    Args:
-        timeline: The changes to draw.
-        title: A line above the chart.
-        line_us: Time of a line [us]; 0: chosen for few lines.
+    A line shows `line_us` microseconds; 0: as many as give few lines.
     """
     line_us = _chosen(timeline, line_us)
     names = max(len(lane.name) for lane in timeline.lanes())
@@ -132,11 +127,8 @@ def scaled_text(
     A character is a piece of time: an edge is one change in it, a cross several. Curves have eight
     levels from their least to their greatest value; both are written beside the name.
 
-    Args:
-        timeline: The changes to draw.
-        width: Characters per line, at least 60.
-        ascii_only: For terminals without Unicode.
-        line_us: Time of a line [us]; 0: chosen for few lines.
+    A line has `width` characters, at least 60, and shows `line_us` microseconds; 0: as many as give
+    few lines. With `ascii_only` the chart is for terminals without Unicode.
     """
     line_us = _chosen(timeline, line_us)
     drawn = glyphs(ascii_only)

@@ -22,8 +22,6 @@ from structured_text.language.displayed import Changed, Part, value_text
 from structured_text.language.types import ElementaryType, Type
 from structured_text.output.files import OutputFile
 
-__all__ = ["Wave"]
-
 _WORDS = 16
 #: Bits of the elementary types of whole numbers; negative numbers are in two's complement.
 _BITS = {
@@ -123,13 +121,9 @@ class Wave:
     """A writer of a VCD file during the run; give `take` to `Trace.listen`.
 
     Args:
-        path: File to write.
         controllers: Number of controllers, possibly 0; the scopes of all but the first have their
             number.
         trace: The trace with the watched variables and positions to write, too.
-
-    Raises:
-        InputError: the file cannot be written.
     """
 
     def __init__(

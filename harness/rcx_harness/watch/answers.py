@@ -13,8 +13,6 @@ from rcx_harness.spec.wire import DEDICATED_AT, ENDS, READY, RESERVED_AT, RUN, S
 from rcx_harness.watch.wire import word
 from structured_text.output.units import format_word
 
-__all__ = ["AnswerMonitor"]
-
 _STATUS, _RESPONSE = slice(0, 2), slice(2, DEDICATED_AT)
 _RESERVED = slice(RESERVED_AT, RESERVED_AT + 2)
 _CPU_OK = 0x02
@@ -45,11 +43,8 @@ class AnswerMonitor:
     def take(self, t_us: int, who: str, so: bytes, si: bytes) -> list[Violation]:
         """Judge the current areas.
 
-        Args:
-            t_us: Time at which they were seen.
-            who: Beginning of a finding: `robot, packet 12`.
-            so: The area to the PLC.
-            si: The area last sent to the controller; empty if no PLC sends one.
+        `who` begins the text of a finding: `robot, packet 12`. `si` is the area last sent to the
+        controller; empty if no PLC sends one.
         """
         before, self._so = self._so, so
         code = word(si, 0) if si else 0

@@ -14,8 +14,6 @@ from rcx_harness.watch.calls_source import AREAS, CallPlan
 from structured_text.engines.base import Program
 from structured_text.language.types import BlockType
 
-__all__ = ["CallMonitor"]
-
 
 class _Watched(NamedTuple):
     """A watched instance: its path, its area (`read`, `write` or empty), its pin Busy if any."""
@@ -29,7 +27,6 @@ class CallMonitor:
     """A monitor that demands one call per scan, for one robot, and no skipped call while busy.
 
     Args:
-        program: The program to watch.
         plan: The calls that the source leaves open; if it is empty, the monitor costs nothing.
     """
 
@@ -45,7 +42,7 @@ class CallMonitor:
         self._robots: dict[int, int] = {}
         """The robot of each instance's last call."""
         self._before: frozenset[str] = frozenset()
-        """What was wrong in the scan before: what lasts is told once."""
+        """The faults of the previous scan: a lasting fault is reported once."""
 
     def scan(self, t_us: int, scan: int) -> list[Violation]:
         """Judge the calls of a scan."""

@@ -20,8 +20,6 @@ from rcx_harness.robot import Violation
 from structured_text.engines.base import Program
 from structured_text.language.types import BlockType, ElementaryType
 
-__all__ = ["ContractMonitor"]
-
 #: ErrorID of a block that was called outside of FB_ReadArea and FB_WriteArea (errors.md).
 _OUT_OF_PLACE = 0x8017
 
@@ -70,7 +68,7 @@ class _Instance:
         self.before: tuple[Any, ...] = (0,) * len(there)
         self.told: tuple[str, ...] = ()
         self._verdicts: dict[tuple[tuple[Any, ...], tuple[Any, ...]], tuple[str, ...]] = {}
-        """What is broken by a change; the same few changes come again and again."""
+        """The rules that a change breaks, cached because the same few changes recur."""
         self.at_rest = False
         """Pins that stay as they are break nothing."""
 
@@ -155,7 +153,6 @@ class ContractMonitor:
     if an unchanged state would be a violation.
 
     Args:
-        program: The program to watch.
         steady: Instances that are called exactly once whenever their owner is, with an Execute or
             Enable that no statement changes after the call, as returned by `steady_instances`. All
             rules are checked for them if the same is true of their owner.

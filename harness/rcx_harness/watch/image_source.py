@@ -21,8 +21,6 @@ from structured_text.language.syntax import Position
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 from structured_text.language.walk import nodes, statements
 
-__all__ = ["ImageUse", "image_use", "reads_located"]
-
 _HERE = Path(__file__)
 _INPUT = "INPUTAREA"
 
@@ -55,9 +53,7 @@ class _Write(NamedTuple):
 def image_use(files: Sequence[Path], library: Sequence[Path] = ()) -> ImageUse:
     """Find the use of the process image by a program.
 
-    Args:
-        files: The program's own files; if they have errors, nothing is found.
-        library: The files of the blocks that it uses.
+    If the files have errors, nothing is found.
     """
     every = (*files, *library)
     key = cache.sources_key((*files, _HERE, *library))
@@ -79,10 +75,8 @@ def _found(files: Sequence[Path], every: Sequence[Path]) -> ImageUse:
 class _Images:
     """The images of a program, with all writes to them.
 
-    Args:
-        project: The checked sources.
-        files: The user's files by their names in the project; the library's blocks write no image
-            from the robot.
+    Blocks of the library do not write to the image from the robot, so only the user's `files`
+    count.
     """
 
     def __init__(self, project: Project, files: dict[str, Path]) -> None:

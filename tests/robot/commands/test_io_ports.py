@@ -173,9 +173,9 @@ def test_robot_programs_and_the_commands_use_the_same_ports() -> None:
 )
 def test_robot_programs_have_the_same_ports_as_the_commands(name: str) -> None:
     """Source: remote command guide 4.5.1."""
-    with pytest.raises(InputError, match=r"is no port|cannot have"):
+    with pytest.raises(InputError, match=r"is not a port|cannot have"):
         RobotConfig(programs=(RobotProgram(steps=(f"SO(20)={name}",)),))
-    with pytest.raises(InputError, match="is no port"):
+    with pytest.raises(InputError, match="is not a port"):
         port(name)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rcx_harness.trace import Scan, Violation, read_trace
-from rcx_harness.verify.explore import kept
+from rcx_harness.verify.explore import state_tables
 from rcx_tools.evidence import results
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.explore import command, interlock
@@ -135,9 +135,9 @@ def test_every_seeded_bug_changes_a_block(tmp_path: Path) -> None:
 def test_a_state_that_leaves_out_what_counts_is_noticed(
     block: str, variable: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    table = kept.TYPES[block]
+    table = state_tables.TYPES[block]
     wrong = replace(table, dropped=f"{table.dropped} {variable}")
-    monkeypatch.setitem(kept.TYPES, block, wrong)
+    monkeypatch.setitem(state_tables.TYPES, block, wrong)
     with pytest.raises(AssertionError, match="leaves out has an effect"):
         Explorer(model_named("inputs")).run(BOUND)
 
@@ -216,8 +216,10 @@ def test_the_garbage_collector_is_off_only_while_something_is_explored() -> None
 
 
 def test_a_variable_that_is_not_fixed_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    table = kept.TYPES["FB_RCXDEDICATEDINPUTS"]
-    monkeypatch.setitem(kept.TYPES, "FB_RCXDEDICATEDINPUTS", replace(table, fixed="Nothing WasUp"))
+    table = state_tables.TYPES["FB_RCXDEDICATEDINPUTS"]
+    monkeypatch.setitem(
+        state_tables.TYPES, "FB_RCXDEDICATEDINPUTS", replace(table, fixed="Nothing WasUp")
+    )
     with pytest.raises(AssertionError, match="is not fixed"):
         Explorer(model_named("inputs")).run(BOUND)
 

@@ -22,8 +22,6 @@ from rcx_harness.enip.target.admission import key_mismatch
 from rcx_harness.enip.target.connection_manager import ConnectionManager, Origin
 from rcx_harness.enip.target.objects import ObjectModel
 
-__all__ = ["Router"]
-
 _MAX_REPLY = 4000
 _CONNECTION_SERVICES = frozenset(ConnectionService)
 # Priority and ticks, length of the message
@@ -34,11 +32,8 @@ _BACKPLANE = b"\x01\x00"  # port 1, link address 0: where scanners presume a pro
 class Router:
     """Turns requests into replies; every request gets one.
 
-    Args:
-        objects: The device's objects.
-        identity: What an electronic key in a path is compared with.
-        connections: The Connection Manager.
-        reset: Carries out a reset of the device once the reply has gone.
+    `identity` is compared with the electronic key of a path. `reset` resets the device after the
+    reply has been sent.
     """
 
     def __init__(
@@ -116,8 +111,8 @@ class Router:
     def _reset_device(self, request: Request) -> bytes:
         """Reset the network side for type 0 (the default), and refuse all other types.
 
-        While a master owns the outputs it is refused: a robot must not lose its master by a
-        stray message.
+        While a master owns the outputs, the reset is refused: a stray message must not separate a
+        robot from its master.
         """
         if len(request.data) > 1:
             raise Refusal(Status.TOO_MUCH_DATA)

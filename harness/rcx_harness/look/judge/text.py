@@ -14,11 +14,9 @@ from rcx_harness.look.judge.times import Times
 from rcx_harness.look.judge.ways import Way
 from structured_text.output.units import format_us
 
-__all__ = ["as_json", "summary"]
-
 _MOST_CONNECTIONS, _MOST_FINDINGS, _MOST_STRANGERS = 10, 20, 10
 _SHARES = {"median": 0.5, "p99": 0.99}
-#: What a way counts besides its packets, and how it is called.
+#: Counters of a `Way` besides its packets, with their names in the text.
 _COUNTS = {
     "lost": "lost",
     "doubled": "doubled",
@@ -31,7 +29,7 @@ _COUNTS = {
 
 
 def summary(result: Judgement) -> Iterator[str]:
-    """All that is told at the end, line by line."""
+    """Yield the lines of the summary at the end."""
     yield from _file_lines(result)
     robots = {one.number: one for one in result.network.robots.values()} if result.network else {}
     for number, follower in sorted(result.followers.items()):

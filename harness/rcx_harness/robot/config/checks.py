@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from datetime import datetime
 from typing import Any
 
-from rcx_harness.robot.script import Task, script
+from rcx_harness.robot.script import TaskStep, script
 from rcx_harness.robot.stored import (
     AXES,
     COUNTS,
@@ -28,20 +28,6 @@ from rcx_harness.spec.robots import robot_models
 from rcx_harness.spec.wire import AREA_SIZES
 from structured_text.errors import InputError, near
 from structured_text.output.toml_files import check_keys
-
-__all__ = [
-    "AREA_HINT",
-    "STORED",
-    "alarm_code",
-    "check_programs",
-    "check_stored",
-    "check_value",
-    "is_number",
-    "is_whole",
-    "near",
-    "same_name",
-    "shown",
-]
 
 #: Hint that shows how to write a work area.
 AREA_HINT = "Feeder = [[100, 200], [180, 260]], two corners X, Y or X, Y, Z in mm"
@@ -105,13 +91,7 @@ _SHOWN = 80
 def check_value(key: str, declared: str, value: Any) -> None:
     """Raise InputError if the key cannot have the value.
 
-    Args:
-        key: Name of the key, for the message and the key's own limits.
-        declared: The field's annotation, as written.
-        value: The value.
-
-    Raises:
-        InputError: with the allowed values as the hint; the key is in single quotes.
+    `declared` is the annotation of the field, as written.
     """
     if key == "robot" and declared != "int":
         _check_models(key, value)
@@ -171,16 +151,7 @@ def _check_areas(key: str, value: Any) -> None:
 
 
 def check_stored(key: str, value: Any, axes: int) -> None:
-    """Raise InputError for stored data that no controller could have.
-
-    Args:
-        key: One of STORED.
-        value: The value of that key in RobotConfig.
-        axes: Number of axes of the controller.
-
-    Raises:
-        InputError: with the key and the allowed values.
-    """
+    """Raise InputError for stored data that no controller could have."""
     seen: set[int | None] = set()
     for number, entry in value.items():
         if key == "variables":
@@ -213,7 +184,7 @@ def check_programs(programs: Any, size: int) -> None:
         texts = isinstance(steps, tuple) and all(isinstance(step, str) for step in steps)
         _expect(texts, "steps", steps, 'a list of texts, such as ["WAIT SI(20)=1"]')
         for step in script(steps, size):
-            number = step.number if isinstance(step, Task) else 1
+            number = step.number if isinstance(step, TaskStep) else 1
             allowed = f"START 1 to START {len(programs)}"
             _expect(1 <= number <= len(programs), "steps", f"START {number}", allowed)
         named = isinstance(program.name, str) and _NAME.fullmatch(program.name) is not None

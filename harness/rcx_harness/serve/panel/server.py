@@ -6,15 +6,12 @@ import asyncio
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from threading import Thread
-from types import TracebackType
 
 from aiohttp import web
 
 from rcx_harness.serve.guard import TokenServer, add_files, guarded, read_message
 from rcx_harness.serve.panel.plate import Plate
 from structured_text.errors import InputError
-
-__all__ = ["FILES", "PanelServer", "application"]
 
 _OWN, _SERVE = "rcx_harness.serve.panel", "rcx_harness.serve"
 #: Static files: path, package and file of its folder `page`, its type.
@@ -76,16 +73,7 @@ def _plate(request: web.Request) -> Plate:
 
 
 class PanelServer:
-    """The server of the panels in a thread, inside `with`.
-
-    Args:
-        plates: The panels.
-        port: TCP port of the loopback interface, 0 for any free one.
-        token: See `TokenServer`.
-
-    Raises:
-        InputError: the port is taken.
-    """
+    """The server of the panels in a thread, inside `with`."""
 
     def __init__(self, plates: Sequence[Plate], port: int, token: str = "") -> None:
         self._make: Callable[[], TokenServer] = lambda: TokenServer(
@@ -99,12 +87,7 @@ class PanelServer:
         self._started.result()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *of: object) -> None:
         _, loop, stop = self._started.result()
         loop.call_soon_threadsafe(stop.set)
         self._thread.join()

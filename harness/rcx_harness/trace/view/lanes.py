@@ -15,8 +15,6 @@ from rcx_harness.watch.wire import word
 from structured_text.language.displayed import Changed, literal, typed, value_text
 from structured_text.language.types import ElementaryType, Type
 
-__all__ = ["Group", "Lane", "Lanes", "Variables", "Wire"]
-
 _WORDS = 16
 _PORTS = range(DEDICATED_AT + 2, RESERVED_AT)
 #: Types that are shown as numbers; JavaScript cannot represent those of 64 bits exactly.
@@ -34,7 +32,6 @@ class Lane:
 
     Attributes:
         name: The text beside it.
-        packed: Its changes.
         colour: Its kind: `input`, `output`, `command`, `status`, `variable`, `curve` or `rule`.
         short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
         idle: Number of the text that is drawn as a line only.
@@ -104,8 +101,6 @@ class Wire:
     """The areas of one controller, as the PLC or the controller sees them.
 
     Args:
-        lanes: Receives its lanes.
-        who: Prefix of the titles of its groups.
         plain: It is the main side: its changes are events.
     """
 
@@ -220,15 +215,7 @@ def _general(kind: str, area: bytes) -> Iterator[tuple[str, int, int]]:
 
 
 class Variables:
-    """The watched variables; structures and arrays have a lane per member or element.
-
-    Args:
-        lanes: Receives its lanes.
-        watched: Their types by path, as in the header of a trace.
-
-    Raises:
-        KeyError, TypeError, ValueError: these are not types.
-    """
+    """The watched variables; structures and arrays have a lane per member or element."""
 
     def __init__(self, lanes: Lanes, watched: Mapping[str, Any]) -> None:
         self._lanes = lanes

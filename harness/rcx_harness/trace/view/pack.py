@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import struct
 
-__all__ = ["Bits", "Numbers", "Packed", "Reals", "Texts", "put_whole"]
-
 _REAL = struct.Struct("<d")
 
 
@@ -26,8 +24,6 @@ class Packed:
     """The changes of one lane that alternates between two values, so values are not stored.
 
     Attributes:
-        data: The changes.
-        count: Number of changes.
         first: The value before the first change; None until a value is recorded.
     """
 

@@ -13,19 +13,11 @@ from structured_text.debug.values import Item, Text
 from structured_text.engines.base import Program
 from structured_text.output.units import format_us, format_word
 
-__all__ = ["live_input", "scopes"]
-
 
 def scopes(
     program: Program, images: Sequence[Image], telegrams: Sequence[Telegrams]
 ) -> list[Scope]:
-    """Return the scopes of a cell.
-
-    Args:
-        program: The program.
-        images: The areas of each controller in its process image.
-        telegrams: The last telegrams of each controller.
-    """
+    """Return the scopes of a cell."""
     return [
         ("Areas", lambda: _areas(program, images)),
         ("Telegrams", lambda: _telegrams(telegrams)),

@@ -9,22 +9,13 @@ from rcx_harness.watch.contract import ContractMonitor
 from rcx_harness.watch.wire import INTERVAL_US, WireMonitor
 from structured_text.engines.base import Program
 
-__all__ = ["Monitors"]
-
 #: A counter of the wire monitor that no rule reads.
 _COUNTS = "commands"
 _TIME, _ABOUT = "_changed_us", "_changed_what"
 
 
 class Monitors:
-    """The monitors of an exploration: the rules of the wire and the contract of the blocks.
-
-    Args:
-        program: The program.
-        size: Bytes of the areas.
-        scan_us: The time from one scan to the next [us].
-        steady: See `ContractMonitor`.
-    """
+    """The monitors of an exploration: the rules of the wire and the contract of the blocks."""
 
     def __init__(
         self, program: Program, size: int, scan_us: int, steady: Collection[str] = ()

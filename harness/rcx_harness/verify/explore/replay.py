@@ -16,8 +16,6 @@ from structured_text.bench import Bench
 from structured_text.bench.stimulus import Stimulus as PlcStimulus
 from structured_text.errors import InputError
 
-__all__ = ["replay"]
-
 
 def replay(
     files: Sequence[Path], lib: Path | None, explored: Explored, settings: Settings, folder: Path
@@ -27,9 +25,6 @@ def replay(
     Returns:
         The stimulus file, and whether the run shows the same broken rules. A cell cannot check the
         conditions of `always` and the assertions in comments; only the exploration can.
-
-    Raises:
-        InputError: A file cannot be written, or exists and was not written by a search.
     """
     broken = explored.result.broken
     assert broken is not None

@@ -23,8 +23,6 @@ from structured_text.prove.surroundings import Surroundings, path_of
 from structured_text.prove.symbolic_memory import Path as Place
 from structured_text.prove.user import Replayed
 
-__all__ = ["entries", "replay"]
-
 
 def entries(run: Counterexample, around: Surroundings) -> Iterator[Entry]:
     """Yield the stimulus of a run: each change at its time."""
@@ -64,17 +62,7 @@ def replay(
 ) -> Replayed:
     """Write the stimulus file of a run, and run it on the built-in engine: in a cell, or alone.
 
-    Args:
-        run: The run.
-        around: The surroundings of the program of this run.
-        files: The program's files.
-        stimulus: The stimulus file to write.
-        about: The comment at the beginning of that file.
-        lib: The folder of the library.
-        chart: The timing chart (SVG) to write.
-
-    Raises:
-        InputError: A file cannot be written, or exists and was not written by a search.
+    `about` is the comment at the beginning of the stimulus file.
     """
     differences: list[str] = []
     error = None

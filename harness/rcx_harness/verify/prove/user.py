@@ -20,9 +20,7 @@ from structured_text.prove.search import Counterexample
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.user import Replayed, Result
 
-__all__ = ["LIBRARY", "CellBench", "Settings", "prove"]
-
-#: What the proofs know about the library that the programs call.
+#: Knowledge of the proofs about the library that the programs call.
 LIBRARY = Library(
     areas=AREAS,
     reference="RCX_REF",
@@ -51,11 +49,7 @@ class Settings(user.Settings):
 
 
 def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str]]:
-    """Prove a program's properties; return the results and the names of the program's inputs.
-
-    Raises:
-        InputError: The sources have an error, or the program cannot run in a cell.
-    """
+    """Prove a program's properties; return the results and the names of the program's inputs."""
     sources = source_files(list(files), settings.lib, settings.replace)
     bench = CellBench if settings.robot else AloneBench
     return user.prove(sources, settings, bench(files, settings.lib))
@@ -63,12 +57,7 @@ def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str
 
 @dataclass(frozen=True)
 class CellBench:
-    """The bench that replays counterexamples in a cell.
-
-    Attributes:
-        files: The program as the user named it.
-        lib: The folder of the library, if the user named it.
-    """
+    """The bench that replays counterexamples in a cell."""
 
     files: Sequence[Path]
     lib: Path | None
@@ -76,11 +65,7 @@ class CellBench:
     library: Library = LIBRARY
 
     def surroundings(self, project: Project) -> Surroundings:
-        """Return the controllers of a program.
-
-        Raises:
-            InputError: The program has no process image.
-        """
+        """Return the controllers of a program."""
         return CellSurroundings(project)
 
     def blame(self, error: InputError) -> InputError:

@@ -16,8 +16,6 @@ from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
 from structured_text.farm import Farm, ResultFile
 
-__all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
-
 #: Runs that are tried to shorten one class, and to separate one class from another.
 _TRIES, _OTHERS = 150, 12
 #: Further runs that are tried to remove unnecessary actions of the recoveries.
@@ -46,8 +44,8 @@ class Explained(NamedTuple):
     """A class of failures.
 
     Attributes:
-        replay: The shortest run. None: the failure did not occur again.
-        causes: The events and inputs that the failure needs.
+        causes: The events and inputs that the failure needs in the shortest run. Without a shortest
+            run the failure did not occur again.
         rest: Seeds that fail without these causes as well.
         seeds: All other seeds.
     """
@@ -205,12 +203,8 @@ def classes(
 ) -> list[tuple[str, Explained]]:
     """Return the classes of failures; failures of one kind with different causes are separate.
 
-    Args:
-        farm: The farm that runs the work.
-        work: The campaign.
-        failing: Failing seeds by kind of failure, each with the time of the failure [us]. The
-            earliest failure is shortened.
-        kept: The results of earlier calls.
+    `failing` has the failing seeds by kind of failure, each with the time of its failure [us]; the
+    earliest failure is shortened. `kept` are results of earlier calls.
     """
     # Each round explains one seed of each kind. Seeds that also fail without the causes found
     # must have another cause, so the next round explains them again. The number of rounds

@@ -12,8 +12,6 @@ from rcx_harness.verify.storm.demands import Demands
 from rcx_harness.verify.storm.moments import Moments
 from rcx_harness.verify.storm.storms import Storm
 
-__all__ = ["draw_storms"]
-
 #: The weight of each kind of fault; other kinds have weight 1.
 _OFTEN = {
     "link_down": 4,
@@ -43,12 +41,8 @@ def draw_storms(
 ) -> list[Storm]:
     """Return the storms of a seed. The caller lets a recovery follow each of them.
 
-    Args:
-        demands: What the operator can do, and what can fail.
-        seed: The seed, which determines everything.
-        controllers: The number of controllers of the cell.
-        scan_us: The period of the PLC [us]. Most times are multiples of it.
-        moments: The times of changes in the first storm and in later storms without faults.
+    The seed determines everything. `moments` are the times of changes in the first storm and in
+    later storms without faults.
     """
     random = Random(f"storms {seed}")
     first, others = moments

@@ -11,8 +11,6 @@ from rcx_harness.verify.storm.storms import Failure
 from structured_text.engines.base import Program
 from structured_text.language.types import BlockType, ElementaryType, EnumType, StructType, Type
 
-__all__ = ["Moments", "moments"]
-
 #: Times [us] from the beginning of the first storm of a run, and of any later storm.
 Moments = tuple[tuple[int, ...], tuple[int, ...]]
 
@@ -28,11 +26,7 @@ def moments(
 ) -> Moments:
     """Return the times at which states and flags of the user's blocks change without any fault.
 
-    Args:
-        course: The course of a cell at its beginning.
-        start: The good run, if any.
-        length_us: The length of storms [us].
-        library: Names of types, in upper case, whose members are ignored.
+    `library` has names of types, in upper case, whose members are ignored.
     """
     course.wanted = ""
     length_us = min(length_us, _LONGEST_US)

@@ -9,8 +9,6 @@ from typing import TypeVar
 from rcx_harness.cell.stimulus import Entry
 from rcx_harness.verify.storm.storms import Failure, Storm
 
-__all__ = ["shrink", "thin_out"]
-
 #: Most runs that are tried.
 MOST_TRIES = 250
 #: Times are rounded to multiples of these [us], the coarsest first.
@@ -28,12 +26,8 @@ def shrink(
 ) -> tuple[list[Storm], Failure]:
     """Find a shorter run that fails in the same way.
 
-    Args:
-        run: Runs storms, and raises the failure that they cause.
-        storms: The storms that fail.
-        failure: Their failure. A shorter run must fail with the same kind.
-        tries: The number of runs that may be tried.
-        tried: Called after each of them.
+    `run` runs storms and raises the failure that they cause. At most `tries` runs are tried, and
+    `tried` is called after each of them.
 
     Returns:
         The storms of the shortest run found, and its failure.

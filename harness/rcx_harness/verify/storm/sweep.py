@@ -18,8 +18,6 @@ from rcx_harness.verify.storm.storms import Failure
 from structured_text.errors import InputError, did_you_mean
 from structured_text.output.units import format_us
 
-__all__ = ["Failing", "Inject", "Moments", "Shown", "Sweep", "injects", "pieces", "ranges", "told"]
-
 #: Number of scans in one work item.
 _PIECE = 25
 _ONCE = ("power_cycle", "alarm", "plc_overrun", "program_end")
@@ -73,14 +71,8 @@ Failing = dict[int, dict[str, str]]
 def injects(names: Sequence[str], controllers: int, hold_us: int) -> list[Inject]:
     """Return the injections that a user names.
 
-    Args:
-        names: Events (`link_down`, at every controller; `link_down@2`), or inputs with a value
-            (`Main.CellSafe=false`).
-        controllers: The number of controllers of the cell.
-        hold_us: How long a lasting injection is held [us].
-
-    Raises:
-        InputError: The event, controller or value does not exist.
+    A name is an event (`link_down`, at every controller; `link_down@2`), or an input with a value
+    (`Main.CellSafe=false`). A lasting injection is held for `hold_us`.
     """
     found: list[Inject] = []
     for name in names:
@@ -213,11 +205,7 @@ class _Worker:
 
 
 def _go_to(course: Course, scan: int) -> None:
-    """Run the course until shortly after a scan of the good run.
-
-    Raises:
-        InputError: The good run fails.
-    """
+    """Run the course until shortly after a scan of the good run."""
     cell = course.cell
     if cell.scans <= scan:
         cell.scan(scan + 1 - cell.scans)

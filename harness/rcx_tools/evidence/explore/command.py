@@ -47,7 +47,7 @@ EVERY_BUG = (*SEEDED, *interlock.SEEDED)
 #: Inputs of an outcome beside the blocks: modules of the harness, with the grammar.
 RULES = (
     *(f"structured_text/{name}" for name in ("engines", "explore", "language", "projects")),
-    "rcx_harness/verify/explore/kept.py",
+    "rcx_harness/verify/explore/state_tables.py",
     "rcx_tools/evidence/explore",
 )
 

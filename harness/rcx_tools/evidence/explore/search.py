@@ -11,7 +11,7 @@ from random import Random
 from struct import Struct
 from typing import Any, NamedTuple
 
-from rcx_harness.verify.explore.kept import TABLES
+from rcx_harness.verify.explore.state_tables import TABLES
 from rcx_tools.evidence.explore.abstraction import ModelAbstraction
 from rcx_tools.evidence.explore.contract import Seen
 from rcx_tools.evidence.explore.model import Choice, Model, Quiet, Wire

@@ -16,15 +16,11 @@ from structured_text.farm import ResultFile
 from structured_text.output.limits import MOST_LINE_BYTES, OTHER
 from structured_text.output.reading import open_file
 
-__all__ = ["keep"]
 
-
-def keep(file: Path, about: Mapping[str, str]) -> tuple[ResultFile[Any, Any], str]:
+def saved_results(file: Path, about: Mapping[str, str]) -> tuple[ResultFile[Any, Any], str]:
     """Return the saved results of a file, and a notice if they must be computed again.
 
-    Args:
-        file: The file with JSON lines.
-        about: The files and options that the results depend on.
+    `about` has the files and options on which the results depend.
 
     Raises:
         InputError: The file exists and was not written by this program.

@@ -21,11 +21,8 @@ from rcx_harness.robot.stored import (
     fits_integer,
     nearest,
     single,
-    toward_zero,
     variable_number,
 )
-
-__all__ = ["Memory", "is_real"]
 
 #: Values as delivered; the manual gives none.
 _DEFAULTS = {
@@ -57,13 +54,9 @@ class Memory:
     """All stored data by their numbers; robot number 0 means robot 1.
 
     Attributes:
-        points: Point data.
         comments: Point comments, without spaces at their ends.
-        pallets: Pallet data.
         shifts: Shift data that were defined.
         hands: Hand data that were defined, by robot (1 to 4) and hand number.
-        variables: Static variables.
-        parameters: Parameters of robots and axes.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -77,46 +70,25 @@ class Memory:
         self.parameters = Parameters(config)
 
     def point(self, number: int) -> Point:
-        """Return point data.
-
-        Raises:
-            CommandError: the point is not defined.
-        """
+        """Return point data."""
         if number not in self.points:
             raise CommandError(self.config.undefined_point_alarm)
         return self.points[number]
 
     def comment(self, number: int) -> str:
-        """Return the comment of a point, whether the point is defined or not.
-
-        Raises:
-            CommandError: there is no comment, and the configuration has an alarm for it.
-        """
+        """Return the comment of a point, whether the point is defined or not."""
         if number not in self.comments:
             self._undefined_data()
         return self.comments.get(number, "")
 
     def pallet(self, number: int) -> Pallet:
-        """Return pallet data.
-
-        Raises:
-            CommandError: the pallet is not defined.
-        """
+        """Return pallet data."""
         if number not in self.pallets:
             raise CommandError(self.config.undefined_pallet_alarm)
         return self.pallets[number]
 
     def work_point(self, pallet: int, work: int) -> Point:
-        """Return a work position of a pallet, with unit, hand and arm rotation of its first point.
-
-        Args:
-            pallet: Number of the pallet, 0 to 39.
-            work: Number of the work position, from 1.
-
-        Raises:
-            CommandError: the pallet, the work position or a required point is not defined, or these
-                points do not have the same unit.
-        """
+        """Return a work position of a pallet, with the unit, hand and arm of its first point."""
         found = self.pallet(pallet)
         if not 1 <= work <= found.count:
             raise CommandError(self.config.work_position_alarm)
@@ -129,11 +101,7 @@ class Memory:
         return self.changed(first, data)
 
     def changed(self, point: Point, data: tuple[int, ...]) -> Point:
-        """Return a point with other data.
-
-        Raises:
-            CommandError: a value does not fit into 32 bits.
-        """
+        """Return a point with other data."""
         if not all(map(fits_integer, data)):
             raise CommandError(self.config.overflow_alarm)
         return Point(data, point.mm, point.hand, point.arm1, point.arm2)
@@ -224,11 +192,7 @@ class Variables:
         return self.reals[number - FIRST_REAL] if is_real(number) else self.integers[number]
 
     def assign(self, number: int, value: float) -> None:
-        """Assign a value that is finite in single precision, converted to the variable's type.
-
-        Raises:
-            CommandError: the value is too large for an integer.
-        """
+        """Assign a value that is finite in single precision, converted to the variable's type."""
         if is_real(number):
             self.reals[number - FIRST_REAL] = single(value)
             return
@@ -239,9 +203,6 @@ class Variables:
 
         Two integers are calculated exactly, all other values in single precision. The result is
         then converted to the variable's type.
-
-        Raises:
-            CommandError: division by 0, or the result is too large; the variable does not change.
         """
         own = self.value(number)
         if operator == "/" and value == 0:
@@ -256,7 +217,7 @@ class Variables:
 
     def _integer(self, value: Fraction) -> int:
         rounds = self._config.real_to_integer == "round"
-        whole = nearest(value) if rounds else toward_zero(value)
+        whole = nearest(value) if rounds else math.trunc(value)
         if not fits_integer(whole):
             raise CommandError(self._config.overflow_alarm)
         return whole
@@ -277,9 +238,7 @@ def _weights(pallet: Pallet, work: int) -> Mapping[int, Fraction]:
     The corners 0 to 3 are weighted bilinearly in X and Y. The end in Z adds the vector from the
     first point with its own weight, so the weight of the first point is reduced by it.
 
-    Args:
-        pallet: Its work positions in X, Y and Z direction.
-        work: Number of the work position from 1; X counts first, then Y, then Z.
+    Work positions count from 1; X counts first, then Y, then Z.
 
     Returns:
         Weight by offset from the pallet's first point, without zero weights: 0 is the first work

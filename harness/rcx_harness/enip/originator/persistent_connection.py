@@ -10,25 +10,21 @@ from rcx_harness.enip.originator.opening import MasterLink, Opener, refusal_hint
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
 from structured_text.errors import InputError
 
-__all__ = ["WAITS", "KeptConnection"]
-
 WAITS = "packets have not come yet"
 
 
-class KeptConnection:
-    """One exclusive-owner connection, as long as there is an adapter.
+class PersistentConnection:
+    """An exclusive-owner connection that is opened again after every loss.
 
-    Reading and writing never wait. Whatever does (a connection is opened) is the opener's. Each new
-    connection begins with zeros: its first packet must ask for nothing.
+    Reading and writing never wait; the thread of the opener does all waiting. Each new connection
+    begins with zeros, because its first packet must not request anything.
 
     Args:
-        name: Of the adapter, in messages.
-        size: Bytes of each area.
-        connect: Makes the scanner; raises EnipError where the adapter is not there.
-        options: Those of the command that a remedy may name.
+        connect: Returns a new scanner; raises EnipError if the adapter does not answer.
+        options: Options of the command that a hint in a message may name.
 
     Attributes:
-        opener: Opens the connection, and anew what has been lost.
+        opener: Opens the connection, and opens it again after a loss.
     """
 
     def __init__(
@@ -66,10 +62,7 @@ class KeptConnection:
     def write(self, image: bytes, valid_us: int | None) -> None:
         """Set the data of the next packets.
 
-        Args:
-            image: The area to the adapter.
-            valid_us: The packets stop if `write` is not called again within this time [us]. None:
-                they never stop.
+        The packets stop if `write` is not called again within `valid_us`; None: they never stop.
         """
         with self._lock:
             if self._scanner is not None:
