@@ -19,7 +19,7 @@ from rcx_tools.docs.processes import processes
 from rcx_tools.library import library
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page"]
+__all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page", "tasks"]
 
 #: First line of every generated file of docs/reference/blocks.
 MARK = "<!-- generated from plc/lib, spec/ and docs/reference/blocks/snippets.toml by `make docs`"
@@ -146,6 +146,12 @@ def _full(section: str) -> str:
 def _alternatives() -> list[dict[str, str]]:
     table: list[dict[str, str]] = load_toml(FOLDER / "choices.toml")["choice"]
     return table
+
+
+def tasks() -> dict[str, list[str]]:
+    """Return the blocks for each task of a user."""
+    found: dict[str, list[str]] = load_toml(FOLDER / "tasks.toml")
+    return found
 
 
 def _choices(name: str) -> Iterator[str]:
