@@ -43,6 +43,8 @@ _WHOLE = "Complete program, stimulus, robot"
 def block_chart(name: str) -> str:
     """Return the timing chart of a block's example as SVG."""
     run = run_of(name)
+    if run.scaled:
+        return run.scaled.chart(CHART_MARK)
     begin, end, rest = svg_chart(run.timeline, name).partition("\n")
     return f"{begin}{end}{CHART_MARK}\n{rest}"
 
