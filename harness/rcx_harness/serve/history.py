@@ -72,9 +72,7 @@ class History:
         return [connection, *inputs, *outputs, code, status]
 
 
-def live_chart(
-    lanes: Sequence[Lane], now_us: int, seconds: float, width: int = _WIDE
-) -> str:
+def live_chart(lanes: Sequence[Lane], now_us: int, seconds: float, width: int = _WIDE) -> str:
     """Return the chart as SVG; the same lanes and times give the same text.
 
     Args:

@@ -1,8 +1,8 @@
 """The search of the site: the blocks that a user calls come first, internal blocks last.
 
-Zensical ranks a page by the field that matches (title, path, text), then by the place of the match.
-Pages that are equal keep the order of the index. This module writes the index in an order that suits
-our readers, and lets the search put internal blocks behind everything else.
+Zensical ranks a page by the field that matches (title, path, text), then by the place of the
+match. Pages that are equal keep the order of the index. This module writes the index in an order
+that suits our readers, and lets the search put internal blocks behind everything else.
 """
 
 from __future__ import annotations
@@ -95,7 +95,8 @@ def _placed(item: dict[str, Any], tasks: Mapping[str, Sequence[str]]) -> dict[st
     if item["title"] != name:
         return {**item, "path": ["Blocks", name]}
     fitting = [task for task, blocks in tasks.items() if name in blocks]
-    return {**item, "path": ["Internal blocks" if _is_internal(item["location"]) else "Blocks", *fitting]}
+    kind = "Internal blocks" if _is_internal(item["location"]) else "Blocks"
+    return {**item, "path": [kind, *fitting]}
 
 
 def _tier(location: str) -> tuple[int, int]:

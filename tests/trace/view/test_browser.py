@@ -260,9 +260,7 @@ def test_the_button_plays_the_run_and_pauses_it(browser: WebDriver, moving: Path
 
 
 @pytest.mark.parametrize("width", [400, 760])
-def test_a_narrow_page_begins_with_the_robot(
-    browser: WebDriver, moving: Path, width: int
-) -> None:
+def test_a_narrow_page_begins_with_the_robot(browser: WebDriver, moving: Path, width: int) -> None:
     """As in the playground, whose chart is narrow."""
     size = {"width": width, "height": 700, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
