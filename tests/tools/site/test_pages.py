@@ -51,6 +51,12 @@ def test_links_between_pages_and_to_sources_lead_to_pages(pages: dict[str, str])
     assert "[controller.py](controller.py.md)" in pages["harness/rcx_harness/robot/index.md"]
 
 
+def test_a_chart_leads_to_itself_in_its_own_size(pages: dict[str, str]) -> None:
+    chart = "charts/FB_MovePtp.svg"
+    page = pages["docs/reference/blocks/FB_MovePtp.md"]
+    assert f"[![Timing chart of the example]({chart})]({chart})" in page
+
+
 def test_every_block_with_an_example_has_its_playground(pages: dict[str, str]) -> None:
     for name in block_jobs():
         tries = re.findall(
