@@ -158,12 +158,11 @@ def tasks() -> dict[str, list[str]]:
 
 def _choices(name: str) -> Iterator[str]:
     """Yield a table that says when to use a block and each similar block."""
-    rows = {
-        other: text
-        for choice in _alternatives()
-        if name in choice
-        for other, text in ((name, choice[name]), *choice.items())
-    }
+    rows: dict[str, str] = {}
+    for choice in _alternatives():
+        if name in choice:
+            for other, text in ((name, choice[name]), *choice.items()):
+                rows.setdefault(other, text)  # the first choice says it in general
     if not rows:
         return
     yield "\n## When to use it\n\n| Block | It |\n|---|---|"
