@@ -37,6 +37,8 @@ _ZERO = {
     "DWORD": "16#00000000",
 }
 _DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8}
+#: Tests that run for each command block in turn.
+_OF_ALL_COMMANDS = ("tests/command/test_command_blocks.py",)
 _WHOLE = "Complete program, stimulus, robot"
 
 
@@ -98,7 +100,8 @@ def _facts(pou: Pou) -> Iterator[str]:
     yield "|---|---|"
     yield f"| Source | {_file(pou.file)} |"
     yield f"| Tests | {_tests(pou)} |"
-    yield f"| Run them | `.venv/bin/python -m pytest {' '.join(pou.tests)}` |"
+    only = f" -k {pou.name}" if pou.tests == _OF_ALL_COMMANDS else ""
+    yield f"| Run them | `.venv/bin/python -m pytest {' '.join(pou.tests)}{only}` |"
     block = library().blocks.get(pou.name)
     if pou.section:
         titles = [f"{one.title} command" for one in block.commands] if block else []
