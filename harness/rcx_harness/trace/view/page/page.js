@@ -190,8 +190,10 @@ class Page {
   }
 
   // The cursor goes along; where it leaves what is shown, the next part is shown.
-  #playedTo(t) {
+  #playedTo(now) {
     const { axis } = this.#chart;
+    const { end, step } = this.#table;
+    const t = now < end ? now - (now % step) : end; // as exact as the times that were recorded
     if (t < axis.from || t > axis.to) axis.show(t, t + axis.span);
     this.#chart.put(t);
   }
