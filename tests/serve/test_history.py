@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from xml.etree import ElementTree
 
+import pytest
+
 from rcx_harness.serve.history import History, live_chart
 from rcx_harness.serve.status import Change
 from rcx_harness.trace.chart import Lane
@@ -46,6 +48,20 @@ def test_the_chart_names_the_command() -> None:
     drawn = live_chart(history.lanes(), 1_000_000, 1.0)
     assert ">MovePtp R2<" in drawn
     assert ">0x0100<" in drawn
+
+
+@pytest.mark.parametrize(("width", "least"), [(344, 0.95), (1266, 0.7)])
+def test_the_waves_have_most_of_the_width(width: int, least: float) -> None:
+    """In a narrow chart the names stand above them."""
+    drawn = live_chart(History().lanes(), 1_000_000, 1.0, width)
+    box = re.search(r'viewBox="0 0 (\d+) (\d+)".* data-left="(\d+)" data-plot="(\d+)"', drawn)
+    assert box is not None
+    all_width, height, left, plot = map(int, box.groups())
+    assert (all_width, left + plot <= width) == (width, True)
+    assert plot >= least * width
+    rows = [float(y) for y in re.findall(r'<text x="20" y="([\d.]+)"', drawn)]
+    assert len(rows) == 23
+    assert max(rows) < height
 
 
 def test_old_changes_are_removed_except_for_the_state_they_left() -> None:

@@ -119,6 +119,7 @@ def test_the_emergency_stop_button_stops_and_is_seen_everywhere(
     page: Page, scanner: Scanner
 ) -> None:
     assert "connected: 127." in page.text("#connection")
+    page.find('[data-seconds="60"]').click()  # a slow machine draws it late
     page.until(lambda: page.wave("SO(00)"), "there is no chart")
     page.find("#stop").click()
     page.until(lambda: page.lamp("SO(00)") == "●", "SO(00) is not shown")

@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Iterator
 from importlib.resources import files
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -82,6 +83,25 @@ def test_the_chart_is_an_svg_of_the_last_seconds(client: WebClient) -> None:
         answer = client.get(f"/token/api/robots/0/chart.svg?seconds={text}")
         assert answer.status == 400
         assert answer.json["error"] == f"seconds={text} is not 1 to 60"
+    for text in ("-1", "1.5", "wide", ""):
+        answer = client.get(f"/token/api/robots/0/chart.svg?width={text}")
+        assert answer.status == 400
+        assert answer.json["error"] == f"width={text} is not a whole number of pixels"
+
+
+def test_a_report_has_the_way_since_the_last_one(hosts: list[ServedHost]) -> None:
+    """A sample every 20 ms while an axis moves, so that the page draws a smooth trail."""
+    served = hosts[0]
+    served.run(100)
+    positions = served.station.controller.positions
+    for k in range(1, 11):
+        positions[0] = 100 * k
+        served.run(20)
+    assert [pulses for _, pulses, *_ in served.way][-10:] == [100 * k for k in range(1, 11)]
+    times = [t_us for t_us, *_ in served.way][-10:]
+    assert {later - t_us for t_us, later in pairwise(times)} == {20_000}
+    served.run(100)
+    assert [t_us for t_us, *_ in served.way][-1] == times[-1], "it stands still"
 
 
 def test_an_event_by_post_happens_to_its_controller(client: WebClient) -> None:

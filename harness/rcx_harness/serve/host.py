@@ -30,6 +30,7 @@ STOP_S = 5.0
 _ANSWER_S = 5.0
 _LONGEST_LINE = 1 << 20
 _MOST_EVENTS = 5000
+_MOST_WAY = 100
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,7 @@ class Host:
         ended: Set when it has ended, unexpectedly or not.
         shapes: Geometry of its robots (`rcx_harness.robot.shape`).
         drawn: Number of changes of `shapes`.
+        way: Latest positions on the way, as in `Status.way`; the page asks often enough for all.
         failure: The part that has ended by itself, and how; empty as long as all run.
         events: Latest events that no reader has removed yet.
         silent: Its process stands still; its watchdog sets this.
@@ -81,6 +83,7 @@ class Host:
         self._folder = ""  # folder of the recording
         self.shapes: tuple[dict[str, Any], ...] = ()
         self.drawn = 0
+        self.way: deque[tuple[int, ...]] = deque(maxlen=_MOST_WAY)
         self.events: deque[Event] = deque(maxlen=_MOST_EVENTS)
         self.reports = 0
         self.silent = False
@@ -207,6 +210,7 @@ class Host:
         self.status = status
         self.reports += 1
         self.events += status.events
+        self.way += status.way
         if status.shapes:
             self.shapes, self.drawn = status.shapes, self.drawn + 1
         self.history.add(status.changes, status.t_us)

@@ -32,6 +32,8 @@ LINK_EVENTS = {
 _NO_ARGUMENTS = {"self", "event"}  # parameters of Controller.inject itself
 _KEPT = 20
 _MOST_CHANGES = 2000
+#: The way is sampled every 4 cycles, that is every 20 ms; a report has those of a second at most.
+_WAY_CYCLES, _MOST_WAY = 4, 50
 _SKIPS_MATTER_US = 200_000
 _NO_INPUTS = bytes(4)
 _DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
@@ -97,6 +99,8 @@ class Station:
         self._violations: deque[Note] = deque(maxlen=_KEPT)
         self._violation_count = 0
         self._changes: deque[Change] = deque(maxlen=_MOST_CHANGES)
+        self._way: deque[tuple[int, ...]] = deque(maxlen=_MOST_WAY)
+        self._last_place: tuple[int, ...] = ()
 
     def step(self, now_us: int, *, skipped: int = 0) -> None:
         """Run one controller cycle.
@@ -114,7 +118,19 @@ class Station:
         self._switch_link()
         self._network.look(now_us, self.begin_us)
         self._note_state()
+        if self._cycles % _WAY_CYCLES == 0:
+            self._note_way()
         self._watch()
+
+    def _pulses(self) -> tuple[int, ...]:
+        return tuple(int(value) for value in where(self.controller, "pulses"))
+
+    def _note_way(self) -> None:
+        """Sample the position, if an axis has moved."""
+        place = self._pulses()
+        if place != self._last_place:
+            self._last_place = place
+            self._way.append((self.now_us, *place))
 
     def happen(self, event: str, args: Mapping[str, int] | None = None) -> None:
         """Trigger one of EVENTS or LINK_EVENTS before the next cycle."""
@@ -182,6 +198,8 @@ class Station:
         self._network.note_drops(network, self.now_us)
         changes = tuple(self._changes)
         self._changes.clear()
+        way = tuple(self._way)
+        self._way.clear()
         return Status(
             t_us=self.now_us,
             cycles=self._cycles,
@@ -216,8 +234,9 @@ class Station:
             workpieces=tuple((k + 1, at) for k, at in sorted(self.controller.workpieces.items())),
             recording=self._recorder is not None,
             recorded=self._recorded,
-            positions=tuple(int(value) for value in where(self.controller, "pulses")),
+            positions=self._pulses(),
             mm=where(self.controller, "mm"),
+            way=way,
             poses=tuple(poses(self.controller)),
             shapes=self._shapes(),
             alarms=tuple(alarm_text(one.number) for one in self.controller.alarms.active),

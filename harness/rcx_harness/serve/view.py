@@ -94,6 +94,7 @@ def view(number: int, host: Host) -> dict[str, Any]:
         },
         "positions": list(status.positions),
         "mm": list(status.mm),
+        "way": [list(sample) for sample in host.way],
         "poses": list(status.poses),
         "drawn": host.drawn,
         "titles": axis_titles(host.shapes),

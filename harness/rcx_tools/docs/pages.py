@@ -113,15 +113,9 @@ def _blocks() -> Iterator[str]:
     yield "user's manual for RCX340 and RCX320, Ver. 1.31, and `guide` is a section of the remote"
     yield "command guide in the same document. `-` means that the block is this library's own.\n"
     yield "## I want to ...\n\n| Task | Blocks |\n|---|---|"
-    for task, names in _tasks().items():
+    for task, names in blocks.tasks().items():
         yield f"| {task} | {', '.join(map(_page_of, names))} |"
     yield from _table(internal=False)
-
-
-def _tasks() -> dict[str, list[str]]:
-    """Return the blocks for each task of a user."""
-    tasks: dict[str, list[str]] = load_toml(ROOT / "docs/reference/blocks/tasks.toml")
-    return tasks
 
 
 def _internal_blocks() -> Iterator[str]:

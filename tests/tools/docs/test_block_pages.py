@@ -123,6 +123,15 @@ def test_matiec_shows_the_same_chart_and_outputs(name: str) -> None:
     assert (other.lanes, other.outputs) == (run_of(name).lanes, run_of(name).outputs)
 
 
+def test_the_chart_of_pick_and_place_shows_stage_hand_and_motion() -> None:
+    """The hand closes between the stages to the source and to the target, and opens at the end."""
+    chart = (ROOT / "docs/reference/blocks/charts/FB_PickPlace.svg").read_text(encoding="utf-8")
+    for lane in ("Stage", "DO(20) hand closed", "Axis 1 [pulse]"):
+        assert f">{lane}</text>" in chart
+    stages = re.findall(r'<text class="b"[^>]*>([^<]+)<', chart)
+    assert [one for one in stages if one.startswith("to ")] == ["to source", "to target"]
+
+
 def test_a_movement_has_its_pins_with_unit_range_and_default() -> None:
     """Source: remote command guide 4.2.1, PTP designation."""
     page = _page("FB_MovePtp")

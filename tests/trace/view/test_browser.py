@@ -244,6 +244,34 @@ def test_resting_signals_are_shown_on_request(page: Page) -> None:
     assert page.run("document.getElementById('names').textContent.includes('SI(17)')")
 
 
+def test_the_button_plays_the_run_and_pauses_it(browser: WebDriver, moving: Path) -> None:
+    """The cursor goes along, and the robot with it; the recording of 0.5 s ends."""
+    page = Page(browser, moving)
+    assert page.text("#play") == "▶ Play"
+    page.run("document.getElementById('pace').value = '0.1'")
+    page.click("#play")
+    page.until(lambda: page.text("#when").startswith("at 0.0"))
+    assert "Pause" in page.text("#play")
+    page.press(" ")
+    page.until(lambda: page.text("#play") == "▶ Play")
+    page.run("document.getElementById('pace').value = '20'")
+    page.click("#play")
+    page.until(lambda: page.text("#a output") == "0.500 s" and page.text("#play") == "▶ Play")
+
+
+@pytest.mark.parametrize("width", [400, 760])
+def test_a_narrow_page_begins_with_the_robot(browser: WebDriver, moving: Path, width: int) -> None:
+    """As in the playground, whose chart is narrow."""
+    size = {"width": width, "height": 700, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        page = Page(browser, moving)
+        bottom = "document.querySelector('.rv').getBoundingClientRect().bottom"
+        assert page.run(bottom) <= 700
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 def test_light_and_dark_are_drawn_in_their_own_colours(page: Page) -> None:
     before = page.run("getComputedStyle(document.body).backgroundColor")
     assert page.painted() > 5

@@ -79,6 +79,22 @@ def test_telegrams_are_shown_in_plain_words() -> None:
     assert commands[0][1] == commands[2][1] == idle == "status reset"
 
 
+def test_the_end_of_a_command_stands_before_the_reset_of_the_same_scan() -> None:
+    """A scan reads the end status, then writes 0: cause and effect bear the same time.
+
+    The controller, in a cycle of its own, reads the command before it answers.
+
+    Source: manual chapter 4, 3; spec of the trace: the area read at the start of a scan.
+    """
+    move, ended = _area(words=(0x0001, 0x0004, 0, 50, 19)), _area(words=(0x0200,))
+    scans = [_scan(0), _scan(10_000, si=move), _scan(20_000, so=ended)]
+    page = _shown(*scans)
+    assert page.order() == ["Remote command", "Remote status", "Remote command"]
+    assert [t_us for t_us, _ in page.changes("Remote status")] == [-1, 20_000]
+    cycles = [Cycle(0, 0, _area(), _area()), Cycle(5_000, 1, move, ended)]
+    assert _shown(*cycles, by="rcx serve").order() == ["Remote command", "Remote status"]
+
+
 def test_broken_rules_have_their_text_and_the_section_of_the_manual() -> None:
     text = "plc, scan 1: interval: SI(06) ON only 10 ms after SI(00) ON; at least 100 ms"
     twice = [Violation(10_000, "interval", text)] * 2

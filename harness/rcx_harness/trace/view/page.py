@@ -29,6 +29,7 @@ SCRIPTS = (
     "chart.js",
     "robot.js",
     "robots.js",
+    "play.js",
     "page.js",
 )
 #: A number with more changes is drawn as a curve, and its changes are not events.
@@ -119,7 +120,9 @@ class View:
         kind = type(record)
         if kind not in sides:
             who = f"Controller {record.controller}: " if record.controller > 1 else ""
-            sides[kind] = Wire(self._lanes, who, plain=kind is Scan or self._only_cycles)
+            is_plc = kind is Scan
+            plain = is_plc or self._only_cycles
+            sides[kind] = Wire(self._lanes, who, plain=plain, reads_outputs_first=is_plc)
         return sides[kind]
 
     @property
