@@ -10,6 +10,19 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
+__all__ = [
+    "BLOCKS",
+    "VARIABLES",
+    "InputError",
+    "OutputError",
+    "UnreadError",
+    "Violation",
+    "did_you_mean",
+    "legible",
+    "near",
+    "refused",
+]
+
 try:  # the distribution that ships this package may define the names
     from structured_text_names import COMMAND as COMMAND
     from structured_text_names import DISTRIBUTION as DISTRIBUTION

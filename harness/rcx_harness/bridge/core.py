@@ -18,6 +18,19 @@ from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.units import format_us, format_word
 
+__all__ = [
+    "Actions",
+    "Bridge",
+    "Limits",
+    "Lost",
+    "PlcSeen",
+    "Registers",
+    "RobotSeen",
+    "State",
+    "area_of",
+    "words_of",
+]
+
 _LAST = 0xFFFF
 _AT_ONCE = 120
 """Registers of one request: Modbus allows 125 to be read and 123 to be written. Even, so that no

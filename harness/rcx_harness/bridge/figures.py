@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from rcx_harness.bridge.core import State
 from rcx_harness.enip.originator.scanner import ScannerStatistics
 
+__all__ = ["Figures", "Rate", "figures_text", "plc_text", "robot_text", "state_text"]
+
 _KEPT = 1000
 
 

@@ -20,6 +20,8 @@ from rcx_harness.bridge.figures import Figures
 from rcx_harness.bridge.plc import PlcError
 from rcx_harness.enip.cyclic.shared import now_us
 
+__all__ = ["Loop"]
+
 _RETRY_US = 500_000
 _VALID_GAPS = 2
 """The robot's packets end after so many of the longest gaps without anything new: the bridge's

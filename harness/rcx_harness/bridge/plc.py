@@ -12,6 +12,8 @@ from pymodbus.pdu import ExceptionResponse, ModbusPDU
 
 from rcx_harness.bridge.core import Registers
 
+__all__ = ["PlcError", "PlcLink"]
+
 _EXCEPTIONS = {
     1: "illegal function",
     2: "illegal data address",

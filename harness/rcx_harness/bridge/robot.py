@@ -5,6 +5,8 @@ from __future__ import annotations
 from rcx_harness.bridge.core import Lost, RobotSeen
 from rcx_harness.enip.originator.persistent_connection import PersistentConnection
 
+__all__ = ["RobotLink"]
+
 
 class RobotLink(PersistentConnection):
     """The exclusive-owner connection to the robot."""

@@ -28,6 +28,8 @@ from structured_text.errors import InputError
 from structured_text.output.system import fine_timers, told_to_end
 from structured_text.output.throttle import Throttle
 
+__all__ = ["BridgeOptions", "Running", "bridge", "news_lines"]
+
 _SHOW_EVERY_S = 0.25
 _FIGURES_EVERY_S = 5.0
 _KEEP_EVERY_S = 0.5

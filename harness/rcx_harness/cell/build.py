@@ -18,6 +18,8 @@ from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 from structured_text.output.units import whole
 
+__all__ = ["Areas", "Robots", "make_agenda", "make_link", "make_members", "make_robot", "several"]
+
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 

@@ -36,6 +36,8 @@ from structured_text.errors import InputError
 from structured_text.output.units import whole
 from structured_text.projects.sources import Files
 
+__all__ = ["EVENTS", "Cell", "CellTimeout"]
+
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 

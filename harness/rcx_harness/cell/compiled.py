@@ -8,6 +8,8 @@ from rcx_harness.watch.image_source import image_use
 from structured_text.bench import compiled
 from structured_text.projects.sources import SourceFiles
 
+__all__ = ["Compiled"]
+
 
 class Compiled(compiled.Compiled):
     """A compiled program with the findings about its sources and its use of the library."""

@@ -20,6 +20,8 @@ from structured_text.bench.agenda import Agenda
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
+__all__ = ["NAME", "Elsewhere", "FarLink"]
+
 #: The link of such a cell.
 NAME = "enip-connect"
 

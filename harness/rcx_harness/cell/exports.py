@@ -9,6 +9,8 @@ from rcx_harness.cell.sources import default_lib, library_names
 from structured_text.export import parts, targets
 from structured_text.export.output import Output
 
+__all__ = ["export", "sources_of"]
+
 
 def export(
     target: str,

@@ -12,6 +12,8 @@ from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, Located, Type
 
+__all__ = ["ArrayImage", "Image", "LocatedImage", "Slot", "find_image", "owner_of_areas"]
+
 _INPUT, _OUTPUT = "InputArea", "OutputArea"
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
 _BYTES = {"X": 0, "": 0, "B": 1, "W": 2, "D": 4, "L": 8}

@@ -16,6 +16,8 @@ from rcx_harness.cell.clock import Kind, Timing
 from rcx_harness.spec.wire import SIZE
 from structured_text.bench.agenda import Agenda
 
+__all__ = ["BOTH", "DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
+
 _TO_ROBOT, _TO_PLC = 0, 1
 #: To the robot, to the PLC.
 BOTH = (_TO_ROBOT, _TO_PLC)

@@ -22,6 +22,8 @@ from structured_text.errors import InputError
 from structured_text.output.system import fine_timers
 from structured_text.output.units import format_us
 
+__all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink"]
+
 #: A shorter delay is made up for; after a longer delay the cell's time is set back [us].
 _LATE_US = 5_000
 _LOOK_S = 0.01

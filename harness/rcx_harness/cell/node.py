@@ -20,6 +20,8 @@ from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.language.types import BlockType, ElementaryType
 
+__all__ = ["Member", "Node", "status_path"]
+
 Report = Callable[[Iterable[Violation]], None]
 
 

@@ -11,6 +11,8 @@ from structured_text.language.library import Names
 from structured_text.projects import sources
 from structured_text.projects.sources import Files, SourceFiles
 
+__all__ = ["blame_lib", "default_lib", "library_folder", "library_names", "source_files"]
+
 #: The file beside the folder of a library.
 _NAMES = "library.toml"
 _PACKAGE = Path(__file__).resolve().parents[1]

@@ -19,6 +19,8 @@ from structured_text.bench.stimulus import PLC, event_of, listed
 from structured_text.errors import InputError
 from structured_text.output.units import parse_us
 
+__all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text"]
+
 #: Value of `area` for the controller's own answer.
 ROBOT = "robot"
 #: Keys of an entry.

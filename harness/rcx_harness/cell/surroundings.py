@@ -13,6 +13,8 @@ from structured_text.bench.events import EVENTS as PLC_EVENTS
 from structured_text.bench.events import Event, checked, time_us
 from structured_text.errors import InputError
 
+__all__ = ["EVENTS", "OPPOSITES", "Surrounded", "befall", "check", "opposite"]
+
 _WAYS = {"both": BOTH, "robot": BOTH[:1], "plc": BOTH[1:]}
 _LONGEST_US = 60_000_000
 

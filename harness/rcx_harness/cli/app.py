@@ -13,6 +13,8 @@ from typer.core import TyperCommand, TyperGroup
 
 from structured_text.errors import InputError, OutputError, refused
 
+__all__ = ["COMMANDS", "OPTION_PANELS", "PANELS", "Later", "app", "main"]
+
 #: In the order of `rcx --help`: its panels, and in each the function of a command, by its module in
 #: this folder, and the first sentence of its docstring. An `EPILOG` of the module stands at the end
 #: of its help.

@@ -11,6 +11,8 @@ from rcx_harness.enip.originator.client import PORT
 from rcx_harness.spec.wire import SIZE
 from structured_text.errors import InputError
 
+__all__ = ["bridge"]
+
 _SHORTEST_US, _LONGEST_US = 1_000, 1_000_000
 
 

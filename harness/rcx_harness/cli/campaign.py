@@ -26,6 +26,8 @@ from rcx_harness.verify.storm.written import check_folder, command, file_name, f
 from structured_text.errors import InputError
 from structured_text.farm import Kept
 
+__all__ = ["VerifyOptions", "campaign", "write_replay"]
+
 
 @dataclass(frozen=True)
 class VerifyOptions(FarmOptions, CellOptions):

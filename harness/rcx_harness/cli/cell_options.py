@@ -16,6 +16,8 @@ from rcx_harness.cell import Cell
 from rcx_harness.cli.options import Lib, Replace, Sources, replacements
 from structured_text.bench.agenda import Duration
 
+__all__ = ["CellOptions"]
+
 
 @dataclass(frozen=True)
 class CellOptions:

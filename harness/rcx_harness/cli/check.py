@@ -20,6 +20,8 @@ from structured_text.language.portability import LintFinding, lint, unportable
 from structured_text.language.project import Project
 from structured_text.projects.sources import SourceFiles
 
+__all__ = ["check"]
+
 
 def check(
     files: Sources,

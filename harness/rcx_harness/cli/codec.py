@@ -15,6 +15,8 @@ from rcx_harness.spec.wire import ABNORMAL_END, STATUS_NAMES
 from structured_text.errors import InputError
 from structured_text.output.units import format_word
 
+__all__ = ["decode", "encode"]
+
 _WORDS = 16
 
 

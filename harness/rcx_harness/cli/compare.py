@@ -30,6 +30,8 @@ from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError, legible
 from structured_text.output.files import NewFiles, replace_files
 
+__all__ = ["compare"]
+
 #: First bytes of every JSON file of this command.
 _BEGINNING = '{\n  "begin_us": '
 

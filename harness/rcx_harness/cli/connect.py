@@ -13,6 +13,8 @@ from structured_text.errors import InputError
 from structured_text.output.throttle import Throttle
 from structured_text.output.units import format_us
 
+__all__ = ["Teller", "confirm", "no_connection"]
+
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 

@@ -33,6 +33,8 @@ from structured_text.debug.session import Launched, Session
 from structured_text.errors import InputError, did_you_mean
 from structured_text.output.files import replace_files
 
+__all__ = ["debug", "launched"]
+
 #: Told to a person who starts it in a terminal.
 _AT_A_TERMINAL = """\
 rcx debug waits for the requests of an editor (Debug Adapter Protocol) on standard input.

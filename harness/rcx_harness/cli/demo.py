@@ -11,6 +11,8 @@ from rcx_harness.cell.sources import default_lib
 from rcx_harness.cli.run import run
 from structured_text.projects.sources import st_files
 
+__all__ = ["demo"]
+
 _EXAMPLE = "01_power_up"
 
 

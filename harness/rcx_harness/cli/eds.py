@@ -13,6 +13,8 @@ from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.spec.wire import SIZE
 from structured_text.export.output import Output, write
 
+__all__ = ["eds"]
+
 
 def eds(
     file: Annotated[

@@ -19,6 +19,8 @@ from structured_text.errors import InputError
 from structured_text.output.console import quoted
 from structured_text.output.units import format_us
 
+__all__ = ["explore"]
+
 if TYPE_CHECKING:
     from rcx_harness.verify.explore.user import Explored, Settings
     from rcx_harness.verify.storm.demands import Demands

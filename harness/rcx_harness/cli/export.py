@@ -14,6 +14,8 @@ from structured_text.errors import legible
 from structured_text.export import TARGETS
 from structured_text.export.output import write_export
 
+__all__ = ["EPILOG", "export"]
+
 EPILOG = "Targets:\n\n" + "\n".join(f"- {name}: {one.about}" for name, one in TARGETS.items())
 
 

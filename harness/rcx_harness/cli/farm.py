@@ -13,6 +13,8 @@ from rcx_harness.verify.fingerprint import fingerprint
 from structured_text.errors import InputError
 from structured_text.farm import Cluster, Farm
 
+__all__ = ["MOST", "FarmOptions", "WorkersOrNone"]
+
 #: Upper limit of `--workers`, beyond the processors of any computer.
 MOST = 4096
 

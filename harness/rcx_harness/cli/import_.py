@@ -16,6 +16,8 @@ from structured_text.projects.open import read_project
 from structured_text.projects.sources import named_files
 from structured_text.projects.texts import st_texts
 
+__all__ = ["import_"]
+
 
 def import_(
     files: Annotated[

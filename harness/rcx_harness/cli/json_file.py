@@ -15,6 +15,8 @@ from structured_text.errors import InputError
 from structured_text.output.files import replace_files
 from structured_text.output.paths import real
 
+__all__ = ["JsonFile", "JsonOutput"]
+
 JsonFile = Annotated[
     Path | None,
     typer.Option(

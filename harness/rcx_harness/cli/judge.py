@@ -25,6 +25,8 @@ from structured_text.bench.outputs import check_outputs
 from structured_text.errors import legible
 from structured_text.output.files import replace_files
 
+__all__ = ["judge"]
+
 #: First bytes of every JSON file of this command.
 _BEGINNING = '{\n  "file": '
 

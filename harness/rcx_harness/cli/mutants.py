@@ -23,6 +23,8 @@ from structured_text.coverage.output import check_fail_under
 from structured_text.errors import InputError
 from structured_text.output.reading import check_file
 
+__all__ = ["mutants"]
+
 _BEGINNING = '{"mutants": '
 _SHOWN = 20
 _REASONS = Path("mutants.toml")

@@ -12,6 +12,8 @@ from rcx_harness.new import CI, new_project
 from rcx_harness.spec.wire import SIZE
 from structured_text.output.console import quoted
 
+__all__ = ["new"]
+
 _TRY = ("pytest", "rcx run plc --robot robot.toml --stimulus stimulus.toml --for 5s --show")
 _INSTALL = ("pip install pytest   # it is missing here; for CI see README.md", "pytest")
 

@@ -8,6 +8,8 @@ from rcx_harness.cell.stimulus import KEYS
 from structured_text.bench import stimulus
 from structured_text.errors import InputError
 
+__all__ = ["Stimulus", "refuse"]
+
 #: Options that say something of a robot, its network, or what is drawn for them.
 _OF_ROBOTS = (
     *("link", "size", "m", "n", "robot", "rpi", "jitter", "timeout", "phases", "on_loss"),

@@ -16,6 +16,23 @@ from structured_text.errors import InputError
 from structured_text.output.reading import check_file
 from structured_text.output.units import parse_us
 
+__all__ = [
+    "Lib",
+    "Replace",
+    "Sources",
+    "check_ipv4",
+    "check_port",
+    "config_data",
+    "config_instance",
+    "counted",
+    "duration_us",
+    "host_port",
+    "identity_revision",
+    "interval_us",
+    "replacements",
+    "with_options",
+]
+
 #: Most digits of a port or of the number of an instance.
 _DIGITS = 5
 

@@ -9,6 +9,8 @@ import tempfile
 import traceback
 from importlib.metadata import PackageNotFoundError, version
 
+__all__ = ["report"]
+
 _SHOWN = 200
 
 

@@ -33,6 +33,8 @@ from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.files import NewFiles
 
+__all__ = ["Action", "points"]
+
 _SAFETY = """\
 SAFETY. This program becomes the master of a real robot: disconnect the PLC from it first. All
 dedicated inputs stay OFF, SI(00) among them: the controller is in emergency stop while it works."""

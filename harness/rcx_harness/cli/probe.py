@@ -24,6 +24,8 @@ from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.files import NewFiles
 
+__all__ = ["probe"]
+
 _SAFETY = """\
 SAFETY. This program becomes the master of a real robot.
 - Disconnect the PLC from it first, and stay outside the fence. Nobody is inside.

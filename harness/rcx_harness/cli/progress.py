@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import Progress
 
+__all__ = ["progress_bar"]
+
 _PATIENCE_S = 2.0
 
 

@@ -17,6 +17,8 @@ from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import Lib, Replace, Sources, counted, duration_us, replacements
 from structured_text.errors import InputError
 
+__all__ = ["prove"]
+
 if TYPE_CHECKING:
     from structured_text.prove.user import Result
 

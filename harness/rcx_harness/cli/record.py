@@ -17,6 +17,8 @@ from structured_text.errors import InputError
 from structured_text.output import programs
 from structured_text.output.system import told_to_end
 
+__all__ = ["record"]
+
 #: Programs that capture, in the order of preference; they share the options that are used here.
 _TOOLS = ("dumpcap", "tshark")
 _INSTALL = "install Wireshark, whose tools dumpcap or tshark capture (Debian: apt install tshark)"

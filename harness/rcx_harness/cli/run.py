@@ -55,6 +55,8 @@ from structured_text.output.files import replace_files
 from structured_text.output.units import format_us, parse_us
 from structured_text.projects.sources import SourceFiles
 
+__all__ = ["EPILOG", "RunOptions", "run"]
+
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
     from structured_text.coverage.output import Outcome

@@ -19,6 +19,8 @@ from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError
 
+__all__ = ["scan"]
+
 
 def scan(
     host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],

@@ -21,6 +21,8 @@ from rcx_harness.spec.wire import check_size
 from structured_text.bench.outputs import check_outputs
 from structured_text.errors import InputError
 
+__all__ = ["serve"]
+
 #: Address of the web page (serve/guard.py).
 _WEB_HOST = "127.0.0.1"
 

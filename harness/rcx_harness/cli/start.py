@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 import sys  # more here would take time in which Ctrl-C shows where the imports are
 
+__all__ = ["INTERRUPTED", "main"]
+
 #: Exit code after Ctrl-C, as shells give it.
 INTERRUPTED = 130
 _OWN_ERROR = 3

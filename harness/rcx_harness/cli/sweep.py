@@ -20,6 +20,8 @@ from rcx_harness.verify.storm.sweep import Inject, Shown, Sweep, injects, pieces
 from rcx_harness.verify.storm.written import check_folder, file_name
 from structured_text.errors import InputError
 
+__all__ = ["sweep"]
+
 #: First bytes of every JSON file of this command.
 _BEGINNING = '{"inject": '
 _AFTER_US = 1_000_000

@@ -18,6 +18,8 @@ from structured_text.errors import InputError
 from structured_text.output.files import replace_files
 from structured_text.output.paths import real
 
+__all__ = ["view"]
+
 
 def view(
     file: Annotated[Path, typer.Argument(help="A trace (jsonl) or a capture (pcapng, pcap).")],

@@ -23,6 +23,8 @@ from typing import IO, Any, Literal
 from rcx_harness.enip.errors import ProcessDiedError
 from structured_text.output import system
 
+__all__ = ["Child", "be_punctual", "how_ended", "run", "tell"]
+
 _STOP_S, _WAIT_S = 5.0, 1.0
 _is_child = False
 

@@ -16,6 +16,8 @@ from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.enip.target.connection_manager import MAX_CYCLIC, MAX_EXPLICIT
 from rcx_harness.spec.wire import EXTENDED_SIZE, SIZE, TO_MASTER, TO_ROBOT, check_size
 
+__all__ = ["eds_text"]
+
 _USUAL_RPI_US = 10_000
 
 #: Edition of the text below and its date: the sheet says the same whenever it is written.

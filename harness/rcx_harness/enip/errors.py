@@ -5,6 +5,8 @@ from __future__ import annotations
 from rcx_harness.enip.codec.cip import Status, extended_text, status_text
 from structured_text.errors import InputError
 
+__all__ = ["CipError", "EnipError", "ProcessDiedError"]
+
 
 class EnipError(InputError):
     """The EtherNet/IP exchange failed: no connection, no answer in time, or not an answer."""

@@ -17,6 +17,8 @@ from rcx_harness.enip.originator.scanner import Scanner
 from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.spec.wire import SIZE, TO_MASTER, TO_ROBOT
 
+__all__ = ["Class1Link", "LockstepLink"]
+
 
 class _Link:
     """The common part of both links: the robot's end uses the adapter's memory."""

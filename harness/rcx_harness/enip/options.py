@@ -11,6 +11,8 @@ from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
+__all__ = ["AdapterOptions", "Identity"]
+
 
 @dataclass(frozen=True)
 class Identity:

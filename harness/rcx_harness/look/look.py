@@ -28,6 +28,8 @@ from rcx_harness.trace import Scan, Trace
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
+__all__ = ["ScanOptions", "output_image", "scan"]
+
 _IDENTITY = encode_path(ClassId.IDENTITY, 1)
 _LOOK_S = 0.01
 _WRITE = "write SI00=1, SI(20)=1 or SIW(2)=5"

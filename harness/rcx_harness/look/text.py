@@ -11,6 +11,15 @@ from rcx_harness.spec.wire import DEDICATED_AT, READY, RESERVED_AT, SIZE
 from structured_text.output.console import escaped
 from structured_text.output.units import format_word
 
+__all__ = [
+    "area_lines",
+    "byte_change_lines",
+    "byte_lines",
+    "change_lines",
+    "identity_lines",
+    "telegram_lines",
+]
+
 _WORDS = struct.Struct("<16H")
 _FREE_BITS = range(DEDICATED_AT + 2, RESERVED_AT)
 _IDENTITY = struct.Struct("<HHHBBHI")

@@ -14,6 +14,8 @@ from rcx_harness.trace import CutOffError, Record, Violation, read_trace
 from rcx_harness.trace.view.page import View
 from structured_text.errors import InputError
 
+__all__ = ["Seen", "view_file"]
+
 
 @dataclass(frozen=True)
 class Seen:

@@ -7,6 +7,16 @@ from dataclasses import dataclass
 
 from rcx_harness.spec import FieldValue
 
+__all__ = [
+    "EMERGENCY_STOP",
+    "SOFT_LIMIT",
+    "STOP",
+    "ActiveAlarm",
+    "AlarmList",
+    "CommandError",
+    "Place",
+]
+
 EMERGENCY_STOP = "12.600"
 STOP = "12.400"
 SOFT_LIMIT = "2.334"

@@ -11,6 +11,20 @@ from rcx_harness.spec import Signal, signals
 from rcx_harness.spec.wire import DEDICATED_AT
 from structured_text.errors import InputError
 
+__all__ = [
+    "DEDICATED",
+    "INPUTS",
+    "OUTPUTS",
+    "RESERVED",
+    "WORDS_AT_REST",
+    "Overlay",
+    "build_area",
+    "dedicated_word",
+    "input_words",
+    "mask_of",
+    "reserved_bytes_of",
+]
+
 _WORDS = struct.Struct("<16H")
 _DEDICATED_WORDS = struct.Struct("<2H")
 

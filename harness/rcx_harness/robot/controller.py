@@ -27,6 +27,8 @@ from rcx_harness.robot.stored import Point, fits_integer
 from rcx_harness.robot.tasks import Programs
 from structured_text.errors import InputError, Violation
 
+__all__ = ["Controller"]
+
 
 class _State:
     """The complete changing state of a controller; a deep copy of it is a snapshot."""

@@ -24,6 +24,8 @@ from rcx_harness.robot.stored import (
     variable_number,
 )
 
+__all__ = ["Memory", "Variables", "is_real"]
+
 #: Values as delivered; the manual gives none.
 _DEFAULTS = {
     "WEIGHTG": 0,

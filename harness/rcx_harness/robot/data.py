@@ -12,6 +12,8 @@ from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.stored import HIGH_WORD, QUANTITIES_OF_AXIS
 from rcx_harness.spec.wire import EXTENDED_SIZE
 
+__all__ = ["Data", "Definition"]
+
 _CENTURY = 2000  # only the lower two digits of a year go over the wire
 _HIGHEST_OF_RATED = 1000
 _S = 1_000_000  # [us]

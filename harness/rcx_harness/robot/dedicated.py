@@ -12,6 +12,8 @@ from rcx_harness.robot.findings import Findings
 from rcx_harness.spec import Signal, signals
 from structured_text.output.units import format_us
 
+__all__ = ["DedicatedInputs"]
+
 _STOPS = INPUTS["SI00"] | INPUTS["SI06"]
 _BY_MASK: dict[int, Signal] = {INPUTS[signal.short]: signal for signal in signals().input}
 

@@ -12,6 +12,8 @@ from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port as port_by_name
 from structured_text.errors import InputError
 
+__all__ = ["EVENTS", "happen"]
+
 
 def _alarm(machine: Machine, group: int = 99, category: int = 999) -> None:
     number = f"{group}.{category}"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from structured_text.errors import Violation
 
+__all__ = ["Findings"]
+
 
 class Findings:
     """All violations in order of time; `drain` returns each of them once."""

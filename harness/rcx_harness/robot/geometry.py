@@ -15,6 +15,8 @@ from typing import Protocol
 
 from rcx_harness.robot.kinematics import CARTESIAN, Kinematics
 
+__all__ = ["Arc", "Curve", "Frame", "Line"]
+
 _X, _Y, _R = 0, 1, 3
 _NONE = (0.0, 0.0, 0.0, 0.0)
 _XYZ = 3

@@ -23,6 +23,8 @@ from rcx_harness.spec import Command, commands
 from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, RUN
 from structured_text.output.units import format_word
 
+__all__ = ["Handshake", "Kind", "Phase", "Words"]
+
 Words = tuple[int, ...]
 
 _ROBOT, _AXIS = 0, 1  # kind and detail of a Place

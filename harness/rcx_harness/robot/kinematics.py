@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+__all__ = ["CARTESIAN", "Kinematics", "Scara", "UnreachableError"]
+
 _X, _Y, _Z, _R = range(4)
 _UNIT = 1000.0  # of a degree
 _HALF_TURN, _TURN = 180 * _UNIT, 360 * _UNIT

@@ -20,6 +20,8 @@ from rcx_harness.robot.ports import Ports
 from rcx_harness.robot.stored import Point
 from rcx_harness.robot.tasks import Programs
 
+__all__ = ["Machine"]
+
 
 class Machine:
     """The state of one robot controller; see RobotConfig for its properties.

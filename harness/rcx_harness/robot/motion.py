@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.paths import Path
 
+__all__ = ["Motion", "Movement", "OriginRun", "Origins"]
+
 _ABSOLUTE = ("absolute",)
 _OTHERS = ("incremental", "semi_absolute")
 

@@ -19,6 +19,21 @@ from rcx_harness.robot.arm import Arm
 from rcx_harness.robot.geometry import Arc, Curve, Frame, Line
 from rcx_harness.robot.schedule import AxisLimits, Schedule
 
+__all__ = [
+    "Arch",
+    "ArchPath",
+    "AxisMove",
+    "CurvePath",
+    "Pace",
+    "Path",
+    "Profile",
+    "PtpPath",
+    "plan_arc",
+    "plan_arch",
+    "plan_line",
+    "plan_ptp",
+]
+
 _TURNING_SAMPLES = 256  # parts of a line on which the hand or an arm turns
 
 

@@ -9,6 +9,8 @@ from functools import cache
 from rcx_harness.spec.wire import DEDICATED_AT
 from structured_text.errors import InputError
 
+__all__ = ["Port", "Ports", "port", "port_of"]
+
 _LAST_PORT = 0o15  # the language has ports up to 27, this board takes them up to 15
 _FIRST_FREE = 2  # ports 0 and 1 are dedicated, as are words 0 and 1
 _WORDS = range(_FIRST_FREE, 16)

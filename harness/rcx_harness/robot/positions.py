@@ -8,6 +8,8 @@ from rcx_harness.robot.controller import Controller
 from rcx_harness.robot.stored import ROBOTS
 from structured_text.errors import InputError
 
+__all__ = ["axes_of", "where"]
+
 _PULSES, _MM = "pulses", "mm"
 #: Coordinates of a robot (robot/geometry.py); rotations are in degrees.
 _COORDINATES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "axis 6 [mm, deg]")

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
+__all__ = ["AxisLimits", "Schedule"]
+
 
 @dataclass(frozen=True)
 class AxisLimits:

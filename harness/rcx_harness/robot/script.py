@@ -23,6 +23,8 @@ from typing import Protocol
 from rcx_harness.robot.ports import Port, Ports, port
 from structured_text.errors import InputError
 
+__all__ = ["Delay", "End", "Gosub", "Return", "ScriptStep", "TaskStep", "Wait", "World", "script"]
+
 _LABEL = r"\*[A-Z][A-Z0-9_]*"
 _VARIABLE = r"[A-Z][A-Z0-9_]*[%!]?"
 _NUMBER = r"-?\d+|&H[0-9A-F]+"

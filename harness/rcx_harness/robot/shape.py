@@ -15,6 +15,8 @@ from rcx_harness.robot.controller import Controller
 from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.stored import ROBOTS, Point
 
+__all__ = ["MOST_POINTS", "poses", "shapes"]
+
 #: Limit of drawn points per robot, and of drawn work positions of all pallets.
 MOST_POINTS = 300
 _UNIT = 1000

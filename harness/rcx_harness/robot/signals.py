@@ -10,6 +10,16 @@ from rcx_harness.robot.alarms import STOP
 from rcx_harness.robot.area import OUTPUTS
 from rcx_harness.robot.machine import Machine
 
+__all__ = [
+    "REQUESTS",
+    "Led",
+    "dedicated_outputs",
+    "lose_link",
+    "module_led",
+    "network_led",
+    "regain_link",
+]
+
 _SHOWN = ("SO00", "SO01", "SO02", "SO03", "SO04", "SO10", "SO11", "SO12", "SO13", "SO14", "SO15")
 _MASKS = tuple(OUTPUTS[name] for name in _SHOWN)
 

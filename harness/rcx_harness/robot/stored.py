@@ -12,6 +12,32 @@ from functools import lru_cache
 
 from rcx_harness.spec import command
 
+__all__ = [
+    "AXES",
+    "COUNTS",
+    "EXAMPLE_POINTS",
+    "FIRST_REAL",
+    "HIGH_WORD",
+    "PALLET_POINTS",
+    "QUANTITIES",
+    "QUANTITIES_OF_AXIS",
+    "ROBOTS",
+    "ROBOT_PARAMETERS",
+    "VARIABLES",
+    "Hand",
+    "Pallet",
+    "Point",
+    "Shift",
+    "fits_integer",
+    "from_bits",
+    "nearest",
+    "parameter_names",
+    "parameter_ranges",
+    "single",
+    "to_bits",
+    "variable_number",
+]
+
 AXES = 6
 ROBOTS = 4
 #: Number of each kind of data; they are numbered from 0 (guide, 4.3).

@@ -13,6 +13,8 @@ from rcx_harness.robot.config import RobotConfig, RobotProgram
 from rcx_harness.robot.ports import Port, Ports
 from rcx_harness.robot.script import Delay, End, Gosub, Return, ScriptStep, TaskStep, Wait, script
 
+__all__ = ["TASKS", "Programs", "RobotTask"]
+
 #: Numbers of the tasks.
 TASKS = range(1, 17)
 #: Modes of a start: run without limit, one line, or one line with its subroutine.

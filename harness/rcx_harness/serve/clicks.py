@@ -8,6 +8,8 @@ from typing import Any
 
 from rcx_harness.cell.stimulus import Entry, stimulus_text
 
+__all__ = ["MOST", "Clicks", "entry_of"]
+
 #: Maximum number of recorded actions. The latest ones count.
 MOST = 10_000
 

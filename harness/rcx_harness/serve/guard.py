@@ -15,6 +15,8 @@ from aiohttp.http_exceptions import HttpProcessingError
 
 from structured_text.errors import InputError
 
+__all__ = ["WEB_HOST", "TokenServer", "add_files", "guarded", "read_message"]
+
 WEB_HOST = "127.0.0.1"
 """A page is for this machine only."""
 

@@ -10,6 +10,8 @@ from rcx_harness.spec import command_name, signals
 from rcx_harness.trace.chart import Lane
 from rcx_harness.trace.chart_svg import COLOURS, STYLE, Look, Scale, draw_lane, rule, text
 
+__all__ = ["History", "live_chart"]
+
 _SKIPPED = 30  # a change has bytes 0, 1, 32 and 33 of the area
 
 _ROW, _TOP = 22, 28
@@ -72,8 +74,8 @@ class History:
 def live_chart(lanes: Sequence[Lane], now_us: int, seconds: float, width: int = _WIDE) -> str:
     """Return the chart as SVG; the same lanes and times give the same text.
 
-    The lanes are drawn from top to bottom; `now_us` is the time at the right end. In a chart that is
-    narrow (`width` in px), the names stand above the waves.
+    The lanes are drawn from top to bottom; `now_us` is the time at the right end. In a narrow chart
+    (`width` in px) the names stand above the waves.
     """
     is_narrow = width < _NARROW
     left, high = (4, _ROW + _NAME_ROW) if is_narrow else (_NAMES, _ROW)

@@ -24,6 +24,8 @@ from rcx_harness.serve.status import Event, Status
 from structured_text.errors import InputError
 from structured_text.output import system
 
+__all__ = ["MODULE", "STOP_S", "Host", "Settings"]
+
 #: Module that the child process runs; and the time for it to end before it is killed [s].
 MODULE = "rcx_harness.serve.station_process"
 STOP_S = 5.0

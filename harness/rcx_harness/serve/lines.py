@@ -9,6 +9,8 @@ from rcx_harness.serve.host import Host
 from rcx_harness.serve.status import Event
 from structured_text.output.throttle import Throttle
 
+__all__ = ["Lines"]
+
 #: A master that is refused comes again every few seconds: the same sentence passes once, and then
 #: it is counted. This is the maximum number of different sentences.
 _REFUSALS = 50

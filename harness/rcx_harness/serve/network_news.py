@@ -11,6 +11,8 @@ from rcx_harness.enip.cyclic.shared import Drop, Status, Word, drops_text
 from rcx_harness.serve.news import News, event_text
 from rcx_harness.serve.watchdog import Watchdog
 
+__all__ = ["DROPS_EVERY_US", "NetworkJournals", "NetworkNews"]
+
 DROPS_EVERY_US = 5_000_000
 """Dropped packets are told at most so often."""
 

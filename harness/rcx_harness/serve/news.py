@@ -9,6 +9,8 @@ from rcx_harness.enip.cyclic.journal import ConnectionEvent
 from rcx_harness.serve.status import Event
 from structured_text.output.units import format_us
 
+__all__ = ["News", "event_text", "intervals_text"]
+
 _MOST = 500
 _OWNER = {
     "waiting": "a master has opened the connection",

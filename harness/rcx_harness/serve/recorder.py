@@ -12,6 +12,8 @@ from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Cycle, Trace
 from structured_text.errors import Violation
 
+__all__ = ["MOST_CYCLES", "Recorder"]
+
 #: Number of cycles after which a recording ends: an hour of continuous motion.
 MOST_CYCLES = 720_000
 _UNIT = "mm"

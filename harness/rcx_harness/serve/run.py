@@ -16,6 +16,8 @@ from rcx_harness.serve.stalls import Stalls
 from structured_text.errors import InputError
 from structured_text.output.system import told_to_end
 
+__all__ = ["serve", "warnings"]
+
 if TYPE_CHECKING:
     from rcx_harness.serve.web import WebServer
 

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from rcx_harness.serve.host import Host
 from rcx_harness.serve.watchdog import LIMIT_US, Watchdog
 
+__all__ = ["Stalls"]
+
 
 class Stalls:
     """A monitor that reports processes of the controllers that stand still or go on again."""

@@ -23,6 +23,8 @@ from rcx_harness.spec.wire import DEDICATED_AT, ENDS
 from rcx_harness.trace import Cycle, Trace
 from structured_text.errors import InputError
 
+__all__ = ["LINK_EVENTS", "Images", "Station"]
+
 #: Events of the network, in addition to those of the controller.
 LINK_EVENTS = {
     "link_down": "pull the network cable",

@@ -31,6 +31,8 @@ from rcx_harness.spec.wire import CYCLE_US
 from rcx_harness.trace import Trace
 from structured_text.errors import InputError
 
+__all__ = ["REPORT_CYCLES", "Channel", "Pace", "main", "run"]
+
 
 class Pace:
     """A fixed grid of cycles on a monotonic clock.

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+__all__ = ["Change", "CommandNote", "Connection", "Event", "Note", "Status"]
+
 
 @dataclass(frozen=True)
 class Change:

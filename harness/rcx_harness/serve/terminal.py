@@ -16,6 +16,8 @@ from rcx_harness.serve.host import Host
 from rcx_harness.serve.view import view
 from structured_text.output.console import draws
 
+__all__ = ["screen", "show"]
+
 _STYLES = {"green": "bold green", "red": "bold red", "off": "dim"}
 _FULL_HEIGHT = 23  # lines of a controller with all its dedicated bits
 _COMMANDS = 3

@@ -12,6 +12,8 @@ from rcx_harness.serve.status import Note, Status
 from rcx_harness.spec import Signal, signals
 from rcx_harness.spec.wire import DEDICATED_AT
 
+__all__ = ["LED_MEANINGS", "connection_text", "view"]
+
 #: The manual's words for the LEDs (chapter 1, 3): Module Status, then Network Status.
 LED_MEANINGS = {
     "module": {

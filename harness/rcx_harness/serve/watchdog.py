@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import Enum
 
+__all__ = ["LIMIT_US", "Watchdog"]
+
 LIMIT_US = 2_000_000
 """A process that has not shown its life for so long stands still; each does so every 0.3 s."""
 

@@ -17,6 +17,8 @@ from rcx_harness.serve.host import Host
 from rcx_harness.serve.view import view
 from structured_text.errors import InputError
 
+__all__ = ["FILES", "WebServer", "application"]
+
 _OWN, _VIEW = "rcx_harness.serve", "rcx_harness.trace.view"
 _SCRIPT = "text/javascript"
 #: Static files: path, package and file of its folder `page`, its type.

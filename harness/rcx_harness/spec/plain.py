@@ -8,6 +8,8 @@ from rcx_harness import spec
 from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, RUN
 from structured_text.output.units import format_word
 
+__all__ = ["alarm_name", "alarm_text", "request_text", "response_text"]
+
 _LONGEST = 160
 
 

@@ -16,6 +16,8 @@ from rcx_harness.spec.tables import folder
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
+__all__ = ["Joint", "Law", "RobotModel", "law", "robot_models"]
+
 _X, _Y, _Z, _R = range(4)
 
 

@@ -9,6 +9,8 @@ from rcx_harness.spec.tables import folder
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
+__all__ = ["BASES", "Rule", "rules"]
+
 #: The kinds of evidence for a rule, the most certain first.
 BASES = ("manual", "public", "measured", "assumed")
 

@@ -17,6 +17,20 @@ from rcx_harness.spec.telegram import Command, Field, Product
 from structured_text.errors import InputError, did_you_mean
 from structured_text.output.toml_files import load_toml
 
+__all__ = [
+    "Alarm",
+    "Signal",
+    "Signals",
+    "alarms",
+    "command",
+    "command_name",
+    "commands",
+    "folder",
+    "public_alarms",
+    "signals",
+    "whole_number",
+]
+
 _T = TypeVar("_T")
 
 

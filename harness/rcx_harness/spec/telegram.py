@@ -16,6 +16,8 @@ from typing import Any, cast
 from structured_text.errors import InputError, did_you_mean
 from structured_text.output.units import format_word
 
+__all__ = ["WORDS", "Command", "Field", "FieldValue", "Product", "intervals"]
+
 #: A number, a tuple of numbers (at most the field's count), or a text.
 FieldValue = int | float | str | tuple[int, ...] | tuple[float, ...]
 

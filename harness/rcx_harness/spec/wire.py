@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from structured_text.errors import InputError
 
+__all__ = ["AREA_SIZES", "CYCLE_US", "ENDS", "STATUS_NAMES", "check_size"]
+
 SIZE, EXTENDED_SIZE = 48, 256
 """Bytes of each area: by default, and with "SIOW extension" valid (manual chapter 1, 4)."""
 AREA_SIZES = (SIZE, EXTENDED_SIZE)

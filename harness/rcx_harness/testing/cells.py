@@ -31,6 +31,8 @@ from structured_text.errors import InputError
 from structured_text.output.units import format_us
 from structured_text.testing.settings import project
 
+__all__ = ["Build", "Cells", "folder_of", "shorten"]
+
 #: Type of `rcx_build`: takes options of a cell and returns the cell.
 Build = Callable[..., Cell]
 

@@ -20,6 +20,8 @@ from structured_text.output.files import replace_files
 from structured_text.output.toml_files import load_toml
 from structured_text.output.units import format_us
 
+__all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
+
 _SECOND_US = 1_000_000
 #: A chart covers more than the last second if it would show fewer changes than this.
 _FEWEST = 6

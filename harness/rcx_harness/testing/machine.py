@@ -31,6 +31,8 @@ from rcx_harness.verify.storm.replay import replay_of
 from rcx_harness.verify.storm.storms import Failure
 from rcx_harness.verify.storm.written import write
 
+__all__ = ["CellMachine", "bound"]
+
 #: Faults without a duration.
 _AT_ONCE = ("power_cycle", "alarm", "plc_overrun")
 _HELD_MS = st.sampled_from((10, 20, 50, 100, 200, 500, 1000, 3000))

@@ -20,6 +20,8 @@ from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.demands import Demands
 from structured_text.testing.settings import project
 
+__all__ = ["run_machine"]
+
 _QUIET = (HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much)
 
 

@@ -20,6 +20,8 @@ from structured_text.errors import InputError, did_you_mean, near
 from structured_text.output.units import parse_us
 from structured_text.testing.settings import is_on, project
 
+__all__ = ["RULES", "artifacts", "check_settings", "header", "known", "settings_of", "wrong_marker"]
+
 #: Arguments of the marker and of `rcx_build`: those of `Cell.build`, with `sources` instead of
 #: `program`.
 _INSIDE = ("program", "trace", "keep", "through")

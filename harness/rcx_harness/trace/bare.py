@@ -8,6 +8,8 @@ from typing import Any
 from rcx_harness.trace.records import Record, Scan
 from structured_text.bench.samples import Sample
 
+__all__ = ["heard"]
+
 
 def heard(take: Callable[[Record], None]) -> Callable[[Any], None]:
     """Return a listener for the records of a bench that passes them on as records of a cell.

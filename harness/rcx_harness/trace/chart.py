@@ -24,6 +24,21 @@ from structured_text.errors import Violation
 from structured_text.language.displayed import Changed, value_text
 from structured_text.language.types import ElementaryType, Type
 
+__all__ = [
+    "LONGEST_TEXT",
+    "MOST_INSTANTS",
+    "NOTHING",
+    "Band",
+    "Glyphs",
+    "Lane",
+    "Timeline",
+    "column_widths",
+    "glyphs",
+    "name_width",
+    "text_chart",
+    "time_labels",
+]
+
 #: Limit of instants in a chart, to keep it readable; a wave file has all of them.
 MOST_INSTANTS = 400
 

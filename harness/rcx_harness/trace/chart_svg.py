@@ -23,6 +23,20 @@ from rcx_harness.trace.chart import (
     time_labels,
 )
 
+__all__ = [
+    "COLOURS",
+    "CURVE",
+    "STYLE",
+    "Columns",
+    "Look",
+    "Scale",
+    "document",
+    "draw_lane",
+    "rule",
+    "svg_chart",
+    "text",
+]
+
 #: Height of a curve in pixels.
 CURVE = 40
 

@@ -14,6 +14,8 @@ from structured_text.engines.base import Program
 from structured_text.language.types import BlockType, ElementaryType
 from structured_text.output.toml_files import load_toml
 
+__all__ = ["named", "of_alarms", "of_errors", "shown_errors", "unanswered"]
+
 _SIGNAL = re.compile(r"\bS[IO]\(\d\d\)")
 _WORD = ElementaryType("WORD")
 

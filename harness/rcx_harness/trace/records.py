@@ -18,6 +18,8 @@ from structured_text.language.displayed import literal
 from structured_text.output.limits import MOST_LINE_BYTES, MOST_TRACE_US, TRACE
 from structured_text.output.reading import open_file
 
+__all__ = ["CutOffError", "Cycle", "Record", "Scan", "Trace", "read_trace"]
+
 
 class Scan(NamedTuple):
     """One PLC scan: the area read at its start, the area written at its end."""

@@ -14,6 +14,8 @@ from typing import Any
 from rcx_harness.trace.chart import NOTHING, Glyphs, Lane, Timeline, glyphs, name_width, time_labels
 from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, draw_lane, rule, text
 
+__all__ = ["scaled_svg", "scaled_text"]
+
 #: Number of lines of a chart without a chosen scale; limit of drawn lines.
 _LINES, _MOST_LINES = 6, 100
 _MS, _S, _MIN = 1_000, 1_000_000, 60_000_000

@@ -22,6 +22,8 @@ from structured_text.language.displayed import Changed, Part, value_text
 from structured_text.language.types import ElementaryType, Type
 from structured_text.output.files import OutputFile
 
+__all__ = ["Wave"]
+
 _WORDS = 16
 #: Bits of the elementary types of whole numbers; negative numbers are in two's complement.
 _BITS = {

@@ -10,6 +10,8 @@ from rcx_harness.cell.sources import default_lib
 from rcx_harness.spec import folder as spec_folder
 from structured_text.farm import fingerprint as toolkit
 
+__all__ = ["fingerprint"]
+
 _PACKAGE = Path(__file__).parents[1]
 
 

@@ -34,6 +34,18 @@ from structured_text.language.displayed import value_text
 from structured_text.output.toml_files import check_keys, line_of
 from structured_text.output.units import format_us, parse_us
 
+__all__ = [
+    "Declared",
+    "Followed",
+    "Judge",
+    "always",
+    "declared_in",
+    "eventually",
+    "followed",
+    "from_python",
+    "judge_run",
+]
+
 #: A property in Python: a function of the cell that is called after each scan.
 Asked = Callable[[Any], object]
 

@@ -16,6 +16,8 @@ from structured_text.language.displayed import value_text
 from structured_text.output.toml_files import check_keys
 from structured_text.output.units import format_us, parse_us
 
+__all__ = ["NotRecoveredError", "Operator", "Recovery", "recovery_of"]
+
 _PRESSED_US = 100_000
 #: Causes are gone when every controller is back. This takes at most this time [us].
 _BACK_US = 20_000_000

@@ -18,6 +18,8 @@ from structured_text.bench.stimulus import Stimulus as PlcStimulus
 from structured_text.output.files import replace_files
 from structured_text.output.replays import MARK, check
 
+__all__ = ["replayed"]
+
 _Made = TypeVar("_Made", bound=Bench)
 
 

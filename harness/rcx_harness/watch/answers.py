@@ -13,6 +13,8 @@ from rcx_harness.spec.wire import DEDICATED_AT, ENDS, READY, RESERVED_AT, RUN, S
 from rcx_harness.watch.wire import word
 from structured_text.output.units import format_word
 
+__all__ = ["AnswerMonitor"]
+
 _STATUS, _RESPONSE = slice(0, 2), slice(2, DEDICATED_AT)
 _RESERVED = slice(RESERVED_AT, RESERVED_AT + 2)
 _CPU_OK = 0x02

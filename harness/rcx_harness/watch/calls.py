@@ -14,6 +14,8 @@ from rcx_harness.watch.calls_source import AREAS, CallPlan
 from structured_text.engines.base import Program
 from structured_text.language.types import BlockType
 
+__all__ = ["CallMonitor"]
+
 
 class _Watched(NamedTuple):
     """A watched instance: its path, its area (`read`, `write` or empty), its pin Busy if any."""

@@ -18,6 +18,8 @@ from structured_text.language import cache
 from structured_text.language import syntax as s
 from structured_text.language.walk import bodies, statements
 
+__all__ = ["AREAS", "CallFinding", "CallPlan", "call_findings", "call_plan", "steady_instances"]
+
 _HERE = Path(__file__)
 
 #: The blocks that begin and end a robot's scan.

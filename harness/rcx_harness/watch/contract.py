@@ -20,6 +20,8 @@ from rcx_harness.robot import Violation
 from structured_text.engines.base import Program
 from structured_text.language.types import BlockType, ElementaryType
 
+__all__ = ["ContractMonitor"]
+
 #: ErrorID of a block that was called outside of FB_ReadArea and FB_WriteArea (errors.md).
 _OUT_OF_PLACE = 0x8017
 

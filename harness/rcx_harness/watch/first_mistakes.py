@@ -20,6 +20,8 @@ from structured_text.language.project import Project
 from structured_text.language.syntax import Position
 from structured_text.language.types import BlockType
 
+__all__ = ["Mistake", "first_mistakes"]
+
 _FILES = (Path(__file__), Path(__file__).with_name("robots_used.py"))
 
 #: Blocks that switch servos on. They need SI(00) (manual chapter 5, 3.1).

@@ -21,6 +21,8 @@ from structured_text.language.syntax import Position
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 from structured_text.language.walk import nodes, statements
 
+__all__ = ["ImageUse", "image_use", "reads_located"]
+
 _HERE = Path(__file__)
 _INPUT = "INPUTAREA"
 

@@ -15,6 +15,8 @@ from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 from structured_text.language.walk import nodes, parts
 
+__all__ = ["Call", "Place", "Robot", "RobotsUsed", "pins_of", "robot_pins"]
+
 _REF = "RCX_REF"
 #: Parts of a statement or expression that are not code.
 _NO_CODE = ("at", "type", "block", "symbol", "method")

@@ -12,6 +12,8 @@ from structured_text.language.project import Project
 from structured_text.language.tree import Use
 from structured_text.language.walk import calls_of
 
+__all__ = ["safety_inputs"]
+
 _HERE = Path(__file__)
 _PINS = ("EMERGENCYSTOPOK", "STOPOK")
 

@@ -8,6 +8,8 @@ from functools import lru_cache
 from rcx_harness.spec import folder
 from structured_text.output.toml_files import load_toml
 
+__all__ = ["section_of"]
+
 #: The rules of the judges in this room. Those of the controller are in spec/rules.toml.
 _SECTIONS = {
     "start against stop": "ch. 5, 2 and 3.2",

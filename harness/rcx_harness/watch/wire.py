@@ -12,6 +12,8 @@ from rcx_harness.spec import signals
 from rcx_harness.spec.wire import DEDICATED_AT, ENDS, RESERVED_AT, RUN, SIZE
 from structured_text.output.units import format_us, format_word
 
+__all__ = ["INTERVAL_US", "WireMonitor", "word"]
+
 #: Between two changes of dedicated inputs, the same or different (manual chapter 5, 3, caution).
 INTERVAL_US = 100_000
 

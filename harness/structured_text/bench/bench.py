@@ -21,6 +21,8 @@ from structured_text.errors import InputError, Violation
 from structured_text.output.units import format_us, parse_us, whole
 from structured_text.projects.sources import Files, SourceFiles, source_files
 
+__all__ = ["Bench", "BenchTimeout"]
+
 #: A time, or a number of scans, that no run reaches.
 _NEVER = sys.maxsize
 #: Upper limit for a number of scans, and for a delay of a scan in microseconds.

@@ -13,6 +13,8 @@ from structured_text.engines.load import build
 from structured_text.language import cache
 from structured_text.projects.sources import SourceFiles
 
+__all__ = ["Compiled"]
+
 #: Number of programs of closed benches that this process caches for later benches.
 _WAITING = 8
 #: Environment variables that influence the choice of an engine.

@@ -10,6 +10,8 @@ from typing import Any, Generic, Protocol, TypeVar
 from structured_text.errors import InputError
 from structured_text.output.units import parse_us
 
+__all__ = ["EVENTS", "OPPOSITES", "Event", "Stopped", "checked", "opposite", "time_us"]
+
 #: Kinds of a transition to RUN.
 _STARTS = ("warm", "cold", "continue")
 _LONGEST_US = 60_000_000

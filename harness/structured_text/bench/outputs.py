@@ -11,6 +11,8 @@ from structured_text.bench.samples import FORMAT
 from structured_text.errors import COMMAND, InputError
 from structured_text.output.paths import real
 
+__all__ = ["check_outputs"]
+
 if TYPE_CHECKING:
     from structured_text.projects.sources import SourceFiles
 

@@ -8,6 +8,8 @@ from typing import Any, Protocol
 from structured_text.engines.base import Program, Value
 from structured_text.errors import Violation
 
+__all__ = ["Monitor", "Plc"]
+
 
 class Monitor(Protocol):
     """A monitor that watches a program and reports broken rules."""

@@ -13,6 +13,8 @@ from structured_text.language.displayed import described, literal
 from structured_text.language.types import Type
 from structured_text.output.files import OutputFile
 
+__all__ = ["COMPACT", "FORMAT", "KEPT", "Sample", "Trace"]
+
 #: Value of `format`, the first entry of the first line.
 FORMAT = f"{COMMAND}-trace/1"
 

@@ -20,6 +20,8 @@ from structured_text.language.types import ArrayType, ElementaryType, StructType
 from structured_text.output.toml_files import check_keys, load_toml, toml_text
 from structured_text.output.units import parse_us
 
+__all__ = ["PLC", "Entry", "Stimulus", "event_of", "listed", "typed"]
+
 _ENTRY = re.compile(r"^\s*(?:\[\[\s*at\s*\]\]|(?:at\s*=\s*\[\s*)?\{[^#]*\btime\b)")
 #: Prefix of the events of a PLC. The key `plc` omits it.
 PLC = "plc_"

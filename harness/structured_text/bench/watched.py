@@ -14,6 +14,8 @@ from structured_text.language.displayed import check_watched, is_long, members, 
 from structured_text.language.types import ArrayType, BlockType, Type
 from structured_text.output.limits import MOST_WATCHED
 
+__all__ = ["Watched", "is_like"]
+
 #: Separator of two patterns. A comma in brackets separates indices.
 _COMMA = re.compile(r",(?![^\[\]]*\])")
 _WILD = re.compile(r"[*?]")

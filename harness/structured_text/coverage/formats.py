@@ -11,6 +11,8 @@ from structured_text.coverage.report import totals
 from structured_text.errors import COMMAND, DISTRIBUTION
 from structured_text.output.paths import real
 
+__all__ = ["cobertura", "tracefile"]
+
 
 def _counting(items: Sequence[Item]) -> list[Item]:
     return [item for item in items if item.hits or not item.reason]

@@ -11,6 +11,8 @@ from structured_text.coverage.measure import Condition, DecisionResult, FileResu
 from structured_text.coverage.report import Gap, conditions, gaps, totals
 from structured_text.errors import COMMAND
 
+__all__ = ["pages"]
+
 _COLUMNS = ("Statements", "Branches", "Conditions", "MC/DC", "Unique-cause")
 #: Highest number of vectors that a decision shows.
 _MOST_VECTORS = 64

@@ -16,6 +16,8 @@ from structured_text.language.printer import expression_text, label_text
 from structured_text.language.source import origin, source_text
 from structured_text.language.types import EnumType
 
+__all__ = ["Branch", "Listed", "Listing", "Point", "Text", "listing"]
+
 _OPENS = ("IF", "CASE", "WHILE", "FOR", "REPEAT")
 _REASON = re.compile(r"\(\*\s*unreachable:\s*((?s:.*?))\s*\*\)|//[ \t]*unreachable:[ \t]*(.*)")
 _COMPARE = {

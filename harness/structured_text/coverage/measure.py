@@ -10,6 +10,17 @@ from structured_text.coverage.parts import CountedPou, Merged
 from structured_text.engines.builtin.coverage import Postfix, outcome
 from structured_text.output.paths import real
 
+__all__ = [
+    "Condition",
+    "DecisionResult",
+    "FileResult",
+    "Item",
+    "Judged",
+    "Share",
+    "judge",
+    "measure",
+]
+
 
 @dataclass(frozen=True)
 class Share:

@@ -19,6 +19,8 @@ from structured_text.errors import COMMAND, InputError
 from structured_text.output.files import replace_files
 from structured_text.output.paths import real
 
+__all__ = ["ENGINE", "Outcome", "check_fail_under", "check_folder", "conclude", "write_report"]
+
 #: The reason why coverage refuses another engine, for messages.
 ENGINE = "coverage is counted by the built-in engine"
 

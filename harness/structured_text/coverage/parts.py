@@ -13,6 +13,8 @@ from structured_text.engines.builtin.collector import Collector, Counted
 from structured_text.errors import InputError
 from structured_text.language.compiling import deeply
 
+__all__ = ["CountedPou", "Merged", "Part", "Source", "merge", "part_of"]
+
 #: The counts of one process, as JSON.
 Part = Mapping[str, Any]
 

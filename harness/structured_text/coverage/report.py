@@ -12,6 +12,8 @@ from rich.table import Table
 
 from structured_text.coverage.measure import FileResult, Item, Share
 
+__all__ = ["Gap", "conditions", "gaps", "missing", "summary", "total", "totals"]
+
 
 @dataclass(frozen=True)
 class Gap:

@@ -8,6 +8,8 @@ from typing import Any
 from structured_text.bench import Bench
 from structured_text.debug.machine import Scope, builtin_of
 
+__all__ = ["BenchMachine"]
+
 
 class BenchMachine:
     """A bench in virtual time, in which the stimulus is already scheduled."""

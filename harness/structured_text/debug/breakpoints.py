@@ -12,6 +12,8 @@ from typing import Any
 from structured_text.debug.watch_expressions import Compiled
 from structured_text.errors import InputError
 
+__all__ = ["Breakpoint", "Counting", "DataWatch", "Message", "message_of"]
+
 _COUNT = re.compile(r"\s*(==|=|>=|>|<=|<|%)?\s*(\d+)\s*")
 _COMPARE: dict[str, Callable[[int, int], bool]] = {
     "==": eq,

@@ -18,6 +18,8 @@ from structured_text.language.displayed import value_text
 from structured_text.language.paths import resolve
 from structured_text.language.types import ArrayType
 
+__all__ = ["Console"]
+
 _HELP = """\
 X, X + 1 > 3          what an expression of Structured Text gives here
 X := 5                set a variable

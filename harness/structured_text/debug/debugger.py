@@ -21,6 +21,8 @@ from structured_text.debug.values import ProgramVariables
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
+__all__ = ["Back", "Debugger", "Forward", "Order", "Quit", "Stop"]
+
 
 @dataclass(frozen=True)
 class Stop:

@@ -10,6 +10,8 @@ from structured_text.engines.base import Program
 from structured_text.engines.builtin.program import BuiltinProgram
 from structured_text.errors import InputError
 
+__all__ = ["Finding", "Machine", "Scope", "builtin_of"]
+
 #: A group of values around the program that is shown beside its variables: name and getter.
 Scope: TypeAlias = tuple[str, Callable[[], list[Item]]]
 

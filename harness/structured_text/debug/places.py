@@ -17,6 +17,8 @@ from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.walk import statements
 
+__all__ = ["Code", "Places", "real_path"]
+
 
 def real_path(file: str) -> str:
     """Return the canonical path of a file for comparisons: absolute, without links, case folded."""

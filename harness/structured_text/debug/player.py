@@ -15,6 +15,8 @@ from structured_text.debug.machine import Machine
 from structured_text.debug.places import Code, Places
 from structured_text.debug.tracer import Lines, Tracer
 
+__all__ = ["Edit", "Moment", "Player"]
+
 #: Initial number of scans between two snapshots, and the greatest number of snapshots. Beyond this
 #: number every other snapshot is dropped, so memory stays bounded and each moment is at most one
 #: stride of scans away.

@@ -15,6 +15,8 @@ from typing import Any, BinaryIO
 
 from structured_text.errors import COMMAND, InputError
 
+__all__ = ["Client", "Message", "encoded", "read_message"]
+
 #: A decoded JSON message.
 Message = dict[str, Any]
 

@@ -16,6 +16,8 @@ from typing import Any, NamedTuple
 from structured_text.debug.machine import Finding, builtin_of
 from structured_text.engines.base import Program, Value
 
+__all__ = ["COMPACT", "Recorded", "Tape"]
+
 #: Arguments of `json.dumps` for the lines of a recording.
 COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
 

@@ -16,6 +16,8 @@ from structured_text.debug.values import Held, Item, ProgramVariables, Text, loc
 from structured_text.language import tree as t
 from structured_text.output.units import format_us
 
+__all__ = ["Frame", "Scopes"]
+
 
 @dataclass
 class Frame:

@@ -23,6 +23,8 @@ from structured_text.debug.values import Held, Item, ProgramVariables, Text
 from structured_text.debug.watch_expressions import WatchExpressions
 from structured_text.errors import COMMAND, InputError
 
+__all__ = ["Launched", "Session"]
+
 _CAPABILITIES = {
     "supportsConfigurationDoneRequest": True,
     "supportsConditionalBreakpoints": True,

@@ -14,6 +14,8 @@ from typing import Any
 
 from structured_text.debug.places import Code, Places
 
+__all__ = ["Entry", "Lines", "Tracer"]
+
 #: Traced lines of the module, by the upper-case name of the POU.
 Lines = Mapping[str, frozenset[int]]
 

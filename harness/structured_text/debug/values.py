@@ -29,6 +29,8 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import array_length, describe, scalar_to_python
 
+__all__ = ["Held", "Item", "ProgramVariables", "Shown", "Text", "local", "refuse_set"]
+
 #: Number of elements of an array in a line of text.
 _FEW = 8
 

@@ -27,6 +27,8 @@ from structured_text.language.scalars import BOOL
 from structured_text.language.types import Type
 from structured_text.language.walk import nodes
 
+__all__ = ["Compiled", "WatchExpressions"]
+
 _HERE = Path("expression")
 _HEAD = "FUNCTION HarnessHere : BOOL\n"
 _FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError, TypeError, AttributeError)

@@ -7,6 +7,8 @@ from typing import Any, Protocol, runtime_checkable
 
 from structured_text.language.types import Located, Type
 
+__all__ = ["CallLog", "Program", "Value"]
+
 #: BOOL is bool, integers and bit strings int, REAL and LREAL float, STRING str,
 #: TIME datetime.timedelta, an enumeration its member's name; arrays are lists (nested
 #: for several dimensions), structures dicts by field name.

@@ -22,6 +22,8 @@ from structured_text.engines.builtin.program import BuiltinProgram
 from structured_text.errors import InputError
 from structured_text.language.types import ElementaryType, EnumType, Type
 
+__all__ = ["Condition", "conditions"]
+
 _TOKEN = re.compile(
     r"""'(?:\$.|[^'$])*'                                   # a text
     | "(?:\$.|[^"$])*"

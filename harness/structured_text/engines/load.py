@@ -19,6 +19,8 @@ from structured_text.language.compiling import uncollected
 from structured_text.language.constructs import refuse
 from structured_text.language.project import Project
 
+__all__ = ["ENGINES", "Built", "build", "why_not"]
+
 #: Values of the option `--engine`.
 ENGINES = ("auto", "matiec", "builtin", "strucpp")
 

@@ -14,6 +14,8 @@ from structured_text.language.types import (
     Type,
 )
 
+__all__ = ["retained"]
+
 
 def retained(project: Project) -> tuple[str, ...]:
     """Return the paths of all retained variables; a retained block gives those of its variables.

@@ -41,6 +41,8 @@ from structured_text.language.types import (
 from structured_text.language.values import describe
 from structured_text.language.walk import calls_of
 
+__all__ = ["NOW_US", "Abstraction", "Place", "Slot", "spoiling"]
+
 #: PLC time of every scan. Only the starts of the timers differ between states.
 NOW_US = 1_000_000_000
 

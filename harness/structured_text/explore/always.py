@@ -10,6 +10,8 @@ from structured_text.errors import InputError
 from structured_text.language.source import source_text
 from structured_text.prove.assertions import Copies, with_assertions
 
+__all__ = ["with_always"]
+
 _END = re.compile(r"^[ \t]*END_PROGRAM\b", re.M | re.I)
 _MAIN = re.compile(r"\bMain\.", re.I)
 

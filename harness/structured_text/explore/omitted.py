@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
+__all__ = ["Omitted", "Tables"]
+
 
 @dataclass(frozen=True)
 class Omitted:

@@ -17,6 +17,19 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
+__all__ = [
+    "Broken",
+    "Choice",
+    "Paths",
+    "Ready",
+    "Result",
+    "Search",
+    "Taken",
+    "Transition",
+    "World",
+    "steps",
+]
+
 _OPEN = -1
 
 #: From this number of states on, `World.look` checks all states together at each power of two.

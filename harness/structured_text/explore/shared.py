@@ -12,6 +12,8 @@ from structured_text.errors import InputError
 from structured_text.explore.search import Ready, Taken, Transition, World, steps
 from structured_text.farm import NOT_YET, Farm, NotYet
 
+__all__ = ["Some", "Stepping", "shared"]
+
 #: A parcel contains one of `SHARE` waiting states, so that all workers get some. It has at most
 #: `MOST` states, so that it takes only a moment.
 SHARE, MOST = 128, 32

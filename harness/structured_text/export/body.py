@@ -17,6 +17,8 @@ from structured_text.language import syntax as s
 from structured_text.language.lexer import tokens
 from structured_text.language.standard import BLOCKS, FUNCTIONS, conversion
 
+__all__ = ["Body", "Scope", "variables_of"]
+
 _OPERATORS = frozenset(
     (
         *("PLUS", "MINUS", "STAR", "SLASH", "POWER", "AND", "OR", "XOR", "MOD", "NOT"),

@@ -11,6 +11,8 @@ from structured_text.language.resolve import default_scalar
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import array_length, scalar_to_python
 
+__all__ = ["differing", "is_scalar", "literal", "runs", "zero"]
+
 _BITS = {"BYTE": 2, "WORD": 4, "DWORD": 8, "LWORD": 16}
 
 

@@ -10,6 +10,8 @@ from structured_text.export.dialect.folder import Row, Tool, tabbed, to_folder
 from structured_text.export.output import Output
 from structured_text.export.parts import Sources
 
+__all__ = ["KEYENCE", "to_keyence"]
+
 KEYENCE = Dialect(
     tool="KV STUDIO",
     listed="keyence",

@@ -8,6 +8,8 @@ from structured_text.export.output import Missing
 from structured_text.export.parts import Part
 from structured_text.language import syntax as s
 
+__all__ = ["lost_configuration", "missing", "reaching_out", "retain", "sections"]
+
 _NAMED = 3
 
 

@@ -12,6 +12,8 @@ from structured_text.export.dialect.folder import Row, Tool, to_folder
 from structured_text.export.output import Output
 from structured_text.export.parts import Sources
 
+__all__ = ["MITSUBISHI", "to_mitsubishi"]
+
 _WORD = "Word [Unsigned]/Bit String [16-bit]"
 _DWORD = "Double Word [Unsigned]/Bit String [32-bit]"
 

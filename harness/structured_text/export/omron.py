@@ -10,6 +10,8 @@ from structured_text.export.dialect.folder import Row, Tool, tabbed, to_folder
 from structured_text.export.output import Output
 from structured_text.export.parts import Sources
 
+__all__ = ["OMRON", "to_omron"]
+
 #: Instructions with names that are likely for variables (W501, 6-3-12: refused as names).
 _INSTRUCTIONS = (
     *("SET", "RESET", "OUT", "END", "BREAK", "NEXT", "UP", "DOWN", "CMP", "TIMER", "INC", "DEC"),

@@ -17,6 +17,8 @@ from structured_text.output.exported import MARK, RECORD, digest, is_marked, rec
 from structured_text.output.files import replace_files
 from structured_text.output.paths import real
 
+__all__ = ["Missing", "Output", "Written", "write", "write_export"]
+
 
 @dataclass(frozen=True)
 class Missing:

@@ -24,6 +24,8 @@ from structured_text.output.exported import MARK, release
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles, not_declared, source_files
 
+__all__ = ["Declaration", "Part", "Sources", "comment", "plain", "sources_of"]
+
 Declaration = s.TypeDecl | s.Pou | s.Configuration
 
 _COMMENT = re.compile(r"\(\*(.*?)\*\)", re.DOTALL)

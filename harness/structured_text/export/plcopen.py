@@ -15,6 +15,8 @@ from structured_text.language.library import Names
 from structured_text.language.printer import expression_text, init_text
 from structured_text.output.exported import release
 
+__all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "to_plcopen"]
+
 NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
 

@@ -18,6 +18,8 @@ from structured_text.language.walk import nodes
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles, st_files
 
+__all__ = ["Renaming", "renaming"]
+
 _LEGAL = re.compile(r"[A-Z](_?[A-Z0-9])*_?", re.IGNORECASE | re.ASCII)
 #: A word of a comment that is not part of a path.
 _WORD = re.compile(r"(?<![\w/.-])[A-Za-z]\w*(?![\w/]|\.\w)")

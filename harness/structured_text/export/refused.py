@@ -22,6 +22,8 @@ from structured_text.language.project import Project
 from structured_text.output.toml_files import load_toml
 from structured_text.projects.sources import SourceFiles
 
+__all__ = ["CONSTRUCTS_FILE", "Refusal", "Tool", "refused", "tools"]
+
 #: The table of the constructs that each tool accepts.
 CONSTRUCTS_FILE = Path(__file__).parent / "constructs.toml"
 

@@ -19,6 +19,8 @@ from structured_text.language.tree import Symbol
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, StructType, Type
 from structured_text.language.values import array_length
 
+__all__ = ["Names", "quoted", "scl_body", "to_scl"]
+
 #: Reserved words of SCL that are allowed as names in IEC 61131-3.
 _RESERVED = frozenset(
     (

@@ -5,6 +5,8 @@ from __future__ import annotations
 from structured_text.export.output import Output
 from structured_text.export.parts import Sources, comment
 
+__all__ = ["to_st"]
+
 
 def to_st(sources: Sources) -> Output:
     """Join the sources in dependency order."""

@@ -21,6 +21,8 @@ from structured_text.language.project import Project
 from structured_text.language.tree import Symbol
 from structured_text.language.types import BlockType, Type
 
+__all__ = ["Starts", "each_call"]
+
 #: Highest number of values that statements set; a larger table is not exported.
 _MOST = 1024
 #: Flags that are TRUE after the statements have run; the second is for retained variables.

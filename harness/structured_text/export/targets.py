@@ -22,6 +22,8 @@ from structured_text.language.library import Names
 from structured_text.language.load import too_deep
 from structured_text.projects.sources import source_files
 
+__all__ = ["TARGETS", "Target", "export"]
+
 
 @dataclass(frozen=True)
 class Target:

@@ -21,6 +21,8 @@ from structured_text.language.standard import FUNCTIONS, conversion, reserved
 from structured_text.language.walk import nodes
 from structured_text.output.toml_files import load_toml
 
+__all__ = ["FOLDER", "Form", "Words", "blocks_of", "mentioned", "unwritten", "words"]
+
 #: The folder of the lists.
 FOLDER = Path(__file__).parent / "words"
 

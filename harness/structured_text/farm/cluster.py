@@ -11,6 +11,8 @@ from urllib.parse import urlsplit
 from structured_text.errors import InputError
 from structured_text.farm.fingerprint import Fingerprint, fingerprint
 
+__all__ = ["Cluster", "is_here"]
+
 _FORM = "write it as --cluster tls://host:8786, or tcp://host:8786 on this computer"
 
 

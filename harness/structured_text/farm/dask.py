@@ -32,6 +32,8 @@ from structured_text.farm.cluster import Cluster
 from structured_text.farm.fingerprint import Fingerprint, differences
 from structured_text.farm.work import Died, Done, Ended, NotBegun, Work, attempt, doer
 
+__all__ = ["ClusterCrew"]
+
 #: Items per worker: one is executed while the next one is transferred.
 _DEPTH = 2
 #: Interval at which the cluster's workers are listed [s].

@@ -26,6 +26,8 @@ from structured_text.farm.work import Died, Done, Ended, Lost, NotBegun, Work, a
 from structured_text.output.progress import progress_bar
 from structured_text.output.system import MOST_PROCESSES, processors
 
+__all__ = ["AHEAD", "NOT_YET", "Farm", "Item", "NotYet", "Result"]
+
 #: Limit of items per worker that are started behind an unfinished one. Their results wait in memory
 #: until the unfinished one has ended.
 AHEAD = 64

@@ -11,6 +11,8 @@ from typing import TypeAlias
 
 from structured_text.output.results import digest
 
+__all__ = ["PACKAGES", "Fingerprint", "differences", "digest_of", "fingerprint"]
+
 #: Pairs of name and value, in words for users.
 Fingerprint: TypeAlias = tuple[tuple[str, str], ...]
 

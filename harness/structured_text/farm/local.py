@@ -31,6 +31,8 @@ from structured_text.output.system import (
     interrupts_later,
 )
 
+__all__ = ["LocalCrew"]
+
 #: If items take less than this [s], each worker gets its next item in advance. If they take longer,
 #: that item would wait although another worker may be free.
 _SHORT_S = 0.5

@@ -15,6 +15,8 @@ from structured_text.output.limits import OTHER
 from structured_text.output.paths import real
 from structured_text.output.reading import file_bytes
 
+__all__ = ["Parcel"]
+
 
 @dataclass(frozen=True)
 class Parcel:

@@ -13,6 +13,8 @@ from structured_text.output.limits import MOST_LINE_BYTES, OTHER
 from structured_text.output.reading import open_file
 from structured_text.output.results import Results, move_aside, read_entry
 
+__all__ = ["Item", "Result", "ResultFile"]
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 

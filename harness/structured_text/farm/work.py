@@ -10,6 +10,21 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from structured_text.errors import InputError
 
+__all__ = [
+    "Died",
+    "Done",
+    "Ended",
+    "Item",
+    "Lost",
+    "LostError",
+    "NotBegun",
+    "Prepared",
+    "RemoteError",
+    "Work",
+    "attempt",
+    "doer",
+]
+
 ItemIn = TypeVar("ItemIn", contravariant=True)
 ResultOut = TypeVar("ResultOut", covariant=True)
 Item = TypeVar("Item")

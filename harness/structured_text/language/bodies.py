@@ -32,6 +32,8 @@ from structured_text.language.types import (
 from structured_text.language.values import describe
 from structured_text.language.widening import widens
 
+__all__ = ["check_body", "check_start", "root_of"]
+
 #: Deepest nesting of statements and of loops. Python limits the depth of generated code.
 _MOST_NESTED, _MOST_LOOPS = 64, 16
 

@@ -13,6 +13,8 @@ from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language.constructs import Use
 
+__all__ = ["Statements", "name_of", "nodes_of", "position_of"]
+
 _OPERATORS = {"&": "AND"}
 #: The operators by precedence, the weakest first. Those of a line are left-associative.
 _RANKS = (

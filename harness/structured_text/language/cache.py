@@ -31,6 +31,18 @@ from structured_text.output.paths import real
 from structured_text.output.reading import file_bytes
 from structured_text.output.system import cache_root, settings_root
 
+__all__ = [
+    "SETTLED_NS",
+    "content",
+    "file_state",
+    "folder",
+    "is_lasting",
+    "kept",
+    "made_of",
+    "memory",
+    "sources_key",
+]
+
 #: Most entries of one kind in the folder, and in this process.
 IN_FOLDER, IN_PROCESS = 256, 48
 

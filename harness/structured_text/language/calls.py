@@ -9,6 +9,8 @@ from structured_text.language.declare import Scope
 from structured_text.language.standard import Signature, pin_name
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Variable
 
+__all__ = ["block_arguments", "function_arguments", "pin_of", "standard_arguments"]
+
 
 def function_arguments(
     node: s.Call, pou: t.Pou, scope: Scope

@@ -10,6 +10,8 @@ from structured_text.errors import InputError
 from structured_text.language import cache
 from structured_text.language.project import Project, runnable
 
+__all__ = ["analysed", "load"]
+
 
 def analysed(paths: Sequence[Path]) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, as `language.load.analyse` does."""

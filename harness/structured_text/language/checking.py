@@ -13,6 +13,8 @@ from structured_text.language import tree as t
 from structured_text.language.declare import Scope
 from structured_text.language.types import ElementaryType, Type
 
+__all__ = ["Checking"]
+
 
 class Operating(Protocol):
     """The part of `operators.Operators` that other modules use."""

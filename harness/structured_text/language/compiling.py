@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
 
+__all__ = ["MOST_OPERATORS", "deeply", "uncollected"]
+
 #: Deepest nesting of operators, brackets and calls in an expression. A sum of n terms is n deep.
 MOST_OPERATORS = 10_000
 

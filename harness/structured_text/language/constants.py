@@ -37,6 +37,8 @@ from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.language.values import describe
 from structured_text.language.widening import converted, widening
 
+__all__ = ["NotConstantError", "adapt", "constant", "evaluate", "literal", "member"]
+
 #: Longest literal that is not a text [characters]. The longest LREAL and LWORD need far fewer.
 _LONGEST = 200
 _THIRD = "a type of the third edition"

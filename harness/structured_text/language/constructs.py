@@ -14,6 +14,8 @@ from structured_text.errors import InputError
 from structured_text.language.objects import INIT
 from structured_text.language.syntax import Position
 
+__all__ = ["CONSTRUCTS", "TRANSLATED", "Use", "refuse"]
+
 #: The name of each construct, and what to write instead of it in a portable program.
 CONSTRUCTS = {
     "a comment with // or /* */": "write (* ... *)",

@@ -34,6 +34,8 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import describe
 
+__all__ = ["Declarations", "Scope"]
+
 #: Portable sections of each kind of POU. `_ALSO` has those that are accepted but not portable.
 _SECTIONS = {
     "FUNCTION": ("VAR", "VAR_INPUT"),

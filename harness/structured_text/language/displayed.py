@@ -25,6 +25,21 @@ from structured_text.language.types import (
 )
 from structured_text.output.limits import MOST_LEVELS, MOST_WATCHED
 
+__all__ = [
+    "LONGEST",
+    "Changed",
+    "Part",
+    "check_watched",
+    "count",
+    "described",
+    "is_long",
+    "literal",
+    "members",
+    "parts",
+    "typed",
+    "value_text",
+]
+
 #: An array with more elements is shown as a single value, because so many lanes are unreadable.
 LONGEST = 64
 

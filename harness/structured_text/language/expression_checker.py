@@ -51,6 +51,8 @@ from structured_text.language.types import (
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF
 
+__all__ = ["ExpressionChecker"]
+
 #: The types of the parts of a bit string.
 _PARTS = {"X": "BOOL", "B": "BYTE", "W": "WORD", "D": "DWORD", "L": "LWORD"}
 #: Limit for intermediate values of constant expressions. It is far beyond the range of any type.

@@ -17,6 +17,8 @@ from structured_text.language.types import ArrayType, BlockType, ElementaryType,
 from structured_text.language.values import array_length
 from structured_text.output.limits import MOST_BLOCKS, MOST_ELEMENTS, MOST_NESTED
 
+__all__ = ["Extents"]
+
 #: The number of characters of a STRING that count as one more element.
 _CHARACTERS = 8
 _SHOWN = 60

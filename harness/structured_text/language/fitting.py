@@ -14,6 +14,8 @@ from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.language.values import describe
 from structured_text.language.widening import converted, widening
 
+__all__ = ["Fitting"]
+
 
 class Fitting:
     """The implicit conversions in the expressions of one POU."""

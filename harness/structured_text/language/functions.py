@@ -47,6 +47,8 @@ from structured_text.language.types import ArrayType, ElementaryType, EnumType, 
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF, joined, number_of, widens
 
+__all__ = ["Functions", "group", "same_text"]
+
 #: Standard functions that mean an operator, the functions of durations included.
 _OPERATORS = {
     "ADD": "+",

@@ -19,6 +19,8 @@ from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import ArrayType, BlockType, StructType, Type, has_block
 from structured_text.language.values import describe
 
+__all__ = ["Inheritance"]
+
 
 @dataclass(frozen=True)
 class _Owner:

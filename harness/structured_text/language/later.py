@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from structured_text.language import syntax as s
 from structured_text.language.types import ArrayType, ReferenceType, Type
 
+__all__ = ["Later", "Part"]
+
 
 @dataclass(frozen=True)
 class Part:

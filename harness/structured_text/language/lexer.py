@@ -23,6 +23,8 @@ from structured_text.language.source import origin
 from structured_text.language.syntax import Name, Position
 from structured_text.language.words import OBJECT_WORDS, Context
 
+__all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
+
 KEYWORDS = frozenset(
     [
         "AND",

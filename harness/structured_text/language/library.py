@@ -9,6 +9,8 @@ from pathlib import Path
 from structured_text.errors import InputError
 from structured_text.output.toml_files import check_keys, line_of, load_toml
 
+__all__ = ["Names"]
+
 
 @dataclass(frozen=True)
 class Names:

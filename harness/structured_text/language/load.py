@@ -33,6 +33,18 @@ from structured_text.language.types import BlockType, Variable
 from structured_text.language.walk import parts
 from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
 
+__all__ = [
+    "Read",
+    "Schedule",
+    "analyse",
+    "check",
+    "checked",
+    "configure",
+    "load",
+    "read_file",
+    "too_deep",
+]
+
 #: A function that parses one source.
 Read = Callable[[Path], s.Source]
 

@@ -25,6 +25,8 @@ from structured_text.language.types import (
     Type,
 )
 
+__all__ = ["located"]
+
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
 _LETTERS = {0: "X", 1: "B", 2: "W", 4: "D", 8: "L"}
 _WIDTHS = {letter: width for width, letter in _LETTERS.items()}

@@ -13,6 +13,8 @@ from structured_text.language.values import describe
 from structured_text.language.widening import widens
 from structured_text.output.limits import MOST_LEVELS
 
+__all__ = ["NOTHING", "Methods"]
+
 #: The type of a call without a result.
 NOTHING = ElementaryType("")
 _SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")

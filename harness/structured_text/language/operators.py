@@ -30,6 +30,8 @@ from structured_text.language.types import ElementaryType, EnumType, ReferenceTy
 from structured_text.language.values import describe
 from structured_text.language.widening import BITS_OF, common, fitting_integer, joined, number_of
 
+__all__ = ["COMPARISONS", "LOGIC", "Operators"]
+
 COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 LOGIC = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE")
 

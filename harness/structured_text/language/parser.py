@@ -30,6 +30,8 @@ from structured_text.language.source import source_text, title_of
 from structured_text.language.words import ACCESSORS
 from structured_text.output.limits import MOST_TOKENS
 
+__all__ = ["TWO_BASES", "parse", "parse_portable", "parse_text", "read_text"]
+
 #: Marker among the access words of a block that extends two blocks.
 TWO_BASES = "EXTENDS TWO"
 

@@ -12,6 +12,8 @@ from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type, Variable
 from structured_text.language.values import describe
 
+__all__ = ["Resolved", "Step", "resolve", "walk"]
+
 #: The declared name of a member, or the row-major position of an element, from 0.
 Step = str | int
 

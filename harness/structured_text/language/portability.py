@@ -23,6 +23,8 @@ from structured_text.language.standard import BLOCKS
 from structured_text.language.syntax import Position
 from structured_text.language.walk import nodes
 
+__all__ = ["LintFinding", "lint", "reserved_names", "text_findings", "unportable"]
+
 _HERE = Path(__file__)
 _INTERFACE = ("VAR_OUTPUT", "VAR_IN_OUT", "VAR_EXTERNAL", "VAR_GLOBAL")
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")

@@ -11,6 +11,8 @@ from structured_text.language.displayed import literal
 from structured_text.language.scalars import ANY_CHARS, ANY_DURATION
 from structured_text.language.types import ElementaryType, EnumType, ReferenceType
 
+__all__ = ["expression_text", "init_text", "label_text", "spec_text"]
+
 _STRENGTH = {
     **dict.fromkeys(("OR", "OR_ELSE"), 1),
     "XOR": 2,

@@ -12,6 +12,8 @@ from structured_text.language.objects import Objects
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import BlockType, Located, Type, Variable
 
+__all__ = ["Project", "ScheduledInstance", "Task", "Unit", "runnable"]
+
 
 @dataclass(frozen=True)
 class Task:

@@ -20,6 +20,8 @@ from structured_text.errors import InputError
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION
 from structured_text.output.limits import MOST_MISTAKES
 
+__all__ = ["read_tokens"]
+
 _SPELLING = {name: f"'{text}'" for text, name in PUNCTUATION.items()}
 _ENDS = frozenset(("END_IF", "ELSE", "ELSIF", "END_CASE", "END_WHILE", "END_FOR", "UNTIL"))
 _INSTRUCTION_LIST = frozenset(

@@ -19,6 +19,8 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import describe
 
+__all__ = ["FUNCTIONS", "PLACES", "References", "place_of"]
+
 #: Nodes that are written as a variable.
 PLACES = (s.Name, s.Field, s.Index, s.Dereference, s.This)
 #: The functions that this module types. Those in `_REFUSED` are not supported.

@@ -15,6 +15,8 @@ from structured_text.language.standard import reserved
 from structured_text.language.walk import nodes
 from structured_text.output.limits import MOST_LEVELS
 
+__all__ = ["ConsequenceError", "Declared", "Registry", "last_name"]
+
 #: Nodes that create no dependency. A pointer may lead back to its own type, and a method may use
 #: a block that contains the method's own block.
 _LATER = (s.PointerSpec, s.Method, s.Property)

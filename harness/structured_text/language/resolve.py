@@ -45,6 +45,8 @@ from structured_text.language.types import (
 from structured_text.language.values import array_length, describe
 from structured_text.output.limits import MOST_LEVELS
 
+__all__ = ["Types", "default_scalar", "fills", "is_null"]
+
 
 class Types:
     """The types of a project, each resolved on its first use.

@@ -10,6 +10,36 @@ from fractions import Fraction
 
 from structured_text.language.types import ElementaryType
 
+__all__ = [
+    "ANY_BIT",
+    "ANY_CHARS",
+    "ANY_DATE",
+    "ANY_DURATION",
+    "ANY_INT",
+    "ANY_NUM",
+    "ANY_REAL",
+    "ANY_STRING",
+    "CORE",
+    "ELEMENTARY",
+    "INT_RANGE",
+    "LONGEST_STRING",
+    "MOMENTS",
+    "NANOSECONDS_PER_DAY",
+    "REAL_MAX",
+    "SIGNED",
+    "STRING_MAX",
+    "UNSIGNED",
+    "WIDTH",
+    "LiteralError",
+    "Scalar",
+    "number",
+    "string_kind",
+    "string_length",
+    "string_literal",
+    "typed_literal",
+    "within_real",
+]
+
 #: The Python form of a scalar while a program runs: BOOL as bool, integers, bit strings and
 #: enumerations as int, REAL and LREAL as float, STRING, WSTRING, CHAR and WCHAR as str, TIME in ns,
 #: DATE and DT in ns since 1970-01-01, TOD in ns since midnight; LTIME, LDATE, LDT and LTOD alike.

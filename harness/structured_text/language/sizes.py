@@ -13,6 +13,8 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import array_length
 
+__all__ = ["places_of", "size_of"]
+
 _SIZES = {
     **{name: bits // 8 for name, bits in WIDTH.items()},
     "BOOL": 1,

@@ -10,6 +10,8 @@ from structured_text.errors import InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes
 
+__all__ = ["Extract", "Line", "origin", "source_text", "title_of"]
+
 if TYPE_CHECKING:
     _AnyPath = Path
 else:

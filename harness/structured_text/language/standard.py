@@ -25,6 +25,23 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.types import BlockType, Variable
 
+__all__ = [
+    "BLOCKS",
+    "FUNCTIONS",
+    "MOMENT_OPERATORS",
+    "PIN_NAMES",
+    "UNSUPPORTED",
+    "Signature",
+    "bcd",
+    "conversion",
+    "convertible",
+    "overload",
+    "pin_name",
+    "rare",
+    "reserved",
+    "truncation",
+]
+
 _ANY = (*ANY_BIT, *ANY_NUM, *MOMENTS, *ANY_CHARS)
 _ORDERED = tuple(name for name in _ANY if name != "BOOL")
 

@@ -13,6 +13,8 @@ from structured_text.language.methods import NOTHING
 from structured_text.language.objects import INIT
 from structured_text.language.types import BlockType, InterfaceType, ReferenceType
 
+__all__ = ["Start", "start_call", "starting"]
+
 _NO_EXPRESSION = (s.ArrayInit, s.StructInit, s.Sequence)
 
 

@@ -16,6 +16,40 @@ from structured_text.language.scalars import Scalar
 from structured_text.language.syntax import Position
 from structured_text.language.types import BlockType, ReferenceType, Type
 
+__all__ = [
+    "Address",
+    "Assign",
+    "Binary",
+    "CallBase",
+    "CallBlock",
+    "CallFunction",
+    "CallMethod",
+    "Case",
+    "Constant",
+    "Deref",
+    "Evaluate",
+    "Expression",
+    "For",
+    "If",
+    "Index",
+    "Member",
+    "Null",
+    "Offset",
+    "Pou",
+    "Recast",
+    "Repeat",
+    "Same",
+    "Standard",
+    "Statement",
+    "Symbol",
+    "This",
+    "Unary",
+    "Use",
+    "Valid",
+    "Variable",
+    "While",
+]
+
 
 @dataclass(eq=False)
 class Symbol:

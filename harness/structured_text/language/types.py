@@ -5,6 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+__all__ = [
+    "ArrayType",
+    "BlockType",
+    "ElementaryType",
+    "EnumType",
+    "InterfaceType",
+    "Located",
+    "ReferenceType",
+    "StructType",
+    "Type",
+    "Variable",
+    "has_block",
+]
+
 
 @dataclass(frozen=True)
 class ElementaryType:

@@ -32,6 +32,8 @@ from structured_text.language.types import (
     Type,
 )
 
+__all__ = ["array_length", "describe", "from_python", "nest", "scalar_to_python"]
+
 _EPOCH = datetime(1970, 1, 1)
 _TIME_LIMIT = timedelta(microseconds=(1 << 63) // 1000)
 

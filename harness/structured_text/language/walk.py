@@ -14,6 +14,8 @@ from typing import Any, TypeVar
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 
+__all__ = ["bodies", "calls_of", "nodes", "parts", "root_of", "statements", "targets", "written"]
+
 #: Types of fields that contain no code.
 _PLAIN = (
     *("str", "bool", "int", "Position", "Path", "Scalar", "tuple[str, ...]", "tuple[Any, ...]"),

@@ -28,6 +28,17 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.types import ElementaryType, Type
 
+__all__ = [
+    "BITS_OF",
+    "common",
+    "converted",
+    "fitting_integer",
+    "joined",
+    "number_of",
+    "widening",
+    "widens",
+]
+
 STANDARD, VENDOR = "standard", "vendor"
 
 _BITS = dict(zip((8, 16, 32, 64), ("BYTE", "WORD", "DWORD", "LWORD"), strict=True))

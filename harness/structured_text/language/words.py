@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import re
 
+__all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context"]
+
 #: Words that can stand before the name of a method, property, block or interface.
 ACCESS_WORDS = frozenset(
     ["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "FINAL", "ABSTRACT", "OVERRIDE"]

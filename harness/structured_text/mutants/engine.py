@@ -18,6 +18,8 @@ from structured_text.language.declare import Scope
 from structured_text.language.parser import parse
 from structured_text.language.project import Project
 
+__all__ = ["Checked", "bodies_of", "load_checked", "python_of", "rechecked"]
+
 # Imported by name, because the package has a function with the same name as this module.
 front: Any = import_module("structured_text.language.load")
 

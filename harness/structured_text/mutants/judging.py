@@ -17,6 +17,8 @@ from structured_text.mutants.report import Judged
 from structured_text.output.progress import progress_bar
 from structured_text.output.results import Results
 
+__all__ = ["ENDLESS", "Judges", "Judging", "MutantTask", "Outcome", "is_outcome"]
+
 #: The `by` of a mutant that makes a run endless.
 ENDLESS = "a test does not end"
 

@@ -22,6 +22,8 @@ from structured_text.mutants.text import Edit, SourceText, Span, edited, whole_l
 from structured_text.mutants.walk import Body, statements
 from structured_text.output.paths import real
 
+__all__ = ["Counted", "Mutant", "Mutants", "in_rounds", "mutant_of"]
+
 _Found = TypeVar("_Found")
 
 _NO_PROGRAM = "PROGRAM NoProgram\n  VAR\n    x : BOOL;\n  END_VAR\n  x := TRUE;\nEND_PROGRAM\n"

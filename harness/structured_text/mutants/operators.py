@@ -13,6 +13,8 @@ from structured_text.language.walk import bodies, nodes
 from structured_text.mutants.text import Edit, Span
 from structured_text.mutants.walk import Body, Place, places
 
+__all__ = ["OPERATORS", "Change", "changes", "changes_nothing", "constants"]
+
 #: The operators by name, each with a description of the change.
 OPERATORS = {
     "relational": "another comparison: < for <=, <> for =",

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+__all__ = ["VARIABLE", "Order"]
+
 #: The environment variable with the path of the order's file.
 VARIABLE = "RCX_MUTANT_ORDER"
 

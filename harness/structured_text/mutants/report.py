@@ -14,6 +14,8 @@ from structured_text.mutants.mutant import Mutant
 from structured_text.output.files import replace_files
 from structured_text.output.toml_files import line_of, load_toml
 
+__all__ = ["Judged", "Reasons", "figures", "write_rows"]
+
 
 @dataclass(frozen=True)
 class Judged:

@@ -25,6 +25,8 @@ from structured_text.output.paths import real
 from structured_text.output.programs import Program, environment
 from structured_text.output.system import COPIES
 
+__all__ = ["Judge", "PytestCommand", "outcome"]
+
 _PYTEST = ("pytest", "py.test")
 #: Time limit of a run: this multiple of the time of its tests, plus this many seconds. Few runs
 #: reach it, because tests wait in virtual time and the engine ends an endless loop.

@@ -12,6 +12,8 @@ from pathlib import Path
 from structured_text.mutants.mutant import Mutant
 from structured_text.output.paths import real
 
+__all__ = ["Tests"]
+
 #: Kinds of files that tests may depend on, and folders that are not searched for them.
 _KINDS = {".py", ".st", ".toml", ".ini", ".cfg", ".json", ".jsonl", ".csv", ".yaml", ".yml", ".txt"}
 _FOREIGN = ("__pycache__", "node_modules", "out", "build", "dist", "site-packages")

@@ -10,6 +10,8 @@ from typing import Any
 from structured_text.language import syntax as s
 from structured_text.language.lexer import tokens
 
+__all__ = ["Edit", "SourceText", "Span", "edited", "whole_lines"]
+
 _OPENING = {
     "IF": "END_IF",
     "CASE": "END_CASE",

@@ -22,6 +22,8 @@ from structured_text.mutants.tests import Tests
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles
 
+__all__ = ["UNREACHED", "UserMutants"]
+
 #: The `by` of a mutant that no test executes.
 UNREACHED = "no test runs it"
 

@@ -14,6 +14,8 @@ from structured_text.language.expression_checker import ExpressionChecker
 from structured_text.language.types import Type
 from structured_text.mutants.text import SourceText
 
+__all__ = ["Body", "Place", "places", "statements"]
+
 
 @dataclass(frozen=True)
 class Place:

@@ -6,6 +6,8 @@ import io
 import re
 import sys
 
+__all__ = ["draws", "escaped", "quoted", "spare_no_character"]
+
 #: All characters that charts and tables use for drawing.
 _DRAWN = "▁▂▃▄▅▆▇█▔╱╲─╳▲…●○"  # noqa: RUF001 - drawn lines
 

@@ -10,6 +10,18 @@ from pathlib import Path, PurePosixPath
 from structured_text.errors import COMMAND, DISTRIBUTION
 from structured_text.output.paths import real
 
+__all__ = [
+    "MARK",
+    "RECORD",
+    "digest",
+    "is_marked",
+    "own_output",
+    "record",
+    "recorded",
+    "release",
+    "resolved",
+]
+
 #: Mark in the head of each file that is exported on its own.
 MARK = f"Written by `{COMMAND} export`; change the sources, not this file."
 

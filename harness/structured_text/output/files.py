@@ -17,6 +17,8 @@ from typing import BinaryIO
 
 from structured_text.errors import COMMAND, InputError
 
+__all__ = ["NewFiles", "OutputFile", "encoded", "replace_files"]
+
 _numbers = itertools.count()
 _MOST_NAMES = 1_000
 

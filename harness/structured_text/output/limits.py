@@ -8,6 +8,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+__all__ = [
+    "CAPTURE",
+    "MOST_BLOCKS",
+    "MOST_CHARACTERS",
+    "MOST_ELEMENTS",
+    "MOST_LEVELS",
+    "MOST_LINE_BYTES",
+    "MOST_MISTAKES",
+    "MOST_NESTED",
+    "MOST_REPLAYED_US",
+    "MOST_TOKENS",
+    "MOST_TOOL_S",
+    "MOST_TRACE_US",
+    "MOST_WATCHED",
+    "OTHER",
+    "PROJECT",
+    "SOURCE",
+    "TABLE",
+    "TRACE",
+    "Kind",
+]
+
 _MEGABYTE = 1 << 20
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+__all__ = ["real"]
+
 
 def real(path: str | Path) -> Path:
     """Return a path without links, as far as its parts exist.

@@ -17,6 +17,8 @@ from typing import Any
 
 from structured_text.output.system import APART, GUARDED, end_apart
 
+__all__ = ["Program", "environment", "run"]
+
 _GUARD = Path(__file__).with_name("guard.py")
 _WORD = 16
 

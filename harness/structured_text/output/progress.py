@@ -19,6 +19,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
+__all__ = ["progress_bar"]
+
 #: Time between two lines of progress without a terminal [s].
 _PATIENCE_S = 30.0
 

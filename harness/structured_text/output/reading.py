@@ -11,6 +11,8 @@ from structured_text.errors import InputError
 from structured_text.output.limits import Kind
 from structured_text.output.system import without_waiting
 
+__all__ = ["beginning", "check_file", "file_bytes", "file_text", "open_file"]
+
 _MEGABYTE = 1 << 20
 #: Names of the other file types, by the test that recognizes them.
 _OTHERS = (

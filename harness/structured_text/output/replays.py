@@ -7,6 +7,8 @@ from pathlib import Path
 
 from structured_text.errors import COMMAND, InputError
 
+__all__ = ["BEGINS", "MARK", "check"]
+
 MARK = f"# {COMMAND} replay: "
 """The first characters of a stimulus file that a search has written."""
 

@@ -11,6 +11,8 @@ from typing import Any
 
 from structured_text.output.files import replace_files
 
+__all__ = ["Results", "digest", "move_aside", "read_entry"]
+
 
 def digest(root: Path, files: Iterable[Path]) -> str:
     """Return a hash of the names and contents of files."""

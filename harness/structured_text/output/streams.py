@@ -11,6 +11,8 @@ from typing import TextIO
 from structured_text.errors import OutputError, UnreadError
 from structured_text.output.system import nobody_reads
 
+__all__ = ["discard_output", "prepare"]
+
 
 class _Output(io.FileIO):
     """The file below standard output."""

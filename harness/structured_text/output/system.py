@@ -25,6 +25,39 @@ from typing import IO, Any, Final, Literal, NoReturn
 
 from structured_text.errors import COMMAND
 
+__all__ = [
+    "APART",
+    "COPIES",
+    "DLL",
+    "GUARDED",
+    "MOST_PROCESSES",
+    "WHOLE",
+    "DirectInput",
+    "PipedCopy",
+    "RelayedInput",
+    "SharedMemory",
+    "StandardInput",
+    "addresses",
+    "ask_for_priority",
+    "be_apart",
+    "cache_root",
+    "copied",
+    "copy_ended",
+    "end_apart",
+    "end_as_by_ctrl_c",
+    "fine_timers",
+    "group_address",
+    "interrupt_main_thread",
+    "interrupts_later",
+    "loaded",
+    "nobody_reads",
+    "processors",
+    "settings_root",
+    "told_to_end",
+    "unload",
+    "without_waiting",
+]
+
 if sys.platform == "win32":
     from _ctypes import FreeLibrary
 else:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+__all__ = ["BURST", "EVERY_US", "Throttle"]
+
 BURST = 30
 """The number of lines of a kind that pass at once."""
 

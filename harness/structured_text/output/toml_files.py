@@ -12,6 +12,8 @@ from structured_text.errors import InputError, near
 from structured_text.output.limits import TABLE
 from structured_text.output.reading import file_text
 
+__all__ = ["check_keys", "line_of", "load_toml", "parse_toml", "toml_text"]
+
 #: Names of tables in texts as `[recover]`, `[[always]] 2`.
 _IN_WORDS = re.compile(r"[\w.]+(?=\])")
 _NAME = r"""(?:[\w-]+|"[^"]*"|'[^']*')"""

@@ -8,6 +8,8 @@ from fractions import Fraction
 
 from structured_text.errors import InputError
 
+__all__ = ["format_us", "format_word", "parse_us", "whole", "within_us"]
+
 _UNITS = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000}
 _UNITS |= {"ms": 1_000, "us": 1}
 _PART = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|d|h|m|s)")

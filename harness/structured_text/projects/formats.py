@@ -8,6 +8,8 @@ from pathlib import Path
 
 from structured_text.errors import InputError
 
+__all__ = ["OBJECTS", "SCL", "in_folder", "is_project"]
+
 #: PLCopen and Rockwell.
 _XML, _L5X = ".xml", ".l5x"
 #: TwinCAT: a project, and a task of a project.

@@ -13,6 +13,19 @@ from pathlib import Path
 
 from structured_text.language.source import Line
 
+__all__ = [
+    "LANGUAGES",
+    "Foreign",
+    "Lines",
+    "Piece",
+    "Project",
+    "Unit",
+    "declared_kind",
+    "made",
+    "trimmed",
+    "without_comments",
+]
+
 Lines = tuple[Line, ...]
 
 #: Languages of the standard and of PLC tools, with their names in messages.

@@ -18,6 +18,8 @@ from structured_text.language import cache
 from structured_text.language.source import source_text
 from structured_text.language.words import ACCESS_WORDS
 
+__all__ = ["declared_names", "needed"]
+
 #: Comments and string literals: names in them are not mentioned.
 _SAID = re.compile(r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'", re.DOTALL)
 _NAME = re.compile(r"[A-Z_]\w*")

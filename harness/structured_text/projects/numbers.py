@@ -13,6 +13,8 @@ from pathlib import Path
 from structured_text.errors import InputError
 from structured_text.output.units import parse_us
 
+__all__ = ["interval_text", "interval_us", "milliseconds_us", "priority_of", "whole"]
+
 _DIGITS = re.compile(r"[0-9]{1,18}")
 _DECIMAL = re.compile(r"[0-9]{1,18}(?:\.[0-9]{1,18})?")
 #: The standard's numbering of priorities; no tool has more.

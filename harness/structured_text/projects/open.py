@@ -25,6 +25,8 @@ from structured_text.projects.model import (
 from structured_text.projects.plcopen import read_plcopen
 from structured_text.projects.xml import read_xml
 
+__all__ = ["Sources", "project_sources", "read_project"]
+
 _WORD = re.compile(r"[^\W\d]\w*")
 
 

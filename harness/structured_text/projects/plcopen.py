@@ -33,6 +33,8 @@ from structured_text.projects.numbers import (
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
+__all__ = ["read_plcopen"]
+
 _KINDS = {"function": "FUNCTION", "functionBlock": "FUNCTION_BLOCK", "program": "PROGRAM"}
 _SECTIONS = {
     "inputVars": "VAR_INPUT",

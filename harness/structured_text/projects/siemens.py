@@ -23,6 +23,8 @@ from structured_text.projects.formats import SCL
 from structured_text.projects.model import Piece, Project, Unit
 from structured_text.projects.tasks import ToolTask, configuration
 
+__all__ = ["called", "plain_name", "read_scl", "started"]
+
 _TOKEN = re.compile(
     r"""(?P<comment>//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z))
       | (?P<attribute>\{[^}]*(?:\}|\Z))

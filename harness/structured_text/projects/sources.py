@@ -22,6 +22,17 @@ from structured_text.output.reading import check_file
 from structured_text.projects.formats import in_folder, is_project
 from structured_text.projects.needed import declared_names, needed
 
+__all__ = [
+    "INSTEAD",
+    "Files",
+    "SourceFiles",
+    "check_library",
+    "named_files",
+    "not_declared",
+    "source_files",
+    "st_files",
+]
+
 #: A file or folder, or several of them.
 Files = str | Path | Sequence[str | Path]
 #: Replacements of files, with resolved paths as keys: copies with an inserted error (`mutants`).

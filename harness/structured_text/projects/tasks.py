@@ -9,6 +9,8 @@ from pathlib import Path
 from structured_text.projects.model import Piece, Project, Unit, made
 from structured_text.projects.numbers import interval_text
 
+__all__ = ["NAME", "ToolTask", "configuration"]
+
 #: Name of the CONFIGURATION for a project that has tasks, but no configuration.
 NAME = "Tasks"
 

@@ -8,6 +8,8 @@ from dataclasses import replace
 from structured_text.errors import InputError
 from structured_text.projects.model import Foreign, Piece, Project, Unit, made
 
+__all__ = ["st_texts"]
+
 _NAME = re.compile(r"\w{1,200}")
 
 

@@ -22,6 +22,8 @@ from structured_text.projects.numbers import priority_of, whole
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element, read_xml
 
+__all__ = ["read_object", "read_plcproj", "read_tasks"]
+
 #: One day [µs]; no task of TwinCAT has a longer interval.
 _LONGEST_US = 86_400_000_000
 #: Libraries with blocks and types of the standard, or with built-in ones.

@@ -14,6 +14,8 @@ from structured_text.language.source import Line
 from structured_text.output.limits import PROJECT
 from structured_text.output.reading import file_bytes
 
+__all__ = ["Element", "read_xml"]
+
 #: Largest nesting of elements; projects have about 30 levels.
 _DEEPEST = 200
 #: The declaration of an encoding, in the first bytes.

@@ -14,6 +14,8 @@ from pathlib import Path
 from structured_text.errors import InputError
 from structured_text.language.source import Extract, origin, source_text
 
+__all__ = ["STOPS", "VARIABLE", "Assertion", "Copies", "with_assertions"]
+
 #: The kind of a broken assertion's obligation. No other statement shifts by a literal below 0; file
 #: and line distinguish an assertion from a shift by a variable.
 STOPS = "shift"

@@ -35,6 +35,8 @@ from structured_text.prove.overflow import Span, resized
 from structured_text.prove.symbolic_memory import Alternatives, Leaf
 from structured_text.prove.values import TIME_BITS, Value
 
+__all__ = ["ExpressionTerms"]
+
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 _CHAINS = {"GT": ">", "GE": ">=", "EQ": "=", "LE": "<=", "LT": "<", "NE": "<>"}
 _JOINS = {"ADD": "+", "MUL": "*", "SUB": "-", "DIV": "/", "MOD": "MOD"}

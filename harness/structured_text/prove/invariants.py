@@ -26,6 +26,8 @@ from structured_text.prove.assertions import Copies
 from structured_text.prove.machine import Machine
 from structured_text.prove.symbolic_memory import Path
 
+__all__ = ["Candidate", "Look", "candidates", "constants", "kept"]
+
 #: Highest number of BOOL variables for which pairs are tried.
 _PAIRS = 40
 

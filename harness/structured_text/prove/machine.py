@@ -31,6 +31,8 @@ from structured_text.prove.overflow import Operation, Span
 from structured_text.prove.symbolic_memory import Alternatives, Path, SymbolicMemory
 from structured_text.prove.values import Value
 
+__all__ = ["Call", "Machine", "Obligation"]
+
 _BOOL = ELEMENTARY["BOOL"]
 
 #: Highest number of rounds to which a loop is unrolled; a longer loop is refused.

@@ -15,6 +15,8 @@ from structured_text.prove.search import value_of
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.symbolic_memory import Path, SymbolicMemory
 
+__all__ = ["Names"]
+
 _REALS = {"REAL": "f", "LREAL": "d"}
 
 

@@ -17,6 +17,17 @@ from structured_text.prove import values
 from structured_text.prove.logic import Bool, both, either, is_known
 from structured_text.prove.values import Value
 
+__all__ = [
+    "NANOSECONDS",
+    "Operation",
+    "Span",
+    "arithmetic",
+    "conversion",
+    "negation",
+    "outside",
+    "resized",
+]
+
 Span = tuple[int, int]
 #: The range of a TIME of 64 bits.
 NANOSECONDS: Span = (-(1 << 63), (1 << 63) - 1)

@@ -22,6 +22,8 @@ from structured_text.prove.machine import Call, Machine
 from structured_text.prove.summaries import summaries
 from structured_text.prove.symbolic_memory import Alternatives, Path
 
+__all__ = ["ProgramMachine"]
+
 
 class ProgramMachine(Machine):
     """A symbolic machine for a whole program.

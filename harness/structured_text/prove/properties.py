@@ -19,6 +19,8 @@ from structured_text.prove.machine import Obligation
 from structured_text.prove.program import ProgramMachine
 from structured_text.prove.symbolic_memory import Path
 
+__all__ = ["ONCE", "STEADY", "Key", "Library", "Watch", "inner_written", "title"]
+
 #: The identity of a property: its kind, and the file and line if it has a place (else "" and 0).
 Key = tuple[str, str, int]
 

@@ -19,6 +19,25 @@ import z3
 
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated, truth
 
+__all__ = [
+    "Real",
+    "absolute",
+    "anything",
+    "arithmetic",
+    "choose",
+    "compare",
+    "constant",
+    "cut",
+    "fits",
+    "from_integer",
+    "in_range",
+    "negative",
+    "root",
+    "settled",
+    "to_integer",
+    "widened",
+]
+
 _SIGN, _MAGNITUDE, _INFINITE = 1 << 31, (1 << 31) - 1, 0x7F80_0000
 
 

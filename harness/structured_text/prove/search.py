@@ -16,6 +16,8 @@ from structured_text.prove.summaries import literals, one_of
 from structured_text.prove.surroundings import Given, Surroundings
 from structured_text.prove.symbolic_memory import Path
 
+__all__ = ["Counterexample", "Search", "SearchEndedError", "value_of"]
+
 
 @dataclass(frozen=True)
 class ScanInput:

@@ -12,6 +12,8 @@ from structured_text.prove import values
 from structured_text.prove.logic import Bool, UnsupportedError, both, either, negated
 from structured_text.prove.values import Value
 
+__all__ = ["memory", "run"]
+
 _BOOL, _TIME, _PHASE = ELEMENTARY["BOOL"], ELEMENTARY["TIME"], ELEMENTARY["USINT"]
 _TIMER = (("before", "BOOL"), ("phase", "USINT"), ("start", "TIME"))
 _MEMORY: dict[str, tuple[tuple[str, str], ...]] = {

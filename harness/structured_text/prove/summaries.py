@@ -14,6 +14,8 @@ import z3
 from structured_text.prove.machine import Machine
 from structured_text.prove.values import TIME_BITS
 
+__all__ = ["Summaries", "literals", "one_of", "summaries"]
+
 #: Largest result of such a function: 20 days in milliseconds.
 _LONGEST_MS = 1_728_000_000
 #: Highest number of durations that are tried one by one.

@@ -20,6 +20,8 @@ from structured_text.prove.machine import Machine
 from structured_text.prove.program import ProgramMachine
 from structured_text.prove.symbolic_memory import Path
 
+__all__ = ["Given", "Input", "Surroundings", "path_of"]
+
 
 @dataclass(frozen=True)
 class Input:

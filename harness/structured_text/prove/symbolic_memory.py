@@ -20,6 +20,8 @@ from structured_text.prove import standard, values
 from structured_text.prove.logic import Bool
 from structured_text.prove.values import Value
 
+__all__ = ["Alternatives", "Leaf", "Path", "SymbolicMemory", "leaves"]
+
 #: Names and positions, from the outermost variable inwards.
 Path = tuple[Any, ...]
 #: The places that an access may refer to, each with its condition; one of the conditions holds.

@@ -19,6 +19,23 @@ from structured_text.prove.logic import (
     truth,
 )
 
+__all__ = [
+    "Text",
+    "anything",
+    "choose",
+    "compare",
+    "concat",
+    "constant",
+    "equal",
+    "find",
+    "known",
+    "left",
+    "legal",
+    "length",
+    "mid",
+    "plain",
+]
+
 
 @dataclass(frozen=True)
 class Text:

@@ -33,6 +33,8 @@ from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.symbolic_memory import Path as Place
 from structured_text.prove.values import TIME_BITS
 
+__all__ = ["NOTED", "Bench", "Replayed", "Result", "Settings", "prove"]
+
 #: Status of a property that may be broken without being a fault.
 NOTED = "noted"
 

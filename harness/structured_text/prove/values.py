@@ -38,6 +38,24 @@ from structured_text.prove.logic import (
     truth,
 )
 
+__all__ = [
+    "ENUM_BITS",
+    "TIME_BITS",
+    "Value",
+    "anything",
+    "bits",
+    "choose",
+    "combine",
+    "compare",
+    "concrete",
+    "constant",
+    "is_duration",
+    "legal",
+    "negate",
+    "scalar",
+    "wrapped",
+]
+
 Value = Any
 
 #: Width of a TIME. A literal has 64 bits; the other 8 leave room for the sums of one scan.

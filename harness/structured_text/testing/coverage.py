@@ -19,6 +19,8 @@ from structured_text.errors import COMMAND, InputError
 from structured_text.testing import COVERAGE, LIBRARIES
 from structured_text.testing.settings import is_on, project
 
+__all__ = ["Gathering", "start"]
+
 _KEY = f"{COMMAND}_coverage"
 _FOLDER = "out/coverage"
 

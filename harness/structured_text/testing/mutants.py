@@ -28,6 +28,8 @@ from structured_text.projects.sources import INSTEAD
 from structured_text.testing import LIBRARIES
 from structured_text.testing.tracing import PerTest
 
+__all__ = ["start"]
+
 #: Options of other plugins for output files, which would overwrite those of the user's own runs.
 _OUTPUTS = ("xmlpath", "htmlpath", "json_report_file", "allure_report_dir", "logfile")
 

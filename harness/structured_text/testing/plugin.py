@@ -16,6 +16,8 @@ import pytest
 from structured_text.errors import COMMAND
 from structured_text.testing import COVERAGE
 
+__all__ = ["add_options", "check_keys", "is_set", "order"]
+
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options of coverage, and their keys of the ini file."""

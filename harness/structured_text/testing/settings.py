@@ -10,6 +10,8 @@ import pytest
 
 from structured_text.errors import COMMAND, InputError, did_you_mean
 
+__all__ = ["is_on", "project", "unknown_key"]
+
 #: Texts of a switch in the ini file.
 _SWITCH = {"true": True, "1": True, "yes": True, "on": True}
 _SWITCH |= {"false": False, "0": False, "no": False, "off": False, "": False}

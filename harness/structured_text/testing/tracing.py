@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+__all__ = ["PerTest"]
+
 
 class PerTest(ABC):
     """Notes for each test whether it passes, its processor time [s], and the code it has run.

@@ -13,6 +13,29 @@ from enum import IntEnum
 from functools import lru_cache
 from typing import NamedTuple
 
+__all__ = [
+    "REVISIONS",
+    "ClassId",
+    "ConnectionService",
+    "ElectronicKey",
+    "ExtendedStatus",
+    "Path",
+    "Refusal",
+    "Reply",
+    "Request",
+    "Service",
+    "Status",
+    "decode_key",
+    "decode_reply",
+    "decode_request",
+    "encode_path",
+    "encode_reply",
+    "encode_request",
+    "encode_segment",
+    "extended_text",
+    "status_text",
+]
+
 
 class ExtendedStatus(IntEnum):
     """The extended status codes that belong to general status 0x01, connection failure.

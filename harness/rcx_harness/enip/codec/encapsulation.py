@@ -10,6 +10,26 @@ import struct
 from enum import IntEnum
 from typing import NamedTuple
 
+__all__ = [
+    "HEADER_SIZE",
+    "MAX_DATA",
+    "PROTOCOL_VERSION",
+    "Command",
+    "EncapsulationStatus",
+    "Frame",
+    "Item",
+    "connected",
+    "connected_items",
+    "decode_header",
+    "decode_items",
+    "decode_socket_address",
+    "encode_items",
+    "next_frame",
+    "socket_address",
+    "unconnected",
+    "unconnected_items",
+]
+
 HEADER_SIZE = 24
 PROTOCOL_VERSION = 1
 MAX_DATA = 4096 + 64

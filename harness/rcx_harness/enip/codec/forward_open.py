@@ -27,6 +27,25 @@ from rcx_harness.enip.codec.cip import (
 )
 from structured_text.output.units import format_us
 
+__all__ = [
+    "ConnectionPath",
+    "ConnectionType",
+    "ForwardClose",
+    "ForwardOpen",
+    "NetworkParameters",
+    "OpenReply",
+    "OpenRequest",
+    "PathRefusal",
+    "Triad",
+    "close_reply",
+    "decode_connection_path",
+    "decode_forward_close",
+    "decode_forward_open",
+    "decode_open_reply",
+    "open_reply",
+    "refusal_data",
+]
+
 _CLASS, _INSTANCE, _CONNECTION_POINT = 0x20, 0x24, 0x2C
 _SIXTEEN_BIT = 0x01
 _KEY, _KEY_FORMAT, _KEY_END = 0x34, 0x04, 10

@@ -12,6 +12,18 @@ from dataclasses import asdict, dataclass
 from enum import Enum, IntEnum
 from typing import Any, NamedTuple
 
+__all__ = [
+    "FIRST_PACKET_US",
+    "IO_PORT",
+    "LONGEST_TIMEOUT_US",
+    "ConnectionKind",
+    "ConnectionParameters",
+    "EndReason",
+    "OwnerState",
+    "Way",
+    "multicast_address",
+]
+
 IO_PORT = 2222
 """UDP port of class 0 and class 1 packets."""
 

@@ -13,6 +13,8 @@ from rcx_harness.enip.cyclic.connections import IO_PORT, ConnectionParameters, E
 from rcx_harness.enip.cyclic.exchange import Role
 from rcx_harness.enip.errors import EnipError, ProcessDiedError
 
+__all__ = ["CyclicControl"]
+
 _MODULE = "rcx_harness.enip.cyclic.process"
 
 

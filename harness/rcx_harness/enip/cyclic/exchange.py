@@ -33,6 +33,18 @@ from rcx_harness.enip.cyclic.connections import (
 from rcx_harness.enip.cyclic.journal import ConnectionEvent
 from rcx_harness.enip.cyclic.shared import Drop, SharedImages, Word
 
+__all__ = [
+    "WINDOW",
+    "Arrival",
+    "Consumer",
+    "Exchange",
+    "Packet",
+    "Producer",
+    "Role",
+    "Send",
+    "decode_packet",
+]
+
 WINDOW = 1024
 """The largest accepted step of the sequence number.
 

@@ -15,6 +15,8 @@ from typing import Any, NamedTuple
 
 from rcx_harness.enip.cyclic.connections import ConnectionKind
 
+__all__ = ["ConnectionEvent", "Journal", "Read", "RefusedOpen"]
+
 _SLOTS, _SLOT = 128, 1024
 _WORD = 8
 _LENGTH = struct.Struct("=H")

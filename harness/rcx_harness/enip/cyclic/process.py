@@ -21,6 +21,8 @@ from rcx_harness.enip.cyclic.exchange import Exchange, Role
 from rcx_harness.enip.cyclic.shared import Drop, LinkState, SharedImages, Word, now_us
 from structured_text.output.system import DirectInput, RelayedInput, StandardInput, group_address
 
+__all__ = ["BEAT_US", "main"]
+
 _DATAGRAM = 2048
 _LOOK_US = 50_000
 """The link's state is looked at least that often while there are connections."""

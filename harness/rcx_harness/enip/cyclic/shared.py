@@ -21,6 +21,19 @@ from rcx_harness.enip.cyclic.connections import ConnectionParameters, OwnerState
 from rcx_harness.enip.cyclic.journal import Journal
 from structured_text.output.system import SharedMemory
 
+__all__ = [
+    "GAPS",
+    "Drop",
+    "Image",
+    "LinkState",
+    "SharedImage",
+    "SharedImages",
+    "Status",
+    "Word",
+    "drops_text",
+    "now_us",
+]
+
 GAPS = 8192
 """Number of saved gaps between packets, the latest ones."""
 

@@ -21,6 +21,8 @@ from rcx_harness.enip.codec.encapsulation import (
 )
 from rcx_harness.enip.errors import CipError, EnipError
 
+__all__ = ["PORT", "Client"]
+
 PORT = 44818
 _DATA = 3
 _CHUNK = 65536 + HEADER_SIZE

@@ -16,6 +16,8 @@ from rcx_harness.spec.wire import AREA_SIZES
 from structured_text.errors import InputError
 from structured_text.output.units import format_us
 
+__all__ = ["MasterLink", "Opener", "multiplier_of", "refusal_hint"]
+
 _MOST = 7
 _SIZES = (
     ExtendedStatus.INVALID_CONNECTION_SIZE,

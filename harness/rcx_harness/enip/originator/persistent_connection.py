@@ -10,6 +10,8 @@ from rcx_harness.enip.originator.opening import MasterLink, Opener, refusal_hint
 from rcx_harness.enip.originator.scanner import Received, ScannerStatistics
 from structured_text.errors import InputError
 
+__all__ = ["WAITS", "PersistentConnection"]
+
 WAITS = "packets have not come yet"
 
 

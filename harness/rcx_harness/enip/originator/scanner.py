@@ -36,6 +36,8 @@ from rcx_harness.enip.originator.client import PORT, Client
 from rcx_harness.spec.wire import SIZE, TO_MASTER, TO_ROBOT, check_size
 from structured_text.errors import InputError
 
+__all__ = ["LARGEST", "Assemblies", "Received", "Scanner", "ScannerStatistics", "no_packet"]
+
 LARGEST = 1400
 """Bytes of data that fit into one datagram of the Ethernet."""
 

@@ -13,6 +13,8 @@ from rcx_harness.enip.errors import EnipError
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.spec.wire import SIZE, check_size
 
+__all__ = ["MODULE", "Adapter"]
+
 #: Module that the process runs.
 MODULE = "rcx_harness.enip.target.adapter_process"
 

@@ -37,6 +37,8 @@ from rcx_harness.enip.target.network_interface import (
 )
 from rcx_harness.enip.target.servers import TcpServer, UdpServer
 
+__all__ = ["main"]
+
 _LOOK_S, _LOOKS_PER_CHECK = 0.05, 20
 _LONGEST_TEXT = 900  # what a record of the journal holds
 _TRIES = 20  # for a port that is free for TCP and UDP

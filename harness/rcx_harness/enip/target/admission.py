@@ -15,6 +15,16 @@ from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE, Co
 from rcx_harness.enip.options import AdapterOptions, Identity
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 
+__all__ = [
+    "MAX_EXPLICIT_SIZE",
+    "check_cyclic",
+    "check_explicit",
+    "check_transport",
+    "has_room",
+    "key_mismatch",
+    "refused",
+]
+
 
 def key_mismatch(key: ElectronicKey | None, identity: Identity) -> ExtendedStatus | None:
     """Return the extended status for a key that does not match; None if it matches.

@@ -51,6 +51,15 @@ from rcx_harness.enip.target.admission import (
 )
 from rcx_harness.enip.target.refusal_text import Facts, refusal_text
 
+__all__ = [
+    "MAX_CYCLIC",
+    "ConnectionManager",
+    "CyclicPart",
+    "ExplicitConnection",
+    "Origin",
+    "random_id",
+]
+
 
 @dataclass
 class Origin:

@@ -40,6 +40,8 @@ from rcx_harness.enip.target.network_interface import NetworkInterface
 from rcx_harness.enip.target.objects import ObjectModel
 from rcx_harness.enip.target.router import Router
 
+__all__ = ["IDLE_S", "MAX_SESSIONS", "SLOW_S", "Device", "Session"]
+
 SLOW_S = 10.0
 """Longest time for one frame to arrive whole, in seconds."""
 

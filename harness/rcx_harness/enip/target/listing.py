@@ -24,6 +24,8 @@ from rcx_harness.enip.codec.encapsulation import (
 )
 from rcx_harness.enip.target.router import Router
 
+__all__ = ["Datagrams", "Delayed", "Listing"]
+
 _CIP_OVER_TCP, _CYCLIC_OVER_UDP = 0x0020, 0x0100  # capability flags
 
 

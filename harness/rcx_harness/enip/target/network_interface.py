@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 from structured_text.output.system import addresses
 
+__all__ = ["ANY", "NetworkInterface", "address_toward", "find_interface"]
+
 _NO_HARDWARE_ADDRESS = bytes(6)
 # An address for documentation (RFC 5737), which is outside of any local network.
 _ELSEWHERE = "192.0.2.1"

@@ -24,6 +24,8 @@ from rcx_harness.enip.options import Identity
 from rcx_harness.enip.target.network_interface import NetworkInterface
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 
+__all__ = ["ObjectModel"]
+
 DSCP = {4: 55, 5: 47, 6: 43, 7: 31, 8: 27}
 """Attributes of the QoS object with their initial code points: urgent, scheduled, high and low
 priority, explicit messages."""

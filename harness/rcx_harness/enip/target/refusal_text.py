@@ -16,6 +16,8 @@ from rcx_harness.enip.target.admission import EXPLICIT_CLASS
 from rcx_harness.spec.wire import AREA_SIZES, TO_MASTER, TO_ROBOT
 from structured_text.output.units import format_us
 
+__all__ = ["Facts", "refusal_text"]
+
 _HEADER = "the 32-bit run/idle header"
 _TRIES = 8  # numbers of a path that are shown
 

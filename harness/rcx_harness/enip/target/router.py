@@ -22,6 +22,8 @@ from rcx_harness.enip.target.admission import key_mismatch
 from rcx_harness.enip.target.connection_manager import ConnectionManager, Origin
 from rcx_harness.enip.target.objects import ObjectModel
 
+__all__ = ["Router"]
+
 _MAX_REPLY = 4000
 _CONNECTION_SERVICES = frozenset(ConnectionService)
 # Priority and ticks, length of the message

@@ -17,6 +17,8 @@ from rcx_harness.enip.target.device import Device, Session
 from rcx_harness.enip.target.listing import Datagrams
 from rcx_harness.enip.target.network_interface import ANY, address_toward
 
+__all__ = ["TcpServer", "UdpServer"]
+
 MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
 _NEWCOMERS = 1
 

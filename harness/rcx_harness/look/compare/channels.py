@@ -10,6 +10,8 @@ from functools import lru_cache
 from rcx_harness.spec import signals
 from rcx_harness.spec.wire import DEDICATED_AT, RESERVED_AT, SIZE
 
+__all__ = ["Channel", "Difference", "Timeline", "channels", "differences"]
+
 STATUS, RESPONSE = "status", "response"
 
 

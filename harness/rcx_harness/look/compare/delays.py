@@ -16,6 +16,8 @@ from rcx_harness.robot.handshake import Kind
 from rcx_harness.spec import commands, signals
 from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT, ENDS, READY, RUN, SIZE
 
+__all__ = ["DELAYS", "INPUTS", "Drawn", "Guide", "asked"]
+
 #: The change that ends each delay: channels with the values that they reach.
 _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "boot_time": (("SO01", (1,)),),

@@ -21,6 +21,8 @@ from rcx_harness.spec.wire import CYCLE_US, READY
 from rcx_harness.watch.wire import word
 from structured_text.errors import InputError
 
+__all__ = ["Fit", "Knob", "fit"]
+
 _FREE = frozenset(DELAYS)
 #: Most unexplained differences; with more, the recording is of another machine.
 _MOST_LEFT = 100

@@ -15,6 +15,8 @@ from rcx_harness.robot.config.checks import CHOICES, STORED
 from rcx_harness.spec import commands
 from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT
 
+__all__ = ["DESCRIBED", "KNOBS", "Seen", "has_few_values", "seen_at", "values"]
+
 #: Keys that describe a robot, which the user must give; the manual does not leave them open.
 DESCRIBED = (*STORED, "robot", "axes", "programs", "work_areas", "real_time_items", "size")
 #: A number of an alarm that no key has otherwise.

@@ -17,6 +17,8 @@ from rcx_harness.watch.wire import word
 from structured_text.errors import InputError
 from structured_text.output.limits import MOST_REPLAYED_US
 
+__all__ = ["Recording", "load", "of_cycles"]
+
 _HOUR_US = 3_600_000_000
 Progress = Callable[[float], None]
 

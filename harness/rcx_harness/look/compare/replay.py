@@ -21,6 +21,8 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.alarms import EMERGENCY_STOP
 from rcx_harness.spec.wire import CYCLE_US, DEDICATED_AT, RESERVED_AT, SIZE
 
+__all__ = ["Happening", "Replay", "Replayed", "watched"]
+
 #: Alarm that raises SO(03) if a recording begins with an alarm whose number it does not show.
 _UNKNOWN_ALARM = "99.999"
 #: Cycles of the virtual controller with the first image before a recording that begins later.

@@ -14,6 +14,8 @@ from rcx_harness.robot import RobotConfig
 from structured_text.errors import InputError
 from structured_text.output.toml_files import toml_text
 
+__all__ = ["robot_file"]
+
 
 def robot_file(fit: Fit, base: Path | None, of: str) -> str:
     """Return the text of the robot file.

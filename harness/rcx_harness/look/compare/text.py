@@ -20,6 +20,8 @@ from rcx_harness.trace.chart import MOST_INSTANTS, Timeline
 from rcx_harness.watch.wire import word
 from structured_text.output.units import format_us, format_word
 
+__all__ = ["as_json", "chart", "fit_lines", "lines", "rules_of"]
+
 _MOST = 20
 #: Rules about each signal; for status and response also those of the command's section.
 _OF_SIGNAL = {

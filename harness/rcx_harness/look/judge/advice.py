@@ -9,6 +9,8 @@ from rcx_harness.look.judge.capture import host_text
 from rcx_harness.look.judge.network import Network
 from rcx_harness.spec.wire import AREA_SIZES
 
+__all__ = ["advice"]
+
 _MOST_HOSTS = 6
 _TO_ROBOT = SEQUENCE_SIZE + RUN_IDLE_SIZE
 _AREAS = " or ".join(map(str, AREA_SIZES))

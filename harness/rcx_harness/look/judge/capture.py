@@ -16,6 +16,8 @@ from typing import Any, NamedTuple
 from structured_text.errors import InputError
 from structured_text.output.reading import check_file
 
+__all__ = ["ENDINGS", "Capture", "Packet", "host_text"]
+
 #: Endings of the names of captures.
 ENDINGS = (".pcapng", ".pcap", ".cap", ".ntar")
 

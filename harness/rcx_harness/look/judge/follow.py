@@ -15,6 +15,8 @@ from rcx_harness.watch.answers import AnswerMonitor
 from rcx_harness.watch.wire import INTERVAL_US, WireMonitor, word
 from structured_text.output.units import format_us, format_word
 
+__all__ = ["ANSWERS", "Follower", "ordered"]
+
 _DEDICATED = slice(DEDICATED_AT, DEDICATED_AT + 2)
 _DATA = slice(2, DEDICATED_AT)
 _WORDS = 16

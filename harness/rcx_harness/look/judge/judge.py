@@ -20,6 +20,8 @@ from structured_text.errors import InputError
 from structured_text.output.limits import CAPTURE
 from structured_text.output.reading import beginning
 
+__all__ = ["REPORT_EVERY", "JudgeOptions", "Judgement", "is_capture", "is_judged", "judge"]
+
 _SHOWN = slice(DEDICATED_AT, DEDICATED_AT + 2)
 _MOST_KEPT = 1_000
 REPORT_EVERY = 20_000

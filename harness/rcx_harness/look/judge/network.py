@@ -34,6 +34,8 @@ from rcx_harness.look.judge.ways import Arrival, Way
 from rcx_harness.spec.wire import AREA_SIZES, TO_MASTER, TO_ROBOT
 from structured_text.output.units import format_us
 
+__all__ = ["Connection", "Network", "Note", "Robot", "Sample", "Stranger"]
+
 _CYCLIC = b"\x02\x00\x02\x80\x08\x00"  # how each class 1 packet begins
 _MULTICAST = range(224, 240)
 _MOST_PENDING, _MOST_STRANGERS, _MOST_CONNECTIONS, _MOST_LINES = 256, 256, 1_000, 4_000

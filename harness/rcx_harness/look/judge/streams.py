@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from rcx_harness.enip.codec.encapsulation import Command, Frame, decode_header, next_frame
 from rcx_harness.look.judge.capture import Packet
 
+__all__ = ["Streams"]
+
 _FIN, _SYN, _RST = 0x01, 0x02, 0x04
 _COMMANDS = set(Command)
 _NUMBERS = 0xFFFFFFFF

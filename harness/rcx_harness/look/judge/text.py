@@ -14,6 +14,8 @@ from rcx_harness.look.judge.times import Times
 from rcx_harness.look.judge.ways import Way
 from structured_text.output.units import format_us
 
+__all__ = ["as_json", "summary"]
+
 _MOST_CONNECTIONS, _MOST_FINDINGS, _MOST_STRANGERS = 10, 20, 10
 _SHARES = {"median": 0.5, "p99": 0.99}
 #: Counters of a `Way` besides its packets, with their names in the text.

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 
+__all__ = ["Times"]
+
 #: Number of times that are stored exactly. Further times are only counted in steps that differ by
 #: this factor, so that the memory is bounded.
 _EXACT, _STEP = 1_000, math.log(1.01)

@@ -8,6 +8,8 @@ from typing import NamedTuple
 from rcx_harness.enip.cyclic.connections import RUN_IDLE_SIZE, SEQUENCE_SIZE
 from rcx_harness.enip.cyclic.exchange import Packet
 
+__all__ = ["Arrival", "Way"]
+
 _COUNT = struct.Struct("<H")
 _NUMBERS, _HALF = 0xFFFFFFFF, 0x80000000
 #: Number of the latest sequence numbers that are stored. An older number cannot be classified as

@@ -11,6 +11,8 @@ from rcx_harness.look.probe.line import Line
 from rcx_harness.robot.stored import Hand, Pallet, Point
 from rcx_harness.spec.wire import NORMAL_END, READY
 
+__all__ = ["TIMEOUT_US", "UNDEFINED", "Carrier", "RefusedError"]
+
 #: Longest wait for each answer: a command is held until its end (guide 1.1, note).
 TIMEOUT_US = 10_000_000
 

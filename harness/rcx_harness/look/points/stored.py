@@ -15,6 +15,8 @@ from rcx_harness.robot.stored import Hand, Pallet, Point, Shift
 from structured_text.errors import InputError
 from structured_text.output.toml_files import load_toml
 
+__all__ = ["KINDS", "Key", "Stored", "as_csv", "as_toml", "from_toml", "shown", "without_foreign"]
+
 #: The tables, in the order in which they are read and written: pallets need their points.
 KINDS = ("points", "comments", "shifts", "hands", "pallets")
 _COLUMNS = ("number", "unit", *(f"axis{k}" for k in range(1, 7)), "hand", "arm1", "arm2", "comment")

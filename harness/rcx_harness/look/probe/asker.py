@@ -15,6 +15,8 @@ from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, ENDS, NORMAL_END, READ
 from rcx_harness.trace import Scan, Trace
 from structured_text.output.units import format_word
 
+__all__ = ["Answer", "Asker", "History", "NoAnswerError", "telegram"]
+
 #: Between two changes of dedicated inputs: the manual's 100 ms and some for the packets.
 _INTERVAL_US = 130_000
 _PATIENCE_US = 3_000_000

@@ -5,6 +5,8 @@ from __future__ import annotations
 from rcx_harness.look.probe.question import Question
 from rcx_harness.look.probe.questions import data, handshake, motion, person, reading, signals
 
+__all__ = ["questions"]
+
 _MODULES = (reading, signals, handshake, data, person, motion)
 
 

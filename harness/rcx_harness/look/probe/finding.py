@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+__all__ = ["Finding", "SkipError"]
+
 
 class SkipError(Exception):
     """The question cannot be asked here, or its answer decides nothing; the reason in words."""

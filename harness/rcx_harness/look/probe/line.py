@@ -12,6 +12,8 @@ from rcx_harness.enip.originator.scanner import Scanner, no_packet
 from rcx_harness.look.text import identity_lines
 from rcx_harness.spec.wire import CYCLE_US
 
+__all__ = ["Line", "LostError", "NetworkLine", "NotConnectedError"]
+
 #: Written data are valid for this time unless they are written again, so that the robot stops if
 #: the probe hangs.
 _LEASE_US = 1_000_000

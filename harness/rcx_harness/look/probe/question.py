@@ -8,6 +8,8 @@ from enum import IntEnum
 
 from rcx_harness.look.probe.asker import Asker
 
+__all__ = ["Question", "Risk", "asked"]
+
 
 class Risk(IntEnum):
     """The risk of a question at the cell, the lowest first."""

@@ -14,6 +14,8 @@ from rcx_harness.spec import folder
 from rcx_harness.spec.rules import Rule, rules
 from structured_text.output.toml_files import load_toml
 
+__all__ = ["Subject", "Verdict", "as_markdown", "as_toml", "unasked", "verdicts"]
+
 
 @dataclass(frozen=True)
 class Subject:

@@ -14,6 +14,8 @@ from rcx_harness.spec.wire import READY
 from rcx_harness.trace import Trace
 from structured_text.errors import InputError
 
+__all__ = ["Outcome", "Person", "probe"]
+
 
 @dataclass
 class Outcome:

@@ -13,6 +13,20 @@ from rcx_harness.robot.machine import Machine
 from rcx_harness.spec import FieldValue
 from rcx_harness.spec.wire import CYCLE_US
 
+__all__ = [
+    "Action",
+    "Call",
+    "Execution",
+    "Lasting",
+    "Response",
+    "act",
+    "acts_once",
+    "answers_absent",
+    "registered",
+    "start",
+    "takes_time",
+]
+
 #: Response fields by their names in remote_commands.toml.
 Response = Mapping[str, FieldValue]
 

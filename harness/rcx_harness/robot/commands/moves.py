@@ -17,6 +17,8 @@ from rcx_harness.robot.motion import Movement
 from rcx_harness.robot.paths import Arch, Pace, Path, plan_arc, plan_arch, plan_line, plan_ptp
 from rcx_harness.robot.stored import Point
 
+__all__ = ["Moving", "position_output"]
+
 _Plan = Callable[[Arm, Mapping[int, int], Pace], Path]
 
 _DIRECT_SPEED, _PERCENT, _MM_PER_S = 1, 2, 3  # speed modes; the first in 0.01 % of the maximum

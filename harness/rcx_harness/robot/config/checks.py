@@ -29,6 +29,21 @@ from rcx_harness.spec.wire import AREA_SIZES
 from structured_text.errors import InputError, near
 from structured_text.output.toml_files import check_keys
 
+__all__ = [
+    "AREA_HINT",
+    "CHOICES",
+    "RANGES",
+    "STORED",
+    "alarm_code",
+    "check_programs",
+    "check_stored",
+    "check_value",
+    "is_number",
+    "is_whole",
+    "same_name",
+    "shown",
+]
+
 #: Hint that shows how to write a work area.
 AREA_HINT = "Feeder = [[100, 200], [180, 260]], two corners X, Y or X, Y, Z in mm"
 _LONGEST_NAME = 40

@@ -22,6 +22,18 @@ from rcx_harness.spec.wire import SIZE
 from structured_text.errors import InputError
 from structured_text.output.toml_files import line_of, parse_toml, toml_text
 
+__all__ = [
+    "SECTIONS",
+    "Axis",
+    "Delay",
+    "Motion",
+    "Programs",
+    "References",
+    "Robot",
+    "RobotConfig",
+    "RobotProgram",
+]
+
 #: Milliseconds, fixed or as (shortest, longest); a range is drawn from the seed each time.
 Delay = float | tuple[float, float]
 #: X, Y and optionally Z [mm].

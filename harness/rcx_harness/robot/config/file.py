@@ -28,6 +28,8 @@ from rcx_harness.robot.stored import AXES, COUNTS, Hand, Pallet, Point
 from structured_text.errors import InputError
 from structured_text.output.toml_files import check_keys
 
+__all__ = ["read_value"]
+
 _SCALE = {"mm": 1000, "pulses": 1}
 _UNITS = {"mm": "numbers in mm", "pulses": "whole numbers in pulses"}
 #: Limit of a key in a message [characters], and the end of a shortened key.

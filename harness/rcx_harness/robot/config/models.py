@@ -8,6 +8,8 @@ from typing import Any
 from rcx_harness.robot.config.checks import check_value
 from rcx_harness.spec.robots import RobotModel, law, robot_models
 
+__all__ = ["axis_keys", "merged", "model_of"]
+
 
 def model_of(name: str) -> RobotModel:
     """Return the model of that name."""

@@ -16,6 +16,8 @@ from structured_text.engines.base import Program
 from structured_text.errors import InputError, did_you_mean
 from structured_text.language.types import BlockType, EnumType, StructType
 
+__all__ = ["HOLD_S", "Plate", "plates_of"]
+
 HOLD_S = 0.5
 """A key is released when its page has been silent for so long [s]."""
 

@@ -13,6 +13,8 @@ from rcx_harness.serve.guard import TokenServer, add_files, guarded, read_messag
 from rcx_harness.serve.panel.plate import Plate
 from structured_text.errors import InputError
 
+__all__ = ["FILES", "PanelServer", "application"]
+
 _OWN, _SERVE = "rcx_harness.serve.panel", "rcx_harness.serve"
 #: Static files: path, package and file of its folder `page`, its type.
 FILES = {

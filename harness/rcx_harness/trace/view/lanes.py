@@ -15,6 +15,8 @@ from rcx_harness.watch.wire import word
 from structured_text.language.displayed import Changed, literal, typed, value_text
 from structured_text.language.types import ElementaryType, Type
 
+__all__ = ["Group", "Lane", "Lanes", "Variables", "Wire"]
+
 _WORDS = 16
 _PORTS = range(DEDICATED_AT + 2, RESERVED_AT)
 #: Types that are shown as numbers; JavaScript cannot represent those of 64 bits exactly.

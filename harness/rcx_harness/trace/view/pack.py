@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import struct
 
+__all__ = ["Bits", "Numbers", "Packed", "Reals", "Texts", "put_whole"]
+
 _REAL = struct.Struct("<d")
 
 

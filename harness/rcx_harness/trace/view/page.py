@@ -20,6 +20,8 @@ from rcx_harness.trace.view.robots import Robots
 from rcx_harness.watch.sections import section_of
 from structured_text.errors import InputError, Violation
 
+__all__ = ["SCRIPTS", "View"]
+
 #: The scripts of the page; each script imports only from scripts before it.
 SCRIPTS = (
     "data.js",

@@ -8,6 +8,8 @@ from typing import Any
 
 from rcx_harness.trace.view.lanes import Lane
 
+__all__ = ["Robots"]
+
 _KINDS = ("scara", "cartesian", "axes")
 _OF_AXIS = ("low", "high", "per", "zero")
 _PLACE = range(3, 7)

@@ -13,6 +13,8 @@ from structured_text.debug.values import Item, Text
 from structured_text.engines.base import Program
 from structured_text.output.units import format_us, format_word
 
+__all__ = ["live_input", "scopes"]
+
 
 def scopes(
     program: Program, images: Sequence[Image], telegrams: Sequence[Telegrams]

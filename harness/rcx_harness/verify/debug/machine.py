@@ -11,6 +11,8 @@ from rcx_harness.verify.debug.around import scopes
 from rcx_harness.verify.debug.telegrams import Telegrams
 from structured_text.debug.bench import BenchMachine
 
+__all__ = ["CellMachine"]
+
 
 class CellMachine(BenchMachine):
     """A cell in virtual time whose stimulus is already scheduled. The debugger uses it.

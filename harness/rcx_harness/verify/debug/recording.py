@@ -30,6 +30,8 @@ from structured_text.output.files import replace_files
 from structured_text.output.limits import OTHER
 from structured_text.output.reading import file_bytes, open_file
 
+__all__ = ["FORMAT", "CellTape", "is_recording", "opened", "write_recording"]
+
 #: First entry of the first line.
 FORMAT = "rcx-recording/1"
 

@@ -9,6 +9,8 @@ from rcx_harness.spec.plain import request_text, response_text
 from rcx_harness.spec.telegram import WORDS
 from rcx_harness.spec.wire import ENDS, READY
 
+__all__ = ["Telegram", "Telegrams", "words_of"]
+
 #: Number of telegrams that are saved.
 _KEPT = 8
 #: The code 0, which means that no command is set.

@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 from rcx_harness.spec.wire import ABNORMAL_END, DEDICATED_AT, ENDS, NORMAL_END, READY, RUN
 
+__all__ = ["FAULTS", "MOVES", "Small", "Wire"]
+
 #: Faults that may occur, each with its description.
 FAULTS = {
     "link": "the link is lost and comes back",

@@ -9,6 +9,8 @@ from rcx_harness.verify.properties import Declared, followed
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
 
+__all__ = ["Demanded"]
+
 
 class Demanded:
     """The properties of a program that the exploration puts into one state after another."""

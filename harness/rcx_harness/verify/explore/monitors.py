@@ -9,6 +9,8 @@ from rcx_harness.watch.contract import ContractMonitor
 from rcx_harness.watch.wire import INTERVAL_US, WireMonitor
 from structured_text.engines.base import Program
 
+__all__ = ["Monitors"]
+
 #: A counter of the wire monitor that no rule reads.
 _COUNTS = "commands"
 _TIME, _ABOUT = "_changed_us", "_changed_what"

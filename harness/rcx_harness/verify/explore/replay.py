@@ -16,6 +16,8 @@ from structured_text.bench import Bench
 from structured_text.bench.stimulus import Stimulus as PlcStimulus
 from structured_text.errors import InputError
 
+__all__ = ["replay"]
+
 
 def replay(
     files: Sequence[Path], lib: Path | None, explored: Explored, settings: Settings, folder: Path

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from structured_text.explore.omitted import Omitted, Tables
 
+__all__ = ["TABLES", "TYPES"]
+
 _RUN = "robot.PHASE == 3"
 _DATA = "robot.PHASE == 2"
 _SEQUENCE = Omitted(dropped="Execute Timeout Answer Trouble", flags="ErrorID")

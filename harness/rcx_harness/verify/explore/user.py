@@ -42,6 +42,8 @@ from structured_text.output.units import parse_us
 from structured_text.projects.sources import SourceFiles
 from structured_text.prove.assertions import VARIABLE, Copies
 
+__all__ = ["Choice", "Explored", "Settings", "explore"]
+
 #: Bytes of the digest that identifies a state.
 _DIGEST = 16
 #: Bytes of the length field behind the memory of controller and monitors at the end of a state.

@@ -23,6 +23,8 @@ from structured_text.prove.surroundings import Surroundings, path_of
 from structured_text.prove.symbolic_memory import Path as Place
 from structured_text.prove.user import Replayed
 
+__all__ = ["entries", "replay"]
+
 
 def entries(run: Counterexample, around: Surroundings) -> Iterator[Entry]:
     """Yield the stimulus of a run: each change at its time."""

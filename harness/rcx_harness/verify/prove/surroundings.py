@@ -22,6 +22,8 @@ from structured_text.prove.machine import Machine
 from structured_text.prove.surroundings import Surroundings, path_of
 from structured_text.prove.symbolic_memory import Path
 
+__all__ = ["Area", "CellSurroundings"]
+
 
 @dataclass(frozen=True)
 class Area:

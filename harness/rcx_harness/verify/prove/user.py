@@ -20,6 +20,8 @@ from structured_text.prove.search import Counterexample
 from structured_text.prove.surroundings import Surroundings
 from structured_text.prove.user import Replayed, Result
 
+__all__ = ["LIBRARY", "CellBench", "Settings", "prove"]
+
 #: Knowledge of the proofs about the library that the programs call.
 LIBRARY = Library(
     areas=AREAS,

@@ -16,6 +16,8 @@ from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
 from structured_text.farm import Farm, ResultFile
 
+__all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
+
 #: Runs that are tried to shorten one class, and to separate one class from another.
 _TRIES, _OTHERS = 150, 12
 #: Further runs that are tried to remove unnecessary actions of the recoveries.

@@ -19,6 +19,8 @@ from structured_text.farm import Parcel
 from structured_text.projects.needed import declared_names
 from structured_text.projects.sources import named_files, st_files
 
+__all__ = ["Cells", "CellsOf"]
+
 #: The options of a cell that are files.
 _FILES = ("lib", "replace", "robot")
 

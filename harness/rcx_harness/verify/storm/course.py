@@ -11,6 +11,8 @@ from rcx_harness.verify.recovery import NotRecoveredError, Operator, Recovery
 from rcx_harness.verify.storm.demands import Demands
 from rcx_harness.verify.storm.storms import Failure, StormRun
 
+__all__ = ["RECOVERY", "Course"]
+
 #: The kind of failure of a recovery that does not succeed.
 RECOVERY = "recovery"
 #: The cell runs on for this time [us] if no recovery is demanded.

@@ -21,6 +21,8 @@ from structured_text.output.reading import check_file
 from structured_text.output.toml_files import check_keys, line_of, load_toml, toml_text
 from structured_text.output.units import parse_us
 
+__all__ = ["FAULTS", "Demands"]
+
 #: Faults that can occur, by the names of events.
 FAULTS = (
     *(one for one in OPPOSITES if one != "warning"),

@@ -12,6 +12,8 @@ from rcx_harness.verify.storm.demands import Demands
 from rcx_harness.verify.storm.moments import Moments
 from rcx_harness.verify.storm.storms import Storm
 
+__all__ = ["draw_storms"]
+
 #: The weight of each kind of fault; other kinds have weight 1.
 _OFTEN = {
     "link_down": 4,

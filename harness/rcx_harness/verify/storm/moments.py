@@ -11,6 +11,8 @@ from rcx_harness.verify.storm.storms import Failure
 from structured_text.engines.base import Program
 from structured_text.language.types import BlockType, ElementaryType, EnumType, StructType, Type
 
+__all__ = ["Moments", "moments"]
+
 #: Times [us] from the beginning of the first storm of a run, and of any later storm.
 Moments = tuple[tuple[int, ...], tuple[int, ...]]
 

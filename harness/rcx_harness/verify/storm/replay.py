@@ -17,6 +17,8 @@ from rcx_harness.verify.storm.storms import Failure, kind_of
 from structured_text.output.replays import MARK
 from structured_text.output.units import format_us
 
+__all__ = ["Replay", "Replayed", "replay", "replay_of"]
+
 #: The chart shows this many of the latest changes of variables, and of all changes.
 _TOLD, _LATEST = 18, 12
 

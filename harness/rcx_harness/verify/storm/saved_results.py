@@ -16,6 +16,8 @@ from structured_text.farm import ResultFile
 from structured_text.output.limits import MOST_LINE_BYTES, OTHER
 from structured_text.output.reading import open_file
 
+__all__ = ["saved_results"]
+
 
 def saved_results(file: Path, about: Mapping[str, str]) -> tuple[ResultFile[Any, Any], str]:
     """Return the saved results of a file, and a notice if they must be computed again.

@@ -9,6 +9,8 @@ from typing import TypeVar
 from rcx_harness.cell.stimulus import Entry
 from rcx_harness.verify.storm.storms import Failure, Storm
 
+__all__ = ["shrink", "thin_out"]
+
 #: Most runs that are tried.
 MOST_TRIES = 250
 #: Times are rounded to multiples of these [us], the coarsest first.

@@ -13,6 +13,8 @@ from rcx_harness.cell.stimulus import Entry
 from rcx_harness.robot import Violation
 from structured_text.output.units import format_us
 
+__all__ = ["Failure", "Storm", "StormRun", "kind_of"]
+
 #: The run is checked at this interval during a storm [us].
 _SLICE_US = 500_000
 #: The time [us] between the last action of a storm and the beginning of the recovery.

@@ -18,6 +18,8 @@ from rcx_harness.verify.storm.storms import Failure
 from structured_text.errors import InputError, did_you_mean
 from structured_text.output.units import format_us
 
+__all__ = ["Failing", "Inject", "Moments", "Shown", "Sweep", "injects", "pieces", "ranges", "told"]
+
 #: Number of scans in one work item.
 _PIECE = 25
 _ONCE = ("power_cycle", "alarm", "plc_overrun", "program_end")

@@ -12,6 +12,8 @@ from structured_text.errors import InputError
 from structured_text.output.files import replace_files
 from structured_text.output.replays import BEGINS, check
 
+__all__ = ["check_folder", "command", "file_name", "forget", "write"]
+
 
 def file_name(kind: str, taken: Iterable[str]) -> str:
     """Return an unused name for the files of a class."""

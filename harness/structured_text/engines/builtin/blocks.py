@@ -12,6 +12,8 @@ from typing import Any
 
 from structured_text.language.standard import BLOCKS
 
+__all__ = ["BODIES", "CLASSES"]
+
 
 def _class(name: str, memory: tuple[str, ...]) -> type[Any]:
     """Return a class with the pins of a standard block, initially FALSE or 0, and its memory."""

@@ -14,6 +14,24 @@ from typing import Any, Protocol, TypeAlias
 
 from structured_text.engines.builtin.runtime import ProgramError
 
+__all__ = [
+    "NAMES",
+    "Character",
+    "Elements",
+    "Fields",
+    "Held",
+    "Layout",
+    "Moment",
+    "Number",
+    "Pointer",
+    "Record",
+    "Row",
+    "Text",
+    "Truth",
+    "Union",
+    "View",
+]
+
 
 class ByteRange(Protocol):
     """A range of bytes that can be read and written."""

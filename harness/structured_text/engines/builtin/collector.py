@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from structured_text.output.paths import real
 
+__all__ = ["Collector", "Counted", "Counts", "Seen", "collecting", "counting"]
+
 if TYPE_CHECKING:
     from structured_text.engines.builtin.coverage import Decision, Plan
     from structured_text.language.project import Project

@@ -22,6 +22,8 @@ from structured_text.language.compiling import deeply
 from structured_text.language.project import Project
 from structured_text.language.tree import Pou, Symbol
 
+__all__ = ["compiled"]
+
 
 def compiled(project: Project, collector: Collector | None, names: dict[str, Any]) -> Code:
     """Compile a project.

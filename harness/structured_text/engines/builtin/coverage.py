@@ -18,6 +18,8 @@ from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.walk import parts
 
+__all__ = ["CountingWriter", "Decision", "Plan", "Postfix", "outcome"]
+
 #: A Boolean expression in postfix notation: numbers of its conditions, constants and operators.
 Postfix = Sequence[int | bool | str]
 

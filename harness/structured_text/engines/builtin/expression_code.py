@@ -38,6 +38,8 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.types import ArrayType, BlockType, ElementaryType, Type, has_block
 
+__all__ = ["ExpressionCode", "has_call"]
+
 _COMPARISONS = {"=": "==", "<>": "!=", "<": "<", ">": ">", "<=": "<=", ">=": ">="}
 #: Python accepts 200 nested pairs of brackets; some versions accept fewer in deep expressions.
 _BRACKETS = 60

@@ -7,6 +7,8 @@ from structured_text.language.sizes import places_of, size_of
 from structured_text.language.types import ArrayType, ElementaryType, EnumType, StructType, Type
 from structured_text.language.values import array_length
 
+__all__ = ["layout_of"]
+
 _CODES = {8: "B", 16: "H", 32: "I", 64: "Q"}
 _REALS = {"REAL": "<f", "LREAL": "<d"}
 #: Unit of a time or date in memory [ns]: milliseconds, or seconds if it has a date.

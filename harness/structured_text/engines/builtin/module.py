@@ -17,6 +17,8 @@ from structured_text.engines.builtin.runtime import NAMES
 from structured_text.language import cache
 from structured_text.language.project import Project
 
+__all__ = ["Module", "module_of"]
+
 if TYPE_CHECKING:
     from structured_text.language.paths import Resolved
 

@@ -17,6 +17,8 @@ from structured_text.language.types import (
     Type,
 )
 
+__all__ = ["attribute", "handed_back", "holds_pointers", "is_dynamic", "linking"]
+
 
 def attribute(name: str) -> str:
     """Return the attribute of a block's class for a method; a property's is named `P.GET`."""

@@ -17,6 +17,8 @@ from structured_text.language import tree as t
 from structured_text.language.types import InterfaceType, ReferenceType, Type
 from structured_text.language.walk import nodes
 
+__all__ = ["POINTING", "Pointing", "has_effect"]
+
 #: The expressions that this module writes.
 POINTING = (
     t.This,

@@ -31,6 +31,8 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import describe, from_python, nest, scalar_to_python
 
+__all__ = ["BuiltinProgram"]
+
 _FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError)
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")

@@ -26,6 +26,8 @@ from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 
+__all__ = ["NAMES", "Holders", "Item", "Pointer", "Slot"]
+
 
 class Slot:
     """A pointer to a scalar variable of an object."""

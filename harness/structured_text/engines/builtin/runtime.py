@@ -15,6 +15,8 @@ from structured_text.language.scalars import (
     typed_literal,
 )
 
+__all__ = ["FUSE", "NAMES", "ProgramError"]
+
 #: Number of rounds after which a loop counts as endless; so many do not fit into the scan of any
 #: PLC.
 FUSE = range(1_000_000)

@@ -20,6 +20,8 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.types import ElementaryType, Type
 
+__all__ = ["JOINS", "Value", "of_type", "settle", "standard_call", "type_name"]
+
 
 @dataclass(frozen=True)
 class Value:

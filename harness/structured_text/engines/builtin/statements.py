@@ -22,6 +22,8 @@ from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, has_block
 from structured_text.language.walk import bodies
 
+__all__ = ["Branches", "Writer"]
+
 #: Pairs of condition and statements.
 Branches = list[tuple[str, tuple[t.Statement, ...]]]
 #: Largest number of branches in one Python `if`.

@@ -25,6 +25,16 @@ from structured_text.language.types import (
     Type,
 )
 
+__all__ = [
+    "Storage",
+    "address_slot",
+    "in_cell",
+    "is_scalar",
+    "needs_globals",
+    "slot_name",
+    "stored",
+]
+
 
 def is_scalar(kind: Type) -> bool:
     """Return whether a value of the type is a single Python number, bool or str, or a pointer."""

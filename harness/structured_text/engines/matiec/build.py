@@ -22,6 +22,16 @@ from structured_text.engines.native.toolchain import (
 from structured_text.errors import COMMAND, InputError
 from structured_text.output.paths import real
 
+__all__ = [
+    "MISSING",
+    "Matiec",
+    "Message",
+    "TranslationError",
+    "Wanted",
+    "compile_program",
+    "find_matiec",
+]
+
 _RUNTIME = Path(__file__).with_name("runtime.c")
 
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)

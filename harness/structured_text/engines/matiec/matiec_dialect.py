@@ -14,6 +14,8 @@ from structured_text.engines.native.c_layout import FORMATS, Codec, enumeration,
 from structured_text.language.types import BlockType, ElementaryType, EnumType, StructType, Variable
 from structured_text.language.values import scalar_to_python
 
+__all__ = ["MatiecDialect"]
+
 
 class MatiecDialect:
     """matiec's names in C; see `engines.native.c_layout.Dialect`."""

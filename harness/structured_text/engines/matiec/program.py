@@ -14,6 +14,8 @@ from structured_text.engines.native.program import NativeProgram, layout_of
 from structured_text.errors import InputError
 from structured_text.language.project import Project
 
+__all__ = ["MatiecProgram"]
+
 
 class MatiecProgram(NativeProgram):
     """One running instance of a program that matiec compiled; see `engines.base.Program`."""

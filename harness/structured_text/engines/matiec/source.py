@@ -14,6 +14,8 @@ from structured_text.errors import InputError
 from structured_text.language.project import Project
 from structured_text.language.source import origin, source_text
 
+__all__ = ["HIDDEN_INSTANCE", "SourceText", "explain", "hidden_instance", "join_sources"]
+
 #: C name of the program instance if the sources have no CONFIGURATION. The default `Main` may be
 #: the name of the program itself, and matiec refuses an instance with the name of its type.
 HIDDEN_INSTANCE = "HARNESS_HIDDEN_INSTANCE"

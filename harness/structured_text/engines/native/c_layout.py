@@ -25,6 +25,19 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import array_length, nest, scalar_to_python
 
+__all__ = [
+    "FORMATS",
+    "Codec",
+    "Dialect",
+    "Layout",
+    "Member",
+    "enumeration",
+    "layout_expressions",
+    "memory_at",
+    "packed",
+    "tables",
+]
+
 #: Format characters of `struct` for the types that are numbers in C.
 FORMATS = {
     "BOOL": "?",

@@ -40,6 +40,8 @@ from structured_text.language.types import (
 from structured_text.language.values import array_length, describe, from_python
 from structured_text.output import system
 
+__all__ = ["NativeProgram", "layout_of"]
+
 _P = TypeVar("_P", bound="NativeProgram")
 _POINTER = struct.Struct("@P")
 #: Size of an element [bytes], and its format character for `memoryview`.

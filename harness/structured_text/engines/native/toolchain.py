@@ -18,6 +18,17 @@ from structured_text.output import programs
 from structured_text.output.limits import MOST_TOOL_S
 from structured_text.output.system import DLL, WHOLE
 
+__all__ = [
+    "CompilerError",
+    "compile_shared",
+    "find_c_compiler",
+    "find_cxx_compiler",
+    "fingerprint",
+    "from_cache",
+    "run_tool",
+    "version",
+]
+
 _HERE = Path(__file__).parent
 _FLAGS = ("-O1", "-w", "-fPIC", "-shared", *WHOLE)
 # Signed overflow wraps and floats are not contracted, at any level of optimization.

@@ -26,6 +26,8 @@ from structured_text.language.project import Project
 from structured_text.language.source import origin, source_text
 from structured_text.output.paths import real
 
+__all__ = ["MISSING_STRUCPP", "Strucpp", "compile_project", "find_strucpp"]
+
 #: The message to users, and of skipped tests, if STruC++ is not installed.
 MISSING_STRUCPP = "STruC++ not found: set RCX_STRUCPP or PATH"
 

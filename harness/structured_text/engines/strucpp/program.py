@@ -11,6 +11,8 @@ from structured_text.engines.strucpp.strucpp_dialect import StrucppDialect
 from structured_text.errors import InputError
 from structured_text.language.project import Project
 
+__all__ = ["StrucppProgram"]
+
 
 class StrucppProgram(NativeProgram):
     """One running instance of a program that STruC++ compiled; see `engines.base.Program`."""

@@ -12,6 +12,8 @@ from structured_text.language.tree import Symbol
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 from structured_text.language.values import nest, scalar_to_python
 
+__all__ = ["check_start"]
+
 _STORED = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_GLOBAL")
 
 

@@ -20,6 +20,8 @@ from structured_text.language.types import (
 )
 from structured_text.language.values import scalar_to_python
 
+__all__ = ["NAMESPACE", "StrucppDialect"]
+
 NAMESPACE = "strucpp"
 _LENGTH = struct.Struct("=H")
 

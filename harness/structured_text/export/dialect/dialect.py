@@ -16,6 +16,8 @@ from structured_text.language.printer import expression_text, init_text
 from structured_text.language.standard import FUNCTIONS, conversion
 from structured_text.language.types import ElementaryType, EnumType, Type
 
+__all__ = ["BYTES", "Dialect", "Function", "Names", "dialect_body"]
+
 #: The reason why a block with a process image of bytes is not supported, for messages.
 BYTES = "has an array of BYTE; take the block for words"
 

@@ -19,6 +19,8 @@ from structured_text.language.standard import BLOCKS
 from structured_text.language.tree import Symbol
 from structured_text.language.types import BlockType, StructType, Type
 
+__all__ = ["Row", "Tool", "cell", "tabbed", "to_folder"]
+
 _FLAG = "TRUE once the initial values are set"
 #: The advice for a CONFIGURATION, which is not exported.
 _CONFIGURATION = "assign the program to a task of your project"

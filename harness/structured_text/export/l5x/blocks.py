@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from structured_text.export.l5x.model import FIRST_SCAN, STANDARD_BLOCKS, Aoi, Data, Tag
 
+__all__ = ["FBD_TIMER", "standard_blocks"]
+
 #: Inputs and outputs of the structure that contains the state of the instruction TONR.
 FBD_TIMER = {
     "EnableIn": "BOOL",

@@ -35,6 +35,8 @@ from structured_text.language.syntax import Position
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
 from structured_text.language.walk import statements
 
+__all__ = ["copied", "translated", "written"]
+
 
 def written(pou: t.Pou, pous: Mapping[str, t.Pou]) -> set[str]:
     """Return the names of variables that are assigned, or passed to a block that assigns them."""

@@ -26,6 +26,8 @@ from structured_text.language.scalars import SIGNED, WIDTH
 from structured_text.language.standard import conversion
 from structured_text.language.types import ArrayType, BlockType, EnumType, Type
 
+__all__ = ["ExpressionWriter", "fold", "wrapped"]
+
 _SAME = ("ABS", "SQRT", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "TRUNC")
 _CHAINS = {"ADD": "+", "MUL": "*", "AND": "AND", "OR": "OR", "XOR": "XOR"}
 _SIMPLE = re.compile(r"(?:16#[0-9A-F]+|[\w.\[\]']+(?:\(\*\w+\*\))?)")

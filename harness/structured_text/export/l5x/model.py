@@ -24,6 +24,26 @@ from structured_text.language.types import (
     Variable,
 )
 
+__all__ = [
+    "FIRST_SCAN",
+    "RESULT",
+    "STANDARD_BLOCKS",
+    "UNWRITTEN",
+    "Aoi",
+    "Data",
+    "Images",
+    "NotCarriedError",
+    "Tag",
+    "check_name",
+    "companion",
+    "data_of",
+    "image_element",
+    "is_whole",
+    "is_zero",
+    "passed",
+    "value_text",
+]
+
 #: Types of process images with the type of their elements, SINT or INT. The scanner fills and sends
 #: them, so the elements keep their width.
 Images: TypeAlias = Mapping[str, str]

@@ -23,6 +23,8 @@ from structured_text.language import syntax as s
 from structured_text.language.project import Project
 from structured_text.language.types import BlockType, StructType
 
+__all__ = ["LIBRARY", "to_l5x"]
+
 #: The instruction that represents the library in a file without a program.
 LIBRARY = f"{BLOCKS}Library"
 

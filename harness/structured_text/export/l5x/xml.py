@@ -13,6 +13,8 @@ from structured_text.export.l5x.model import Aoi, Data, Images, Tag, check_name,
 from structured_text.language.scalars import string_literal
 from structured_text.language.types import ElementaryType, StructType
 
+__all__ = ["SOFTWARE", "aoi_element", "data_type", "document", "program_element"]
+
 #: The version of Studio 5000 Logix Designer in the file.
 SOFTWARE = "33.00"
 

@@ -15,6 +15,8 @@ from structured_text.projects.rockwell.expression_reader import (
     tokens_of,
 )
 
+__all__ = ["translated"]
+
 _ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
 #: Instructions for texts, and the number of arguments behind the first.
 _TEXTS = {"MID": 3, "DELETE": 3, "CONCAT": 2, "INSERT": 3}

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "Instruction", "Types"]
+
 #: Integer types by rank. The result of an operation has the type of higher rank, at least DINT.
 INTEGERS = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT")
 NUMBERS = (*INTEGERS, "REAL", "LREAL")

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 
 from structured_text.projects.rockwell.data import Data
 
+__all__ = ["BLOCKS", "HELPERS", "HELPER_MEMBERS"]
+
 #: The instruction TONR. Its first run clears it. A negative preset stops it. ACC counts whole
 #: milliseconds; the remainder counts in the next call. Source: 1756-RM003, TONR.
 _TIMER = """\

@@ -31,6 +31,8 @@ from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBER
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
+__all__ = ["read_l5x"]
+
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
 _ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED = f"{VARIABLES}Prescanned"
